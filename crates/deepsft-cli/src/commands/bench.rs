@@ -1,0 +1,200 @@
+//! `deepsft bench`: how fast this machine is at every part of the work.
+
+mod export;
+mod frame;
+mod machine;
+mod throughput;
+mod turns;
+
+use crate::failure::usage;
+use crate::input;
+use crate::output::atomic;
+use anyhow::Result;
+use clap::Args;
+use deepsft::ModelBundle;
+use serde::Serialize;
+use std::path::PathBuf;
+use throughput::Rate;
+use turns::{Inference, Rival};
+
+#[derive(Args)]
+#[command(after_help = "\
+Measured are, on this machine's CPU:
+  synthesis   training images made a second, on one thread and on all
+  training    samples a second of training step 1, the making of the images included, on windows and on
+              whole frames
+  inference   one 1280 x 720 camera frame through the canonical warp, the network and the confidence, and the
+              network alone; medians over --runs frames, for each number of threads
+Nothing else should run meanwhile. The numbers of threads take turns frame by frame, so that a machine that
+slows down slows all of them.
+
+Example:
+  deepsft bench --model models/poster-a4 --json bench.json")]
+pub struct BenchArguments {
+    /// Model bundle to measure with
+    #[arg(long, value_name = "BUNDLE")]
+    model: PathBuf,
+    /// Write the figures to this file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Numbers of threads for inference [default: 1 and all cores]
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Vec<u16>,
+    /// Frames for each median
+    #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u32).range(1..))]
+    runs: u32,
+    /// Measure nothing; write the network, one image and what the network says of it as plain arrays, for other
+    /// programs
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "threads", "rival", "take_turns"])]
+    export: Option<PathBuf>,
+    /// Name of another program that runs the same network, started by the words after `--`: for each line it reads
+    /// it does one image and prints the milliseconds. DEEPSFT_BENCH_THREADS tells it the number of threads
+    #[arg(long, value_name = "NAME", hide = true, requires = "rival_command")]
+    rival: Option<String>,
+    /// Program and arguments of the rival
+    #[arg(last = true, value_name = "COMMAND", hide = true, requires = "rival")]
+    rival_command: Vec<String>,
+    /// Be one of the processes that take turns, on this camera frame
+    #[arg(long, value_name = "FRAME", hide = true, conflicts_with_all = ["json", "threads", "rival"])]
+    take_turns: Option<PathBuf>,
+}
+
+/// The content of the JSON file.
+#[derive(Serialize)]
+struct Report {
+    model: String,
+    parameters: usize,
+    processor: Option<String>,
+    cores: usize,
+    synthesis: Vec<Rate>,
+    training: Vec<Rate>,
+    inference: Vec<Inference>,
+    deepsft_version: &'static str,
+}
+
+pub fn run(arguments: &BenchArguments) -> Result<()> {
+    let bundle = input::bundle(&arguments.model)?;
+    if let Some(frame) = &arguments.take_turns {
+        return turns::take(&bundle, &input::picture(frame)?);
+    }
+    if let Some(folder) = &arguments.export {
+        return export::write(&bundle, &frame::camera_frame(&bundle)?, folder);
+    }
+    measure(arguments, &bundle)
+}
+
+fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
+    let cores = machine::cores();
+    let mut threads: Vec<usize> = arguments.threads.iter().map(|&count| count.into()).collect();
+    if threads.is_empty() {
+        threads = vec![1, cores];
+    }
+    threads.dedup();
+    if threads.iter().any(|&count| count > cores) {
+        return Err(usage(format!(
+            "--threads asks for more threads than the {cores} cores this program may use"
+        )));
+    }
+    let (estimator, _) = input::estimator(bundle, deepsft::DeviceKind::Cpu)?;
+    let rival = arguments.rival.as_ref().map(|name| Rival {
+        name,
+        command: &arguments.rival_command,
+    });
+    // Inference first: a processor that is not yet hot from training is what a user's frame meets.
+    eprintln!("inference on {threads:?} threads");
+    let frame = frame::camera_frame(bundle)?;
+    let inference = turns::measure(&arguments.model, &frame, &threads, arguments.runs, rival)?;
+    eprintln!("synthesis");
+    let synthesis = throughput::synthesis(bundle.template(), cores)?;
+    eprintln!("training");
+    let training = throughput::training(bundle)?;
+    let report = Report {
+        model: bundle.name().to_owned(),
+        parameters: estimator.parameters(),
+        processor: machine::processor(),
+        cores,
+        synthesis,
+        training,
+        inference,
+        deepsft_version: env!("CARGO_PKG_VERSION"),
+    };
+    print(&report);
+    if let Some(path) = &arguments.json {
+        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+    }
+    Ok(())
+}
+
+fn print(report: &Report) {
+    let processor = report.processor.as_deref().unwrap_or("unknown processor");
+    println!(
+        "{}, {} parameters; {processor}, {} cores",
+        report.model, report.parameters, report.cores
+    );
+    println!("{:<46}{:>14}", "throughput", "samples/s");
+    for (kind, rates) in [("synthesis", &report.synthesis), ("training", &report.training)] {
+        for rate in rates {
+            println!("{:<46}{:>14.2}", format!("{kind}, {}", rate.of), rate.samples_per_s);
+        }
+    }
+    let runs = report.inference.first().map_or(0, |inference| inference.runs);
+    let columns = |title: &str, of: &dyn Fn(&Inference) -> Option<String>| {
+        let cells: Option<Vec<String>> = report.inference.iter().map(of).collect();
+        if let Some(cells) = cells {
+            let cells: String = cells.iter().map(|cell| format!("{cell:>14}")).collect();
+            println!("{title:<46}{cells}");
+        }
+    };
+    let ms = |ms: f64| Some(format!("{ms:.2}"));
+    println!();
+    columns(&format!("inference, ms, medians of {runs}"), &|i| {
+        Some(format!("{} thread{}", i.threads, if i.threads == 1 { "" } else { "s" }))
+    });
+    columns("  canonical warp of 1280 x 720", &|i| ms(i.canonical_warp.median_ms));
+    columns("  network, with reading the maps", &|i| ms(i.network.median_ms));
+    columns("  confidence", &|i| ms(i.confidence.median_ms));
+    columns("camera frame to maps", &|i| ms(i.frame.median_ms));
+    columns("network alone, DeepSfT", &|i| ms(i.network_alone.median_ms));
+    if let Some(rival) = report.inference.first().and_then(|i| i.rival.as_ref()) {
+        columns(&format!("network alone, {}", rival.name), &|i| {
+            ms(i.rival.as_ref()?.network_alone.median_ms)
+        });
+        columns(&format!("DeepSfT's time in {}'s", rival.name), &|i| {
+            Some(format!("{:.2}", i.rival.as_ref()?.ratio))
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Parser, error::ErrorKind};
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        bench: BenchArguments,
+    }
+
+    fn parse(words: &str) -> Result<BenchArguments, ErrorKind> {
+        Line::try_parse_from(format!("deepsft --model m {words}").split_whitespace())
+            .map(|line| line.bench)
+            .map_err(|error| error.kind())
+    }
+
+    #[test]
+    fn a_rivals_own_arguments_come_after_two_dashes() {
+        let bench = parse("--threads 1,2 --rival other -- python x.py --runs 3").unwrap();
+        assert_eq!(bench.threads, [1, 2]);
+        assert_eq!(bench.rival_command, ["python", "x.py", "--runs", "3"]);
+        assert_eq!(bench.runs, 21);
+        assert_eq!(parse("--rival other").err(), Some(ErrorKind::MissingRequiredArgument));
+        assert_eq!(parse("-- python").err(), Some(ErrorKind::MissingRequiredArgument));
+    }
+
+    #[test]
+    fn no_threads_and_no_runs_are_refused() {
+        assert_eq!(parse("--threads 0").err(), Some(ErrorKind::ValueValidation));
+        assert_eq!(parse("--runs 0").err(), Some(ErrorKind::ValueValidation));
+    }
+}

@@ -1,0 +1,127 @@
+//! Samples a second: made, and trained on.
+
+use crate::synthesis;
+use anyhow::{Context, Result};
+use deepsft::{DeviceKind, ModelBundle, start_device};
+use deepsft_geometry::Template;
+use deepsft_synth::Synthesizer;
+use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Samples a thread makes.
+const SAMPLES_A_THREAD: u64 = 64;
+
+/// Seed of the samples.
+const SEED: u64 = 0xbe_4c;
+
+/// Steps of training before the clock starts: the loader's queues fill, memory is claimed.
+const WARM_UP_STEPS: u64 = 4;
+
+/// Steps of training that are measured.
+const STEPS: u64 = 12;
+
+/// A throughput.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct Rate {
+    /// What is counted.
+    pub of: String,
+    pub samples_per_s: f64,
+}
+
+/// Making samples on one thread, and on `cores`.
+pub fn synthesis(template: &Template, cores: usize) -> Result<Vec<Rate>> {
+    let synthesizer = synthesis::synthesizer(template, None)?;
+    let mut counts = vec![1, cores];
+    counts.dedup();
+    counts
+        .into_iter()
+        .map(|threads| synthesis_on(&synthesizer, threads))
+        .collect()
+}
+
+fn synthesis_on(synthesizer: &Synthesizer, threads: usize) -> Result<Rate> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let count = SAMPLES_A_THREAD * threads as u64;
+    let started = Instant::now();
+    pool.install(|| {
+        (0..count)
+            .into_par_iter()
+            .for_each(|index| drop(black_box(synthesizer.sample(SEED, index))))
+    });
+    Ok(Rate {
+        of: format!("{threads} thread{}", if threads == 1 { "" } else { "s" }),
+        samples_per_s: count as f64 / started.elapsed().as_secs_f64(),
+    })
+}
+
+/// Training step 1 of a new network of the bundle's shape, on windows and on whole frames, the making of
+/// the samples included.
+pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
+    let synthesizer = Arc::new(synthesis::synthesizer(bundle.template(), None)?);
+    let Schedule { windows, frames, .. } = Schedule::default();
+    [(windows, "windows"), (frames, "frames")]
+        .into_iter()
+        .map(|(shape, things)| {
+            let BatchShape {
+                frames: count,
+                width,
+                height,
+            } = shape;
+            let samples_per_s = training_on(bundle, &synthesizer, shape)?;
+            Ok(Rate {
+                of: format!("batches of {count} {things} of {width} x {height}"),
+                samples_per_s,
+            })
+        })
+        .collect()
+}
+
+/// Samples a second of training on batches of one shape.
+fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: BatchShape) -> Result<f64> {
+    let folder = tempfile::tempdir()?;
+    let config = TrainConfig {
+        budget: Budget::Samples((WARM_UP_STEPS + STEPS) * shape.frames as u64),
+        seed: SEED,
+        held_out_frames: 1,
+        evaluate_every: f64::INFINITY,
+        checkpoint: folder.path().join("checkpoint"),
+        schedule: Schedule {
+            windows: shape,
+            frames: shape,
+            ..Schedule::default()
+        },
+        ..TrainConfig::default()
+    };
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+    let mut steps = Vec::new();
+    train(synthesizer, bundle.network().config(), &config, &device, |progress| {
+        if let Progress::Step { samples, seconds, .. } = progress {
+            steps.push((samples, seconds));
+        }
+    })?;
+    rate(steps.get(WARM_UP_STEPS as usize - 1..).unwrap_or_default())
+        .context("the training ended before it was measured")
+}
+
+/// Samples a second between the first and the last of some (samples, seconds) so far.
+fn rate(steps: &[(u64, f64)]) -> Option<f64> {
+    let (&(samples, seconds), &(all_samples, all_seconds)) = (steps.first()?, steps.last()?);
+    (all_samples > samples).then(|| (all_samples - samples) as f64 / (all_seconds - seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_leaves_the_warm_up_out() {
+        // 16 samples in 8 s of warm-up, then 32 in 4 s.
+        assert_eq!(rate(&[(16, 8.0), (32, 10.0), (48, 12.0)]), Some(8.0));
+        assert_eq!(rate(&[(16, 8.0)]), None);
+        assert_eq!(rate(&[]), None);
+    }
+}

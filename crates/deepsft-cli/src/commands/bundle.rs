@@ -1,0 +1,98 @@
+//! `deepsft bundle`: looking after model bundles.
+
+use crate::failure::BlameInput;
+use crate::input;
+use anyhow::{Result, bail};
+use clap::{Args, Subcommand};
+use deepsft::{DeviceKind, ModelBundle};
+use deepsft_geometry::{Maps, Picture};
+use std::path::PathBuf;
+
+#[derive(Subcommand)]
+pub enum BundleCommand {
+    /// Check that a model bundle is whole and works: version, sizes and hashes of its files, shapes of the
+    /// weights, and one image through the network.
+    #[command(
+        after_help = "Exit code 3 and the reason when it is not.\n\nExample:\n  deepsft bundle verify models/poster-a4"
+    )]
+    Verify(VerifyArguments),
+}
+
+#[derive(Args)]
+pub struct VerifyArguments {
+    /// Folder of the bundle
+    #[arg(value_name = "DIR")]
+    bundle: PathBuf,
+}
+
+pub fn run(command: &BundleCommand) -> Result<()> {
+    let BundleCommand::Verify(VerifyArguments { bundle: folder }) = command;
+    let bundle = input::bundle(folder)?;
+    try_out(&bundle).blame("model bundle", folder)?;
+    print(&bundle);
+    println!("whole and working: {}", folder.display());
+    Ok(())
+}
+
+/// Runs the network once: weights of the right shapes can still hold something that is no number.
+fn try_out(bundle: &ModelBundle) -> Result<()> {
+    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let camera = estimator.canonical_camera();
+    let image = Picture::from_fn(camera.width() as usize, camera.height() as usize, |x, y| {
+        [x as u8, y as u8, 128]
+    });
+    let maps = pollster::block_on(estimator.infer(&image))?;
+    if !is_finite(&maps) {
+        bail!("the network's maps hold values that are no numbers");
+    }
+    Ok(())
+}
+
+fn is_finite(maps: &Maps) -> bool {
+    maps.depth()
+        .iter()
+        .chain(maps.registration().iter().flatten())
+        .all(|value| value.is_finite())
+}
+
+fn print(bundle: &ModelBundle) {
+    let (card, size) = (bundle.card(), bundle.template().size_mm());
+    println!("{}, licence {}", bundle.name(), card.licence);
+    println!("template {} x {} mm", size.x, size.y);
+    let (camera, provenance) = (bundle.camera(), &card.provenance);
+    println!(
+        "trained for {} x {} pixels, f = {}",
+        camera.width(),
+        camera.height(),
+        camera.focal().x
+    );
+    println!(
+        "trained on {} samples in {:.0} minutes",
+        provenance.samples,
+        provenance.seconds / 60.0
+    );
+    let figure = |value: Option<f64>| value.map_or_else(|| "unknown".to_owned(), |value| format!("{value:.2}"));
+    let accuracy = &card.accuracy;
+    println!(
+        "on {} held-out frames: registration {} px, depth {} mm (medians), mask IoU {} (mean)",
+        accuracy.frames,
+        figure(accuracy.registration_rmse_px),
+        figure(accuracy.depth_rmse_mm),
+        figure(accuracy.mask_iou),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_value_that_is_no_number_is_found() {
+        let mut maps = Maps::empty(4, 3);
+        assert!(is_finite(&maps));
+        maps.set(5, 400.0, [0.5, f32::NAN]);
+        assert!(!is_finite(&maps));
+        maps.set(5, f32::INFINITY, [0.5, 0.5]);
+        assert!(!is_finite(&maps));
+    }
+}

@@ -1,0 +1,10 @@
+//! One file a command.
+
+pub mod bench;
+pub mod bundle;
+pub mod eval;
+pub mod poster;
+pub mod reconstruct;
+pub mod synth;
+pub mod template;
+pub mod train;

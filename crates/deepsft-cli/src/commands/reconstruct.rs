@@ -1,0 +1,333 @@
+//! `deepsft reconstruct`: the template in photographs.
+
+use crate::failure::{self, BlameInput, usage};
+use crate::output::{atomic, glb, npy, panels, sheet, surface};
+use crate::{input, progress};
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
+use deepsft_geometry::{Camera, Maps, Picture, photometric_error};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Name of the report, by which a folder of results is known.
+const REPORT_FILE: &str = "report.json";
+
+/// Pixels by which an image may be longer or shorter than the camera file's aspect ratio tells.
+const ROUNDING_PX: f64 = 1.0;
+
+#[derive(Args)]
+#[command(after_help = "\
+Writes for each image DIR/<name of the image>/ with
+  depth.npy         f32 [270, 480]: depth in mm (z of the camera frame), -1 where the object is not seen
+  registration.npy  f32 [270, 480, 2]: place on the template, (0, 0) its top left corner, (1, 1) its bottom
+                    right one; -1 where the object is not seen
+  mask.npy          bool [270, 480]: where the object is seen
+  sheet.png         input, a checkerboard laid on the object, depth, difference to the template
+  mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
+  report.json       whether the object was found, how sure that is, the cameras, the time of each stage
+
+Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the image is
+taken for one of a typical phone: depths are then wrong by the share by which the focal length is.
+
+A camera file holds, in pixels, and the distortion in OpenCV's order:
+  {\"width\": 1920, \"height\": 1080, \"fx\": 1400.0, \"fy\": 1400.0, \"cx\": 960.0, \"cy\": 540.0,
+   \"distortion\": [0.0, 0.0, 0.0, 0.0, 0.0]}
+
+Example:
+  deepsft reconstruct --model models/poster-a4 --camera camera.json --out results a.jpg b.jpg")]
+pub struct ReconstructArguments {
+    /// Model bundle of the object
+    #[arg(long, value_name = "BUNDLE")]
+    model: PathBuf,
+    /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio
+    #[arg(long, value_name = "FILE")]
+    camera: Option<PathBuf>,
+    /// Folder to write; results of the same images there are replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// What computes: cpu, vulkan or webgpu (the last two if the program was built with them)
+    #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
+    device: DeviceKind,
+    /// Images (PNG or JPEG)
+    #[arg(value_name = "IMAGE", required = true)]
+    images: Vec<PathBuf>,
+}
+
+/// The content of `report.json`.
+#[derive(Serialize)]
+struct Report {
+    image: String,
+    model: String,
+    found: bool,
+    /// 0 to 1: how well the template explains the image.
+    confidence: f32,
+    /// Share of the canonical image that the object covers.
+    mask_area: f32,
+    /// Least, median and greatest depth, mm.
+    depth_mm: Option<[f32; 3]>,
+    /// The paper's E_pr, intensities 0 to 1, not corrected for light.
+    photometric_error: Option<f64>,
+    /// The camera that the image was taken for.
+    camera: CameraReport,
+    /// The camera of the maps.
+    canonical_camera: CameraReport,
+    device: String,
+    stage_ms: BTreeMap<&'static str, f64>,
+    deepsft_version: &'static str,
+}
+
+#[derive(Serialize)]
+struct CameraReport {
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    distortion: [f64; 5],
+    /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
+    source: &'static str,
+}
+
+pub fn run(arguments: &ReconstructArguments) -> Result<()> {
+    let folders = folders(&arguments.out, &arguments.images)?;
+    let camera = arguments.camera.as_deref().map(input::camera).transpose()?;
+    let bundle = input::bundle(&arguments.model)?;
+    let (estimator, device) = input::estimator(&bundle, arguments.device)?;
+    let texture_png = encode_png(bundle.template().texture())?;
+    let model = Model {
+        bundle,
+        estimator,
+        device,
+        texture_png,
+    };
+    let bar = progress::counting(arguments.images.len() as u64, "images");
+    let mut failures = Vec::new();
+    for (image, folder) in arguments.images.iter().zip(&folders) {
+        bar.set_message(image.display().to_string());
+        // One bad image does not keep the others from being tried.
+        match model.reconstruct(image, camera.as_ref().zip(arguments.camera.as_deref()), folder) {
+            Ok(line) => bar.suspend(|| println!("{line}")),
+            Err(error) => failures.push(error),
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let last = failures.pop();
+    for error in &failures {
+        eprintln!("error: {}", failure::message(error));
+    }
+    last.map_or(Ok(()), Err)
+}
+
+/// The folder of each image's results, each its own.
+fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut taken = BTreeSet::new();
+    let mut folders = Vec::new();
+    for image in images {
+        let Some(stem) = image.file_stem() else {
+            return Err(usage(format!("{} is not the name of an image", image.display())));
+        };
+        let folder = out.join(stem);
+        if !taken.insert(folder.clone()) {
+            let folder = folder.display();
+            return Err(usage(format!(
+                "two of the images would be written to {folder}: reconstruct them one by one"
+            )));
+        }
+        atomic::check_folder(&folder, &[REPORT_FILE])?;
+        folders.push(folder);
+    }
+    Ok(folders)
+}
+
+/// A model ready to be used on one image after the other.
+struct Model {
+    bundle: ModelBundle,
+    estimator: Estimator,
+    device: DeviceDescription,
+    texture_png: Vec<u8>,
+}
+
+impl Model {
+    /// Does one image; the answer is a line about it.
+    fn reconstruct(&self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
+        let mut stages = Stages::default();
+        let image = stages.time("decode", || input::picture(path))?;
+        let (camera, source) = match camera {
+            Some((camera, camera_path)) => camera_for(&image, camera).blame("camera file", camera_path)?,
+            None => (Camera::typical(image.width() as u32, image.height() as u32)?, "assumed"),
+        };
+        let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
+        let maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
+        let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
+        let report = Report {
+            image: path.display().to_string(),
+            model: self.bundle.name().to_owned(),
+            found: judgement.found,
+            confidence: judgement.confidence,
+            mask_area: judgement.area,
+            depth_mm: depth_range(&maps),
+            photometric_error: photometric_error(&canonical, self.bundle.template().texture(), &maps),
+            camera: CameraReport::new(&camera, source),
+            canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
+            device: format!("{}: {}", self.device.kind, self.device.adapter_name),
+            stage_ms: stages.milliseconds,
+            deepsft_version: env!("CARGO_PKG_VERSION"),
+        };
+        let mut files = self.files(&canonical, &maps, &judgement)?;
+        files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
+        atomic::write_folder(folder, &[REPORT_FILE], &files)?;
+        let found = if judgement.found { "found" } else { "not found" };
+        Ok(format!(
+            "{}: {found}, confidence {:.2}: {}",
+            path.display(),
+            judgement.confidence,
+            folder.display()
+        ))
+    }
+
+    /// The results by file name, all but the report.
+    fn files(&self, canonical: &Picture, maps: &Maps, judgement: &Judgement) -> Result<BTreeMap<String, Vec<u8>>> {
+        let (rows, columns) = (maps.height(), maps.width());
+        let template = self.bundle.template();
+        let found = if judgement.found { "found" } else { "not found" };
+        let rows_of_panels = [
+            sheet::Row {
+                caption: format!("{found}, confidence {:.2}", judgement.confidence),
+                panels: vec![
+                    panels::plain("input", canonical),
+                    panels::overlay("registration", canonical, maps, template.size_mm()),
+                ],
+            },
+            sheet::Row {
+                caption: String::new(),
+                panels: vec![
+                    panels::depth("depth", maps),
+                    panels::photometric_difference("difference, light fitted", canonical, template.texture(), maps),
+                ],
+            },
+        ];
+        let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
+        let mesh = surface::visible_surface(maps, self.estimator.canonical_camera())?;
+        let registration = maps.registration().iter().flatten().copied();
+        Ok(BTreeMap::from([
+            (
+                "depth.npy".to_owned(),
+                npy::f32_npy(&[rows, columns], maps.depth().iter().copied()),
+            ),
+            (
+                "registration.npy".to_owned(),
+                npy::f32_npy(&[rows, columns, 2], registration),
+            ),
+            ("mask.npy".to_owned(), npy::bool_npy(&[rows, columns], maps.mask())),
+            ("sheet.png".to_owned(), encode_png(&sheet)?),
+            ("mesh.glb".to_owned(), glb::textured_glb(&mesh, &self.texture_png)),
+        ]))
+    }
+}
+
+/// The camera for an image of this size, and where it comes from.
+fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
+    let (width, height) = (image.width() as u32, image.height() as u32);
+    if (width, height) == (camera.width(), camera.height()) {
+        return Ok((*camera, "file"));
+    }
+    let expected_height = f64::from(width) * f64::from(camera.height()) / f64::from(camera.width());
+    if (expected_height - f64::from(height)).abs() > ROUNDING_PX {
+        bail!(
+            "it is for images of {} x {} pixels, this one has {width} x {height}",
+            camera.width(),
+            camera.height()
+        );
+    }
+    Ok((camera.resized(width, height)?, "file, resized"))
+}
+
+/// Least, median and greatest depth inside the mask, mm.
+fn depth_range(maps: &Maps) -> Option<[f32; 3]> {
+    let mut depths: Vec<f32> = (0..maps.depth().len())
+        .filter(|&p| maps.inside(p))
+        .map(|p| maps.depth()[p])
+        .collect();
+    depths.sort_unstable_by(f32::total_cmp);
+    Some([*depths.first()?, depths[depths.len() / 2], *depths.last()?])
+}
+
+/// Wall time of each stage.
+#[derive(Default)]
+struct Stages {
+    milliseconds: BTreeMap<&'static str, f64>,
+}
+
+impl Stages {
+    fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let done = work();
+        self.milliseconds.insert(stage, start.elapsed().as_secs_f64() * 1000.0);
+        done
+    }
+}
+
+impl CameraReport {
+    fn new(camera: &Camera, source: &'static str) -> Self {
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        Self {
+            width: camera.width(),
+            height: camera.height(),
+            fx: focal.x,
+            fy: focal.y,
+            cx: principal.x,
+            cy: principal.y,
+            distortion: camera.distortion(),
+            source,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_images_of_one_name_are_refused_before_anything_is_done() {
+        let images = ["a/x.png", "b/y.png", "c/x.jpg"].map(PathBuf::from);
+        let error = folders(Path::new("out"), &images).unwrap_err();
+        assert!(
+            failure::message(&error).contains("out/x"),
+            "{}",
+            failure::message(&error)
+        );
+        assert_eq!(folders(Path::new("out"), &images[..2]).unwrap()[1], Path::new("out/y"));
+    }
+
+    #[test]
+    fn a_camera_serves_images_of_its_aspect_ratio_only() {
+        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
+        let image = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
+        assert_eq!(camera_for(&image(1920, 1080), &camera).unwrap(), (camera, "file"));
+        let (half, source) = camera_for(&image(960, 540), &camera).unwrap();
+        assert_eq!(
+            (half.focal().x, half.principal_point().y, source),
+            (700.0, 272.5, "file, resized")
+        );
+        let error = camera_for(&image(1080, 1920), &camera).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1920"
+        );
+    }
+
+    #[test]
+    fn the_depth_range_is_over_the_mask() {
+        let mut maps = Maps::empty(10, 1);
+        assert_eq!(depth_range(&maps), None);
+        for (pixel, depth) in [(1, 300.0), (4, 500.0), (9, 310.0)] {
+            maps.set(pixel, depth, [0.5; 2]);
+        }
+        assert_eq!(depth_range(&maps), Some([300.0, 310.0, 500.0]));
+    }
+}

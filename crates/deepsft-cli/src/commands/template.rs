@@ -1,0 +1,169 @@
+//! `deepsft template`: a template out of a picture and a size.
+
+use crate::failure::BlameInput;
+use crate::{input, output::atomic};
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use deepsft::{TEMPLATE_FILE, template_to_files};
+use deepsft_geometry::{Picture, Template};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Longest side of a texture, pixels: six a millimetre of a sheet 680 mm wide, and more than a 480-pixel
+/// image of it can show.
+const LONGEST_SIDE: usize = 4096;
+
+/// Share by which the sides' ratio of picture and size may differ before a warning.
+const RATIO_TOLERANCE: f64 = 0.05;
+
+/// Deviation of the grey levels (of 255) below which a picture has too little to hold on to.
+const FLAT: f64 = 6.0;
+
+#[derive(Subcommand)]
+pub enum TemplateCommand {
+    /// Make the template of a flat object from a picture of it and its size.
+    ///
+    /// The picture shows the front of the object from edge to edge and nothing else: a scan, the artwork
+    /// it was printed from, or a photograph cropped and straightened. It may be PNG or JPEG.
+    #[command(after_help = "\
+Example: an A4 sheet in landscape
+  deepsft template new --image sheet.png --size-mm 297x210 --out sheet
+
+Writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR --out MODEL")]
+    New(NewArguments),
+}
+
+#[derive(Args)]
+pub struct NewArguments {
+    /// Picture of the object's front (PNG or JPEG)
+    #[arg(long, value_name = "FILE")]
+    image: PathBuf,
+    /// Size of the object in millimetres as the picture shows it: width, x, height
+    #[arg(long, value_name = "WxH")]
+    size_mm: SizeMm,
+    /// Folder to write; an older template there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Width and height in mm, typed as `297x210`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SizeMm {
+    width: f64,
+    height: f64,
+}
+
+impl FromStr for SizeMm {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |side: &str| side.trim().parse().ok().filter(|mm: &f64| mm.is_finite() && *mm > 0.0);
+        let sides = text
+            .split_once(['x', 'X', '×'])
+            .and_then(|(width, height)| Some((side(width)?, side(height)?)));
+        match sides {
+            Some((width, height)) => Ok(Self { width, height }),
+            None => Err("expected two positive lengths in mm, such as 297x210".to_owned()),
+        }
+    }
+}
+
+pub fn run(command: &TemplateCommand) -> Result<()> {
+    let TemplateCommand::New(arguments) = command;
+    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    let picture = input::picture(&arguments.image)?;
+    let SizeMm { width, height } = arguments.size_mm;
+    for warning in warnings(&picture, arguments.size_mm) {
+        eprintln!("warning: {warning}");
+    }
+    let mut texture = picture;
+    while texture.width().max(texture.height()) > LONGEST_SIDE {
+        texture = texture.halved();
+    }
+    let size = (texture.width(), texture.height());
+    let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
+    atomic::write_folder(&arguments.out, &[TEMPLATE_FILE], &template_to_files(&template)?)?;
+    println!(
+        "template of {width} x {height} mm with {} x {} pixels: {}",
+        size.0,
+        size.1,
+        arguments.out.display()
+    );
+    Ok(())
+}
+
+/// What will make the template hard to find, in words for its maker.
+fn warnings(picture: &Picture, size: SizeMm) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let pixels = picture.width() as f64 / picture.height() as f64;
+    let ratio = pixels / (size.width / size.height);
+    if ratio.max(1.0 / ratio) > 1.0 + RATIO_TOLERANCE {
+        let SizeMm { width, height } = size;
+        let turned = if (pixels > 1.0) == (width > height) {
+            ""
+        } else {
+            " (are width and height exchanged?)"
+        };
+        warnings.push(format!(
+            "the picture has {} x {} pixels but the object {width} x {height} mm: it will be stretched{turned}",
+            picture.width(),
+            picture.height(),
+        ));
+    }
+    let grey: Vec<f64> = picture
+        .rgb()
+        .chunks_exact(3)
+        .map(|c| c.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0)
+        .collect();
+    let mean = grey.iter().sum::<f64>() / grey.len() as f64;
+    let variance = grey.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / grey.len() as f64;
+    if variance.sqrt() < FLAT {
+        warnings.push("the picture is almost of one grey: there is little by which to find it".to_owned());
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_two_positive_lengths() {
+        let size = SizeMm {
+            width: 297.0,
+            height: 210.5,
+        };
+        for text in ["297x210.5", "297X210.5", "297 × 210.5"] {
+            assert_eq!(text.parse(), Ok(size), "{text}");
+        }
+        for text in [
+            "",
+            "297",
+            "297x",
+            "x210",
+            "0x210",
+            "-1x2",
+            "NaNx2",
+            "infx2",
+            "297x210x3",
+            "A4",
+        ] {
+            assert!(text.parse::<SizeMm>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_stretched_and_a_blank_picture_are_warned_of() {
+        let lively = |width, height| Picture::from_fn(width, height, |x, y| [(x * 40 + y * 70) as u8; 3]);
+        let size = SizeMm {
+            width: 297.0,
+            height: 210.0,
+        };
+        assert!(warnings(&lively(297, 210), size).is_empty());
+        assert!(warnings(&lively(210, 297), size)[0].contains("exchanged"));
+        let stretched = warnings(&lively(400, 210), size);
+        assert!(stretched[0].contains("stretched") && !stretched[0].contains("exchanged"));
+        let blank = Picture::from_fn(297, 210, |x, _| [200 + (x % 2) as u8; 3]);
+        assert!(warnings(&blank, size)[0].contains("one grey"));
+    }
+}

@@ -1,0 +1,168 @@
+//! Data sets as folders: `dataset.json` and its tar shards.
+
+use crate::failure::BlameInput;
+use crate::output::atomic::StagedFolder;
+use anyhow::{Context, Result, bail};
+use deepsft_geometry::Camera;
+use deepsft_synth::{DatasetDescription, Sample, SampleRecord, ShardReader, write_shard};
+use std::fs;
+use std::io::{BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+/// Name of the description in a data set's folder.
+pub const DATASET_FILE: &str = "dataset.json";
+
+/// Samples that are read ahead.
+const AHEAD: usize = 8;
+
+/// Writes shards of at most `shard_size` records each into `folder`; gives their names.
+pub fn write_shards(
+    folder: &StagedFolder,
+    records: impl Iterator<Item = SampleRecord>,
+    shard_size: u64,
+) -> Result<Vec<String>> {
+    let mut shards = Vec::new();
+    let mut records = records.peekable();
+    while records.peek().is_some() {
+        let name = format!("shard-{:06}.tar", shards.len());
+        let path = folder.path().join(&name);
+        let file = fs::File::create(&path).with_context(|| format!("could not make {}", path.display()))?;
+        let some = records.by_ref().take(shard_size as usize);
+        write_shard(BufWriter::new(file), some).with_context(|| format!("could not write {name}"))?;
+        shards.push(name);
+    }
+    Ok(shards)
+}
+
+/// Reads and checks the description of the data set in `folder`.
+pub fn open(folder: &Path) -> Result<DatasetDescription> {
+    let path = folder.join(DATASET_FILE);
+    let read = || -> Result<DatasetDescription> {
+        let description = DatasetDescription::from_json(&fs::read_to_string(&path)?)?;
+        if let Some(name) = description.shards.iter().find(|name| name.contains(['/', '\\'])) {
+            bail!("it names a shard outside of its folder: {name:?}");
+        }
+        Ok(description)
+    };
+    read().blame("data set", &path)
+}
+
+/// The samples of all shards in order, read ahead by a thread. Samples of another camera than `camera` and
+/// fewer samples than described are errors; after an error there are no more.
+pub fn samples(
+    folder: &Path,
+    description: &DatasetDescription,
+    camera: Camera,
+) -> impl Iterator<Item = Result<Sample>> + use<> {
+    let (sender, receiver) = sync_channel(AHEAD);
+    let paths: Vec<PathBuf> = description.shards.iter().map(|name| folder.join(name)).collect();
+    let (folder, expected) = (folder.to_path_buf(), description.samples);
+    std::thread::spawn(move || {
+        let mut count = 0;
+        for path in &paths {
+            let sent = send_shard(path, &camera, &sender).blame("shard", path);
+            match sent {
+                Ok(samples) => count += samples,
+                Err(error) => {
+                    // Nobody listens when the reader has had enough: then nothing is lost either.
+                    let _ = sender.send(Err(error));
+                    return;
+                }
+            }
+        }
+        if count != expected {
+            let short = Err(anyhow::anyhow!(
+                "its shards hold {count} samples, its description says {expected}"
+            ));
+            let _ = sender.send(short.blame("data set", &folder));
+        }
+    });
+    receiver.into_iter()
+}
+
+/// Sends the samples of a shard; gives their number.
+fn send_shard(path: &Path, camera: &Camera, sender: &SyncSender<Result<Sample>>) -> Result<u64> {
+    let mut reader = ShardReader::new(BufReader::new(fs::File::open(path)?));
+    let mut count = 0;
+    for record in reader.records()? {
+        let SampleRecord { index, sample, .. } = record?;
+        if sample.camera != *camera {
+            bail!("sample {index} was taken by another camera than the model's training camera");
+        }
+        count += 1;
+        if sender.send(Ok(sample)).is_err() {
+            break;
+        }
+    }
+    Ok(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthesis;
+    use deepsft_geometry::{Picture, Template, training_camera};
+    use deepsft_synth::SynthConfig;
+
+    fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
+        let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
+        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
+        let samples: Vec<Sample> =
+            synthesis::samples(synthesis::synthesizer(&template, None).unwrap(), 3, 0..count).collect();
+        let records = (0..)
+            .zip(samples.clone())
+            .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
+        let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
+        let shards = write_shards(&folder, records, 2).unwrap();
+        let description = DatasetDescription::new(&template, &SynthConfig::default(), 3, described, shards);
+        fs::write(folder.path().join(DATASET_FILE), description.to_json().unwrap()).unwrap();
+        folder.commit().unwrap();
+        samples
+    }
+
+    #[test]
+    fn samples_come_back_in_order_over_all_shards() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let samples = written(&place, 5, 5);
+        let description = open(&place).unwrap();
+        assert_eq!(
+            description.shards,
+            ["shard-000000.tar", "shard-000001.tar", "shard-000002.tar"]
+        );
+        let read: Vec<Sample> = self::samples(&place, &description, training_camera())
+            .map(Result::unwrap)
+            .collect();
+        assert_eq!(read.len(), 5);
+        assert!(
+            read.iter()
+                .zip(&samples)
+                .all(|(read, sample)| read.image == sample.image)
+        );
+    }
+
+    #[test]
+    fn a_shard_that_is_cut_and_a_sample_that_is_missing_are_errors() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        written(&place, 2, 3);
+        let description = open(&place).unwrap();
+        let last = |camera| self::samples(&place, &description, camera).last().unwrap().map(|_| ());
+        let message = |error: anyhow::Error| crate::failure::message(&error);
+        assert!(message(last(training_camera()).unwrap_err()).contains("hold 2 samples, its description says 3"));
+        let other = training_camera().resized(960, 540).unwrap();
+        assert!(message(last(other).unwrap_err()).contains("another camera"));
+        let shard = place.join("shard-000000.tar");
+        let bytes = fs::read(&shard).unwrap();
+        fs::write(&shard, &bytes[..bytes.len() / 2]).unwrap();
+        assert!(message(last(training_camera()).unwrap_err()).contains("shard-000000.tar"));
+    }
+
+    #[test]
+    fn a_foreign_folder_is_no_data_set() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = open(folder.path()).unwrap_err();
+        assert!(crate::failure::message(&error).contains("dataset.json"), "{error}");
+    }
+}

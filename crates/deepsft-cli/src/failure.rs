@@ -1,0 +1,109 @@
+//! How a command fails: the message and the exit code.
+
+use anyhow::Error;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Exit code when work failed although command line and inputs were fine.
+const FAILED: u8 = 1;
+
+/// Exit code of a wrong command line; clap exits with the same.
+const USAGE: u8 = 2;
+
+/// Exit code when an input is missing, corrupt or unfit.
+const INVALID_INPUT: u8 = 3;
+
+/// Marks an error as the fault of an input. The cause comes after it in the chain.
+#[derive(Debug)]
+struct InvalidInput {
+    what: &'static str,
+    path: PathBuf,
+}
+
+impl fmt::Display for InvalidInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot use {} {}", self.what, self.path.display())
+    }
+}
+
+/// Marks an error as a contradiction on the command line that the parser cannot see.
+#[derive(Debug)]
+struct Usage(String);
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Lays an error at the door of the input `path`, a `what` ("camera file").
+pub trait BlameInput<T> {
+    /// The same result, its error with file and exit code 3.
+    fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T>;
+}
+
+impl<T, E: Into<Error>> BlameInput<T> for Result<T, E> {
+    fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T> {
+        self.map_err(|error| {
+            error.into().context(InvalidInput {
+                what,
+                path: path.to_path_buf(),
+            })
+        })
+    }
+}
+
+/// An error of the command line (exit code 2).
+pub fn usage(message: impl Into<String>) -> Error {
+    Error::msg("").context(Usage(message.into()))
+}
+
+/// Prints an error and gives its exit code.
+pub fn report(error: &Error) -> ExitCode {
+    eprintln!("error: {}", message(error));
+    ExitCode::from(code(error))
+}
+
+/// The whole chain on one line, outermost first.
+pub fn message(error: &Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join(": ")
+}
+
+fn code(error: &Error) -> u8 {
+    if error.is::<Usage>() {
+        USAGE
+    } else if error.is::<InvalidInput>() {
+        INVALID_INPUT
+    } else {
+        FAILED
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    #[test]
+    fn the_message_names_the_file_and_the_cause_and_the_code_tells_whose_fault_it_is() {
+        let cause: Result<(), _> = Err(std::io::Error::other("it is a potato"));
+        let error = cause
+            .blame("camera file", Path::new("a/b.json"))
+            .context("while starting")
+            .unwrap_err();
+        assert_eq!(
+            message(&error),
+            "while starting: cannot use camera file a/b.json: it is a potato"
+        );
+        assert_eq!(code(&error), INVALID_INPUT);
+        assert_eq!(code(&usage("no")), USAGE);
+        assert_eq!(message(&usage("no")), "no");
+        assert_eq!(code(&Error::msg("disk full")), FAILED);
+    }
+}

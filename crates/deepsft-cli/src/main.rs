@@ -1,0 +1,88 @@
+//! The `deepsft` command: from a picture of a flat object to a trained model and to reconstructions.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod commands;
+mod dataset;
+mod failure;
+mod input;
+mod output;
+mod progress;
+mod synthesis;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Shape and registration of a known bending object from one image (Shape-from-Template).
+///
+/// A template is a picture of a flat object and its size. A network is trained for it on synthetic
+/// images, and then finds it in photographs: for every pixel its depth and its place on the template.
+#[derive(Parser)]
+#[command(version, propagate_version = true, after_help = AFTER_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER_HELP: &str = "\
+The way from a picture to a reconstruction:
+  deepsft template new --image cover.jpg --size-mm 297x210 --out cover
+  deepsft train --template cover --out cover-model --minutes 60
+  deepsft eval --model cover-model --synthetic 100 --seed 999
+  deepsft reconstruct --model cover-model --camera camera.json --out results photo.jpg
+
+Exit codes:
+  0  done
+  1  failed: a file could not be written, a device failed, a training diverged
+  2  the command line is wrong
+  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Make a template.
+    #[command(subcommand)]
+    Template(commands::template::TemplateCommand),
+    /// Write the A4 poster: a template ready to train for, and a PDF to print.
+    Poster(commands::poster::PosterArguments),
+    /// Write a synthetic data set of a template: images with exact depth and registration.
+    Synth(commands::synth::SynthArguments),
+    /// Train a network for a template on synthetic images made on the fly.
+    Train(commands::train::TrainArguments),
+    /// Measure a model against ground truth.
+    Eval(commands::eval::EvalArguments),
+    /// Find the template in photographs: depth, registration, mask and mesh.
+    Reconstruct(commands::reconstruct::ReconstructArguments),
+    /// Measure how fast this machine synthesises, trains and estimates.
+    Bench(commands::bench::BenchArguments),
+    /// Look after model bundles.
+    #[command(subcommand)]
+    Bundle(commands::bundle::BundleCommand),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Template(command) => commands::template::run(&command),
+        Command::Poster(arguments) => commands::poster::run(&arguments),
+        Command::Synth(arguments) => commands::synth::run(&arguments),
+        Command::Train(arguments) => commands::train::run(&arguments),
+        Command::Eval(arguments) => commands::eval::run(&arguments),
+        Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
+        Command::Bench(arguments) => commands::bench::run(&arguments),
+        Command::Bundle(command) => commands::bundle::run(&command),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

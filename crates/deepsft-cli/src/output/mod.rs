@@ -1,0 +1,13 @@
+//! The files that commands write: maps, meshes, picture sheets; each writer makes bytes, [`atomic`]
+//! puts them in place.
+
+pub mod atomic;
+mod canvas;
+mod color_map;
+pub mod curve_plot;
+pub mod glb;
+pub mod model_card;
+pub mod npy;
+pub mod panels;
+pub mod sheet;
+pub mod surface;

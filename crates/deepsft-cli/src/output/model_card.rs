@@ -1,0 +1,142 @@
+//! What a bundle tells people: `CARD.md`, and the training curve as a table.
+
+use deepsft::{DeviceDescription, ModelBundle};
+use deepsft_train::CurvePoint;
+
+/// Name of the card in a bundle.
+pub const CARD_FILE: &str = "CARD.md";
+
+/// Name of the training curve in a bundle.
+pub const CURVE_FILE: &str = "curve.csv";
+
+/// The card: what the model is for, how it came about, how good it is.
+pub fn card(bundle: &ModelBundle, device: &DeviceDescription, curve: &[CurvePoint]) -> String {
+    let (card, size, camera) = (bundle.card(), bundle.template().size_mm(), bundle.camera());
+    let (provenance, accuracy) = (&card.provenance, &card.accuracy);
+    let figure = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.2}"));
+    let first_and_last: String = curve
+        .first()
+        .into_iter()
+        .chain(curve.last().filter(|_| curve.len() > 1))
+        .map(row)
+        .collect();
+    format!(
+        "\
+# {name}
+
+Finds one thin sheet of {width} x {height} mm (`template/texture.png`) in an image and measures it: depth,
+registration to the template and mask, on a canonical image of {pixels_x} x {pixels_y} pixels with f = {focal}.
+It knows no other object.
+
+## How it came about
+
+Trained on synthetic images alone, with deepsft {version}:
+
+    {command}
+
+| | |
+|---|---|
+| seed | {seed} |
+| training samples | {samples} |
+| hours | {hours:.2} |
+| device | {kind}: {adapter} |
+
+![Accuracy against samples seen](curve.png)
+
+`{CURVE_FILE}` is the whole curve, measured on held-out synthetic images; its ends are
+
+| samples | hours | loss | registration px | depth mm | mask IoU |
+|---|---|---|---|---|---|
+{first_and_last}
+## Accuracy
+
+On {frames} held-out synthetic images: registration RMSE {px} px of the canonical image and depth RMSE
+{mm} mm (medians over the images that show the sheet), mask IoU {iou} (mean). Measure it again, on more:
+
+    deepsft eval --model BUNDLE --synthetic 500 --seed 999
+
+A frame counts as showing the sheet when its mask covers at least {area:.1} % of it and the template, seen
+through the registration, agrees with the image by at least {confidence:.2} (0: not at all, 1: fully).
+
+## Licence
+
+{licence}
+",
+        name = card.name,
+        width = size.x,
+        height = size.y,
+        pixels_x = camera.width(),
+        pixels_y = camera.height(),
+        focal = camera.focal().x,
+        version = provenance.deepsft_version,
+        command = provenance.command,
+        seed = provenance.seed,
+        samples = provenance.samples,
+        hours = provenance.seconds / 3600.0,
+        kind = device.kind,
+        adapter = device.adapter_name,
+        frames = accuracy.frames,
+        px = figure(accuracy.registration_rmse_px),
+        mm = figure(accuracy.depth_rmse_mm),
+        iou = figure(accuracy.mask_iou),
+        area = 100.0 * card.found.least_area,
+        confidence = card.found.least_confidence,
+        licence = card.licence,
+    )
+}
+
+fn row(point: &CurvePoint) -> String {
+    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    format!(
+        "| {} | {:.2} | {:.3} | {} | {} | {} |\n",
+        point.samples,
+        point.seconds / 3600.0,
+        point.loss,
+        figure(point.registration_rmse_px),
+        figure(point.depth_rmse_mm),
+        figure(point.mask_iou),
+    )
+}
+
+/// The curve as comma-separated values with a line of names; a figure that no image has is left empty.
+pub fn curve_csv(curve: &[CurvePoint]) -> String {
+    let mut csv = "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou\n".to_owned();
+    for point in curve {
+        let figure = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+        let cells = [
+            point.samples.to_string(),
+            point.seconds.to_string(),
+            point.loss.to_string(),
+            point.learning_rate.to_string(),
+            figure(point.registration_rmse_px),
+            figure(point.depth_rmse_mm),
+            figure(point.mask_iou),
+        ];
+        csv.push_str(&cells.join(","));
+        csv.push('\n');
+    }
+    csv
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_has_a_line_a_point_and_leaves_unknown_figures_empty() {
+        let point = CurvePoint {
+            samples: 64,
+            seconds: 1.5,
+            loss: 0.25,
+            learning_rate: 0.001,
+            registration_rmse_px: None,
+            depth_rmse_mm: Some(12.5),
+            mask_iou: Some(0.0),
+        };
+        let csv = curve_csv(&[point, point]);
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0");
+        assert_eq!(lines[0].matches(',').count(), lines[1].matches(',').count());
+    }
+}

@@ -1,0 +1,24 @@
+//! The one style of progress bars. They go to stderr and only to a terminal.
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar that counts `length` things of a kind ("frames").
+pub fn counting(length: u64, things: &'static str) -> ProgressBar {
+    bar(
+        length,
+        &format!("{{bar:30}} {{pos}}/{{len}} {things}, {{per_sec}}, {{eta}} left  {{msg}}"),
+    )
+}
+
+/// A bar that fills up from 0 to 1000 with a message.
+pub fn share() -> ProgressBar {
+    bar(SHARE_LENGTH, "{bar:30} {percent:>3} %  {msg}")
+}
+
+/// Length of a [`share`] bar.
+pub const SHARE_LENGTH: u64 = 1000;
+
+fn bar(length: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length).with_style(style)
+}

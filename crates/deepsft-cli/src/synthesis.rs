@@ -1,0 +1,88 @@
+//! Synthetic samples for the commands: the training camera, all cores, in order.
+
+use crate::failure::BlameInput;
+use crate::input;
+use anyhow::{Result, bail};
+use deepsft_geometry::{Picture, Template};
+use deepsft_synth::{Sample, SynthConfig, Synthesizer};
+use rayon::prelude::*;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Samples that are made at a time.
+const AHEAD: u64 = 16;
+
+/// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
+pub fn synthesizer(template: &Template, backgrounds: Option<&Path>) -> Result<Synthesizer> {
+    let synthesizer = Synthesizer::new(template, SynthConfig::default())?;
+    Ok(match backgrounds {
+        Some(folder) => synthesizer.with_photographs(photographs(folder)?),
+        None => synthesizer,
+    })
+}
+
+/// The PNG and JPEG files of a folder, by name.
+fn photographs(folder: &Path) -> Result<Vec<Picture>> {
+    let list = || -> Result<Vec<PathBuf>> {
+        let paths = fs::read_dir(folder)?
+            .map(|entry| Ok(entry?.path()))
+            .collect::<Result<Vec<_>>>()?;
+        let mut paths: Vec<_> = paths.into_iter().filter(|path| is_photograph(path)).collect();
+        paths.sort();
+        if paths.is_empty() {
+            bail!("there is no PNG or JPEG file in it");
+        }
+        Ok(paths)
+    };
+    list()
+        .blame("folder of photographs", folder)?
+        .iter()
+        .map(|path| input::picture(path))
+        .collect()
+}
+
+fn is_photograph(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
+}
+
+/// The samples `indices` of `seed` in order, made some at a time on all cores.
+pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
+    indices.clone().step_by(AHEAD as usize).flat_map(move |first| {
+        let some = first..(first + AHEAD).min(indices.end);
+        some.into_par_iter()
+            .map(|index| synthesizer.sample(seed, index))
+            .collect::<Vec<_>>()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_come_in_order_and_none_is_lost_at_the_end() {
+        let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
+        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
+        let synthesizer = synthesizer(&template, None).unwrap();
+        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3).collect();
+        assert_eq!(some.len() as u64, AHEAD + 3);
+        for offset in [0, AHEAD - 1, AHEAD, AHEAD + 2] {
+            assert!(
+                some[offset as usize] == synthesizer.sample(5, 7 + offset),
+                "sample {offset}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_folder_without_photographs_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("notes.txt"), "").unwrap();
+        assert!(photographs(folder.path()).is_err());
+        let png = deepsft::encode_png(&Picture::from_fn(3, 2, |_, _| [9; 3])).unwrap();
+        fs::write(folder.path().join("a.PNG"), png).unwrap();
+        assert_eq!(photographs(folder.path()).unwrap().len(), 1);
+    }
+}

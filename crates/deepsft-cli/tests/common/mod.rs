@@ -1,0 +1,98 @@
+//! What the tests of the command share: running it, and inputs for it.
+
+use deepsft::{
+    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, encode_png, start_device,
+    template_to_files,
+};
+use deepsft_geometry::{Picture, Template, training_camera};
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// What a run of the command left behind.
+#[derive(Debug)]
+pub struct Run {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// Runs `deepsft` in `folder`.
+pub fn deepsft<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_deepsft"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Run {
+        code: output.status.code().unwrap(),
+        stdout: text(&output.stdout),
+        stderr: text(&output.stderr),
+    }
+}
+
+impl Run {
+    /// Checks that the run failed with `code` and told each of `parts`.
+    pub fn fails(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, code, "{self:?}");
+        for part in parts {
+            assert!(self.stderr.contains(part), "{part:?} is not in: {}", self.stderr);
+        }
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+    }
+
+    /// Checks that the run succeeded.
+    pub fn succeeds(&self) -> &Self {
+        assert_eq!(self.code, 0, "{self:?}");
+        self
+    }
+}
+
+/// A picture that is nowhere like itself.
+pub fn art() -> Picture {
+    Picture::from_fn(120, 90, |x, y| [(2 * x) as u8, (2 * y) as u8, (x * y % 251) as u8])
+}
+
+/// A template of 200 x 150 mm with that picture.
+pub fn template() -> Template {
+    Template::thin_shell(art(), 200.0, 150.0).unwrap()
+}
+
+/// Writes files by name into `folder`.
+pub fn write_files(folder: &Path, files: &BTreeMap<String, Vec<u8>>) {
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+}
+
+/// Writes the template into the folder `name` of `folder`.
+pub fn write_template(folder: &Path, name: &str) {
+    write_files(&folder.join(name), &template_to_files(&template()).unwrap());
+}
+
+/// Writes a bundle of a network with its first, untrained weights into the folder `name` of `folder`.
+pub fn write_bundle(folder: &Path, name: &str) {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let camera = training_camera();
+    let network = NetworkConfig::compact([200.0, 150.0], camera.focal().x).init(&device);
+    let card = ModelCard {
+        name: "untrained".to_owned(),
+        licence: "MIT OR Apache-2.0".to_owned(),
+        found: FoundRule::default(),
+        provenance: Provenance::default(),
+        accuracy: Accuracy::default(),
+    };
+    let bundle = ModelBundle::new(network, template(), camera, card);
+    write_files(&folder.join(name), &bundle.to_files().unwrap());
+}
+
+/// Writes a grey photograph of 640 x 360 pixels.
+pub fn write_photograph(folder: &Path, name: &str) {
+    let picture = Picture::from_fn(640, 360, |x, y| [((x + y) % 200) as u8; 3]);
+    fs::write(folder.join(name), encode_png(&picture).unwrap()).unwrap();
+}

@@ -1,0 +1,37 @@
+//! Cameras, meshes, templates, maps and metrics of Shape-from-Template: pure maths.
+//!
+//! # Conventions, fixed once for the whole project
+//!
+//! * **Frames.** *Template* (the rest shape), *camera* (x right, y down, z forward), *image* (pixels,
+//!   origin at the top-left corner, the first pixel's centre at (0.5, 0.5)), *texture* ((u, v) in the
+//!   unit square, v down). `camera_from_template` maps template points to camera points; points carry
+//!   their frame in their name (`p_camera`, `vertices_template`).
+//! * **A flat thin shell** lies in the plane z = 0 of its template frame, centred on the origin, x
+//!   right and y down as on the printed sheet, so the identity rotation shows it frontal and
+//!   unmirrored: u = x / width + 1/2, v = y / height + 1/2. Its front faces -z.
+//! * **Units.** Lengths are millimetres; angles are radians (`_deg` where a person types them). `f64`
+//!   in geometry, `f32` in maps.
+//! * **Maps** are row-major, [`CANONICAL_HEIGHT`] rows by [`CANONICAL_WIDTH`] columns. Outside the
+//!   object depth is -1 and registration (-1, -1).
+//!
+//! This crate opens no file, reads no clock and starts no thread.
+
+mod camera;
+mod canonical;
+mod error;
+mod maps;
+mod mesh;
+pub mod metrics;
+mod photometric;
+mod picture;
+mod template;
+
+pub use camera::{Camera, PAPER_CAMERAS};
+pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
+pub use error::GeometryError;
+pub use glam;
+pub use maps::{Maps, OUTSIDE};
+pub use mesh::TriangleMesh;
+pub use photometric::{draw_template, photometric_error};
+pub use picture::Picture;
+pub use template::Template;

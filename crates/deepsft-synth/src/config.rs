@@ -1,0 +1,253 @@
+//! What is varied in synthetic samples, and how far.
+
+use crate::{DeformationConfig, PoseConfig, SynthError};
+use deepsft_geometry::{Camera, training_camera};
+
+/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly; shares are
+/// probabilities. The defaults are the training distribution of the shipped models (our choice; wider than the
+/// paper's section 5.1 in light and in effects, because ours never sees real training images).
+#[derive(Clone, Debug)]
+pub struct SynthConfig {
+    /// How the sheet bends.
+    pub deformation: DeformationConfig,
+    /// How it is held before the camera.
+    pub pose: PoseConfig,
+    /// The camera that takes the picture; without lens distortion. Default: the training camera (480 x 270).
+    pub camera: Camera,
+    /// Share of samples without the template. Default 0.1.
+    pub empty_share: f64,
+    /// Share of samples with the template in which another printed sheet lies behind or beside it. Default 0.3.
+    pub distractor_share: f64,
+    /// Share of the samples without the template in which another printed sheet is shown in its place, so that
+    /// "some printed sheet" is not enough to be found. Default 0.7.
+    pub empty_distractor_share: f64,
+    /// Share of samples with something held or lying before the sheet. Default 0.5.
+    pub occluder_share: f64,
+    /// Largest share of the visible sheet that occluders cover together. Default 0.35.
+    pub most_occluded: f64,
+    /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
+    /// and shapes are drawn again until there are as many. Default 1500 (1.2 % of the frame).
+    pub least_visible_px: usize,
+    /// Light and paper.
+    pub lighting: LightingConfig,
+    /// Camera effects.
+    pub effects: EffectsConfig,
+}
+
+/// Light and paper of [`SynthConfig`].
+#[derive(Clone, Debug)]
+pub struct LightingConfig {
+    /// Largest angle between the distant light and the direction from the scene to the camera, degrees. Default
+    /// 75 (the paper: 10).
+    pub most_angle_deg: f64,
+    /// Share of the light that is ambient. Default [0.3, 0.85].
+    pub ambient_share: [f64; 2],
+    /// What white paper facing the light sends, before gain; 1 saturates the sensor. Default [0.4, 1.1].
+    pub white_level: [f64; 2],
+    /// Largest warm or cold tint of each light, relative. Default 0.18.
+    pub tint: f64,
+    /// Share of scenes with the soft edge of a shadow. Default 0.3.
+    pub shadow_share: f64,
+    /// Cook-Torrance roughness of the paper; small is glossy. Default [0.28, 0.8].
+    pub roughness: [f64; 2],
+    /// Strength of the specular lobe, 1 is a varnished surface. Default [0, 1].
+    pub specular: [f64; 2],
+    /// Share of light on the far side that shines through the paper. Default [0, 0.35].
+    pub translucency: [f64; 2],
+}
+
+/// Camera effects of [`SynthConfig`].
+#[derive(Clone, Debug)]
+pub struct EffectsConfig {
+    /// Gain on the linear image. Default [0.7, 1.3].
+    pub gain: [f64; 2],
+    /// Largest relative error of the red and blue white-balance gains. Default 0.12.
+    pub white_balance: f64,
+    /// Exponent on the sRGB image. Default [0.8, 1.25].
+    pub gamma: [f64; 2],
+    /// Contrast about mid grey of the sRGB image. Default [0.8, 1.25].
+    pub contrast: [f64; 2],
+    /// Saturation of colours; 0 is grey. Default [0.6, 1.4].
+    pub saturation: [f64; 2],
+    /// Standard deviation of the Gaussian defocus, pixels. Default [0.3, 1.2].
+    pub defocus_px: [f64; 2],
+    /// Share of samples with motion blur. Default 0.2.
+    pub motion_share: f64,
+    /// Length of the motion, pixels. Default [1.5, 7].
+    pub motion_px: [f64; 2],
+    /// Share of samples sharpened by the camera (unsharp mask with haloes). Default 0.3.
+    pub sharpening_share: f64,
+    /// Standard deviation of the sensor noise at mid grey, grey levels of 255. Default [0.3, 6].
+    pub noise_levels: [f64; 2],
+    /// Darkening of the corners, relative. Default [0, 0.25].
+    pub vignetting: [f64; 2],
+    /// Share of samples that go through JPEG. Default 0.5.
+    pub jpeg_share: f64,
+    /// JPEG quality, 1 to 100. Default [35, 95].
+    pub jpeg_quality: [f64; 2],
+    /// Share of samples with black bars, as the canonical warp of a narrower or upright camera leaves. Default 0.1.
+    pub bars_share: f64,
+}
+
+impl Default for SynthConfig {
+    fn default() -> Self {
+        Self {
+            deformation: DeformationConfig::default(),
+            pose: PoseConfig::default(),
+            camera: training_camera(),
+            empty_share: 0.1,
+            distractor_share: 0.3,
+            empty_distractor_share: 0.7,
+            occluder_share: 0.5,
+            most_occluded: 0.35,
+            least_visible_px: 1500,
+            lighting: LightingConfig::default(),
+            effects: EffectsConfig::default(),
+        }
+    }
+}
+
+impl Default for LightingConfig {
+    fn default() -> Self {
+        Self {
+            most_angle_deg: 75.0,
+            ambient_share: [0.3, 0.85],
+            white_level: [0.4, 1.1],
+            tint: 0.18,
+            shadow_share: 0.3,
+            roughness: [0.28, 0.8],
+            specular: [0.0, 1.0],
+            translucency: [0.0, 0.35],
+        }
+    }
+}
+
+impl Default for EffectsConfig {
+    fn default() -> Self {
+        Self {
+            gain: [0.7, 1.3],
+            white_balance: 0.12,
+            gamma: [0.8, 1.25],
+            contrast: [0.8, 1.25],
+            saturation: [0.6, 1.4],
+            defocus_px: [0.3, 1.2],
+            motion_share: 0.2,
+            motion_px: [1.5, 7.0],
+            sharpening_share: 0.3,
+            noise_levels: [0.3, 6.0],
+            vignetting: [0.0, 0.25],
+            jpeg_share: 0.5,
+            jpeg_quality: [35.0, 95.0],
+            bars_share: 0.1,
+        }
+    }
+}
+
+impl SynthConfig {
+    /// Every setting as text, the same for equal configurations: written beside a data set.
+    pub fn description(&self) -> String {
+        format!("{self:?}")
+    }
+
+    /// A number that differs between configurations (FNV-1a of the description).
+    pub fn fingerprint(&self) -> u64 {
+        self.description().bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    }
+
+    /// Checks shares, ranges and the camera.
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] names the field; [`SynthError::DistortedCamera`].
+    pub(crate) fn check(&self) -> Result<(), SynthError> {
+        if self.camera.distortion() != [0.0; 5] {
+            return Err(SynthError::DistortedCamera {
+                actual: self.camera.distortion(),
+            });
+        }
+        let (light, effects) = (&self.lighting, &self.effects);
+        for (parameter, share) in [
+            ("empty_share", self.empty_share),
+            ("distractor_share", self.distractor_share),
+            ("empty_distractor_share", self.empty_distractor_share),
+            ("occluder_share", self.occluder_share),
+            ("most_occluded", self.most_occluded),
+            ("lighting.shadow_share", light.shadow_share),
+            ("effects.motion_share", effects.motion_share),
+            ("effects.sharpening_share", effects.sharpening_share),
+            ("effects.jpeg_share", effects.jpeg_share),
+            ("effects.bars_share", effects.bars_share),
+        ] {
+            if !(0.0..=1.0).contains(&share) {
+                return Err(SynthError::Setting {
+                    parameter,
+                    actual: share.to_string(),
+                    expected: "a share of 0 to 1",
+                });
+            }
+        }
+        for (parameter, [low, high], most) in [
+            ("lighting.most_angle_deg", [0.0, light.most_angle_deg], 180.0),
+            ("lighting.ambient_share", light.ambient_share, 1.0),
+            ("lighting.white_level", light.white_level, 100.0),
+            ("lighting.tint", [0.0, light.tint], 0.9),
+            ("lighting.roughness", light.roughness, 1.0),
+            ("lighting.specular", light.specular, 100.0),
+            ("lighting.translucency", light.translucency, 1.0),
+            ("effects.gain", effects.gain, 100.0),
+            ("effects.white_balance", [0.0, effects.white_balance], 0.9),
+            ("effects.gamma", effects.gamma, 10.0),
+            ("effects.contrast", effects.contrast, 10.0),
+            ("effects.saturation", effects.saturation, 10.0),
+            ("effects.defocus_px", effects.defocus_px, 20.0),
+            ("effects.motion_px", effects.motion_px, 100.0),
+            ("effects.noise_levels", effects.noise_levels, 255.0),
+            ("effects.vignetting", effects.vignetting, 1.0),
+            ("effects.jpeg_quality", effects.jpeg_quality, 100.0),
+        ] {
+            if !(0.0 <= low && low <= high && high <= most) {
+                let actual = format!("[{low}, {high}]");
+                let expected = "0 <= lowest <= highest <= the field's limit";
+                return Err(SynthError::Setting {
+                    parameter,
+                    actual,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_out_of_range_are_refused_by_name() {
+        let mut config = SynthConfig {
+            empty_share: 1.5,
+            ..SynthConfig::default()
+        };
+        assert!(config.check().unwrap_err().to_string().contains("empty_share is 1.5"));
+        config = SynthConfig::default();
+        config.effects.gain = [2.0, 1.0];
+        assert!(config.check().unwrap_err().to_string().contains("effects.gain"));
+        config = SynthConfig::default();
+        config.lighting.roughness = [f64::NAN, 1.0];
+        assert!(config.check().is_err());
+        config = SynthConfig::default();
+        config.camera = config.camera.with_distortion([0.1, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        assert!(matches!(config.check(), Err(SynthError::DistortedCamera { .. })));
+        assert!(SynthConfig::default().check().is_ok());
+    }
+
+    #[test]
+    fn the_fingerprint_follows_every_setting() {
+        let (a, mut b) = (SynthConfig::default(), SynthConfig::default());
+        assert_eq!(a.fingerprint(), b.fingerprint());
+        b.effects.noise_levels[1] = 6.5;
+        assert_ne!(a.fingerprint(), b.fingerprint());
+    }
+}

@@ -1,0 +1,468 @@
+//! Data sets on disk: WebDataset-style tar shards and their description.
+//!
+//! A shard holds four entries for each sample, `NNNNNN` being its number within the shard:
+//!
+//! | entry | content |
+//! |---|---|
+//! | `NNNNNN.rgb.png` | the picture, 8-bit RGB |
+//! | `NNNNNN.depth.png` | depth, 16-bit grey, in tenths of a millimetre; 0 is outside the object |
+//! | `NNNNNN.uv.png` | registration, 16-bit RGB: u and v times 65535 in red and green; blue is 65535 on the object and 0 outside, where red and green are 0 too |
+//! | `NNNNNN.json` | seed, index, has_template, camera, towards_light, vertices_camera (mm) |
+//!
+//! So depth comes back within 0.05 mm and registration within 1 / 131070.
+
+use crate::{Sample, SynthConfig, SynthError};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture, Template};
+use image::codecs::png::PngEncoder;
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
+use serde::{Deserialize, Serialize};
+use std::io::{Cursor, Read, Write};
+
+/// Units of `depth.png` in a millimetre.
+const DEPTH_UNITS_PER_MM: f32 = 10.0;
+
+/// Value of 1 in `uv.png`.
+const UV_ONE: f32 = 65535.0;
+
+const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
+
+/// Largest entry that is read, bytes: a 16-bit RGB map of 4096 x 2160 uncompressed.
+const LARGEST_ENTRY: u64 = 64 << 20;
+
+/// Longest side of a picture that is decoded, pixels.
+const LONGEST_SIDE: u32 = 8192;
+
+/// Version of the layout described above, written into `dataset.json`.
+const FORMAT_VERSION: u32 = 1;
+
+/// A sample and where it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampleRecord {
+    /// Seed of the data set.
+    pub seed: u64,
+    /// Index of the sample within the data set.
+    pub index: u64,
+    /// The sample. Read from a shard, its truth is rounded (see [`write_shard`]).
+    pub sample: Sample,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SampleJson {
+    seed: u64,
+    index: u64,
+    has_template: bool,
+    camera: CameraJson,
+    towards_light: [f64; 3],
+    vertices_camera: Vec<[f64; 3]>,
+}
+
+/// A camera in JSON: the fields of `camera.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct CameraJson {
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    #[serde(default)]
+    distortion: [f64; 5],
+}
+
+impl CameraJson {
+    fn new(camera: &Camera) -> Self {
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        Self {
+            width: camera.width(),
+            height: camera.height(),
+            fx: focal.x,
+            fy: focal.y,
+            cx: principal.x,
+            cy: principal.y,
+            distortion: camera.distortion(),
+        }
+    }
+
+    fn camera(&self) -> Result<Camera, SynthError> {
+        let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, self.cx, self.cy)?;
+        Ok(camera.with_distortion(self.distortion)?)
+    }
+}
+
+/// What `dataset.json` says of the shards beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DatasetDescription {
+    /// Version of the shards' layout.
+    pub format_version: u32,
+    /// Seed of all samples.
+    pub seed: u64,
+    /// Number of samples in all shards.
+    pub samples: u64,
+    /// File names of the shards, in order.
+    pub shards: Vec<String>,
+    /// Width and height of the template, mm.
+    pub template_size_mm: [f64; 2],
+    /// Unit of the depth files, mm.
+    pub depth_unit_mm: f64,
+    /// What 1 of u and v is in the registration files.
+    pub uv_one: u32,
+    /// [`SynthConfig::fingerprint`] in hexadecimal.
+    pub configuration_fingerprint: String,
+    /// [`SynthConfig::description`]: every setting as text.
+    pub configuration: String,
+}
+
+impl DatasetDescription {
+    /// The description of `samples` samples of `template`, made with `config` and `seed`, in `shards`.
+    pub fn new(template: &Template, config: &SynthConfig, seed: u64, samples: u64, shards: Vec<String>) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            seed,
+            samples,
+            shards,
+            template_size_mm: template.size_mm().to_array(),
+            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
+            uv_one: UV_ONE as u32,
+            configuration_fingerprint: format!("{:016x}", config.fingerprint()),
+            configuration: config.description(),
+        }
+    }
+
+    /// The text of `dataset.json`.
+    ///
+    /// # Errors
+    /// [`SynthError::Json`] when a number is not finite.
+    pub fn to_json(&self) -> Result<String, SynthError> {
+        serde_json::to_string_pretty(self).map_err(|source| SynthError::Json {
+            name: "dataset.json".into(),
+            source,
+        })
+    }
+
+    /// Reads the text of `dataset.json`.
+    ///
+    /// # Errors
+    /// [`SynthError::Json`] when it is not such a text, [`SynthError::EntryContent`] when its version or its units are
+    /// not ours.
+    pub fn from_json(text: &str) -> Result<Self, SynthError> {
+        let name = || "dataset.json".to_owned();
+        let description: Self =
+            serde_json::from_str(text).map_err(|source| SynthError::Json { name: name(), source })?;
+        let units = |d: &Self| {
+            format!(
+                "format version {}, depth unit {} mm, uv one {}",
+                d.format_version, d.depth_unit_mm, d.uv_one
+            )
+        };
+        let ours = Self {
+            format_version: FORMAT_VERSION,
+            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
+            uv_one: UV_ONE as u32,
+            ..description.clone()
+        };
+        if units(&description) != units(&ours) {
+            return Err(SynthError::EntryContent {
+                name: name(),
+                actual: units(&description),
+                expected: units(&ours),
+            });
+        }
+        Ok(description)
+    }
+}
+
+/// Writes samples as a shard, numbered from 0 in their order; returns how many there were. Depth is rounded to 0.1 mm,
+/// registration to 1 / 65535.
+///
+/// # Errors
+/// [`SynthError::Io`] from `out`, [`SynthError::DepthRange`] for a depth above 6553.5 mm.
+pub fn write_shard(out: impl Write, records: impl IntoIterator<Item = SampleRecord>) -> Result<u64, SynthError> {
+    let mut archive = tar::Builder::new(out);
+    let mut number = 0_u64;
+    for record in records {
+        let mut append = |part: &str, content: &[u8]| {
+            // Nothing of the machine or the moment goes into the header: equal samples are equal bytes.
+            let mut header = tar::Header::new_ustar();
+            header.set_size(content.len() as u64);
+            header.set_mode(0o644);
+            archive.append_data(&mut header, format!("{number:06}.{part}"), content)
+        };
+        let [rgb, depth, uv, json] = encode(&record, number)?;
+        for (part, content) in PARTS.into_iter().zip([rgb, depth, uv, json]) {
+            append(part, &content)?;
+        }
+        number += 1;
+    }
+    archive.into_inner()?.flush()?;
+    Ok(number)
+}
+
+/// The contents of the entries of [`PARTS`].
+fn encode(record: &SampleRecord, number: u64) -> Result<[Vec<u8>; 4], SynthError> {
+    let SampleRecord { sample, index, seed } = record;
+    let (width, height) = (sample.truth.width() as u32, sample.truth.height() as u32);
+    let (mut depth, mut uv) = (Vec::new(), Vec::new());
+    for (&depth_mm, &coordinates) in sample.truth.depth().iter().zip(sample.truth.registration()) {
+        let inside = depth_mm > OUTSIDE;
+        let units = (depth_mm * DEPTH_UNITS_PER_MM).round();
+        if inside && !(1.0..=65535.0).contains(&units) {
+            return Err(SynthError::DepthRange {
+                depth_mm,
+                index: *index,
+            });
+        }
+        let [u, v] = coordinates.map(|c| (c.clamp(0.0, 1.0) * UV_ONE).round() as u16);
+        depth.extend((if inside { units as u16 } else { 0 }).to_ne_bytes());
+        for value in if inside { [u, v, u16::MAX] } else { [0; 3] } {
+            uv.extend(value.to_ne_bytes());
+        }
+    }
+    let png = |part: usize, bytes: &[u8], width: u32, height: u32, color: ExtendedColorType| {
+        let mut coded = Vec::new();
+        match PngEncoder::new(&mut coded).write_image(bytes, width, height, color) {
+            Ok(()) => Ok(coded),
+            Err(source) => Err(SynthError::EntryPicture {
+                name: format!("{number:06}.{}", PARTS[part]),
+                source,
+            }),
+        }
+    };
+    let image = &sample.image;
+    let json = SampleJson {
+        seed: *seed,
+        index: *index,
+        has_template: sample.has_template,
+        camera: CameraJson::new(&sample.camera),
+        towards_light: sample.towards_light.to_array(),
+        vertices_camera: sample.vertices_camera.iter().map(DVec3::to_array).collect(),
+    };
+    Ok([
+        png(
+            0,
+            image.rgb(),
+            image.width() as u32,
+            image.height() as u32,
+            ExtendedColorType::Rgb8,
+        )?,
+        png(1, &depth, width, height, ExtendedColorType::L16)?,
+        png(2, &uv, width, height, ExtendedColorType::Rgb16)?,
+        serde_json::to_vec(&json).map_err(|source| SynthError::Json {
+            name: format!("{number:06}.{}", PARTS[3]),
+            source,
+        })?,
+    ])
+}
+
+/// Reads a shard sample by sample.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template};
+/// use deepsft_synth::{SampleRecord, ShardReader, SynthConfig, Synthesizer, write_shard};
+/// let template = Template::thin_shell(Picture::from_fn(8, 6, |x, y| [30 * x as u8, 40 * y as u8, 0]), 200.0, 150.0)?;
+/// let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
+/// let mut shard = Vec::new();
+/// write_shard(&mut shard, (0..2).map(|index| SampleRecord { seed: 1, index, sample: synthesizer.sample(1, index) }))?;
+/// let mut reader = ShardReader::new(shard.as_slice());
+/// for record in reader.records()? {
+///     let record = record?;
+///     assert_eq!(record.sample.image, synthesizer.sample(1, record.index).image);
+/// }
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+pub struct ShardReader<R: Read> {
+    archive: tar::Archive<R>,
+}
+
+impl<R: Read> std::fmt::Debug for ShardReader<R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ShardReader").finish_non_exhaustive()
+    }
+}
+
+impl<R: Read> ShardReader<R> {
+    /// A reader of the shard in `input`.
+    pub fn new(input: R) -> Self {
+        Self {
+            archive: tar::Archive::new(input),
+        }
+    }
+
+    /// The samples in their order; after an error there are no more. Each item fails with the entry's name when an entry
+    /// is foreign, missing, there twice, truncated, too large or not what it should be.
+    ///
+    /// # Errors
+    /// [`SynthError::Io`] when the input is no tar archive or this is the second call.
+    pub fn records(&mut self) -> Result<impl Iterator<Item = Result<SampleRecord, SynthError>>, SynthError> {
+        let mut entries = self.archive.entries()?;
+        let mut pending = PendingSample::default();
+        let mut ended = false;
+        Ok(std::iter::from_fn(move || {
+            while !ended {
+                let step = match entries.next() {
+                    Some(entry) => entry.map_err(SynthError::from).and_then(|entry| pending.take(entry)),
+                    None => {
+                        ended = true;
+                        pending.finish()
+                    }
+                };
+                ended |= step.is_err();
+                if let Some(result) = step.transpose() {
+                    return Some(result);
+                }
+            }
+            None
+        }))
+    }
+}
+
+/// The parts of the sample that is being read.
+#[derive(Default)]
+struct PendingSample {
+    key: String,
+    parts: [Option<Vec<u8>>; 4],
+}
+
+impl PendingSample {
+    /// Takes an entry in; gives a sample when it was the last of one.
+    fn take<R: Read>(&mut self, mut entry: tar::Entry<'_, R>) -> Result<Option<SampleRecord>, SynthError> {
+        let name = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
+        let foreign = || SynthError::ForeignEntry { name: name.clone() };
+        let (key, part) = name.split_once('.').ok_or_else(foreign)?;
+        let part = PARTS.iter().position(|known| *known == part).ok_or_else(foreign)?;
+        let numbered = !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_digit());
+        if !numbered || !entry.header().entry_type().is_file() {
+            return Err(foreign());
+        }
+        if !self.key.is_empty() && self.key != key {
+            return Err(self.missing());
+        }
+        key.clone_into(&mut self.key);
+        if self.parts[part].is_some() {
+            return Err(SynthError::RepeatedEntry { name });
+        }
+        let expected = entry.size();
+        if expected > LARGEST_ENTRY {
+            let (actual, expected) = (format!("{expected} bytes"), format!("at most {LARGEST_ENTRY} bytes"));
+            return Err(SynthError::EntryContent { name, actual, expected });
+        }
+        let mut content = Vec::new();
+        let truncated = |actual: usize| SynthError::TruncatedEntry {
+            name: name.clone(),
+            actual: actual as u64,
+            expected,
+        };
+        match entry.read_to_end(&mut content) {
+            Ok(_) if content.len() as u64 == expected => self.parts[part] = Some(content),
+            Ok(_) => return Err(truncated(content.len())),
+            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Err(truncated(content.len())),
+            Err(error) => return Err(error.into()),
+        }
+        if self.parts.iter().any(Option::is_none) {
+            return Ok(None);
+        }
+        let Self { key, parts } = std::mem::take(self);
+        decode(&key, &parts.map(Option::unwrap_or_default)).map(Some)
+    }
+
+    /// At the end of the shard: nothing may be pending.
+    fn finish(&self) -> Result<Option<SampleRecord>, SynthError> {
+        if self.key.is_empty() {
+            Ok(None)
+        } else {
+            Err(self.missing())
+        }
+    }
+
+    fn missing(&self) -> SynthError {
+        let missing = PARTS.iter().zip(&self.parts).find(|(_, content)| content.is_none());
+        SynthError::MissingPart {
+            key: self.key.clone(),
+            part: missing.map_or("", |(part, _)| *part),
+        }
+    }
+}
+
+/// The sample of the entries of [`PARTS`].
+fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, SynthError> {
+    let name = |part: usize| format!("{key}.{}", PARTS[part]);
+    let json: SampleJson =
+        serde_json::from_slice(&parts[3]).map_err(|source| SynthError::Json { name: name(3), source })?;
+    let camera = json.camera.camera()?;
+    let picture = |part: usize| {
+        let image = decode_png(&parts[part]).map_err(|source| SynthError::EntryPicture {
+            name: name(part),
+            source,
+        })?;
+        if (image.width(), image.height()) != (camera.width(), camera.height()) {
+            let actual = format!("{} x {} pixels", image.width(), image.height());
+            let expected = format!("the camera's {} x {}", camera.width(), camera.height());
+            return Err(SynthError::EntryContent {
+                name: name(part),
+                actual,
+                expected,
+            });
+        }
+        Ok(image)
+    };
+    let wrong = |part: usize, image: &DynamicImage, expected: &str| SynthError::EntryContent {
+        name: name(part),
+        actual: format!("{:?}", image.color()),
+        expected: expected.into(),
+    };
+    let (rgb, depth, uv) = match (picture(0)?, picture(1)?, picture(2)?) {
+        (DynamicImage::ImageRgb8(rgb), DynamicImage::ImageLuma16(depth), DynamicImage::ImageRgb16(uv)) => {
+            (rgb, depth, uv)
+        }
+        (DynamicImage::ImageRgb8(_), DynamicImage::ImageLuma16(_), uv) => return Err(wrong(2, &uv, "16-bit RGB")),
+        (DynamicImage::ImageRgb8(_), depth, _) => return Err(wrong(1, &depth, "16-bit grey")),
+        (rgb, ..) => return Err(wrong(0, &rgb, "8-bit RGB")),
+    };
+    let (width, height) = (camera.width() as usize, camera.height() as usize);
+    let mut truth = Maps::empty(width, height);
+    for (pixel, (depth, uv)) in depth.pixels().zip(uv.pixels()).enumerate() {
+        if (depth.0[0] > 0) != (uv.0[2] > 0) {
+            let actual = format!("inside and outside the object at pixel {pixel}");
+            let expected = "the same mask as the depth".into();
+            return Err(SynthError::EntryContent {
+                name: name(2),
+                actual,
+                expected,
+            });
+        }
+        if depth.0[0] > 0 {
+            let uv = [uv.0[0], uv.0[1]].map(|c| f32::from(c) / UV_ONE);
+            truth.set(pixel, f32::from(depth.0[0]) / DEPTH_UNITS_PER_MM, uv);
+        }
+    }
+    if json.has_template != (truth.area() > 0) {
+        let actual = format!("has_template {} with {} pixels of it", json.has_template, truth.area());
+        return Err(SynthError::EntryContent {
+            name: name(3),
+            actual,
+            expected: "the maps' own".into(),
+        });
+    }
+    let sample = Sample {
+        image: Picture::new(width, height, rgb.into_raw())?,
+        truth,
+        vertices_camera: json.vertices_camera.into_iter().map(DVec3::from_array).collect(),
+        camera,
+        has_template: json.has_template,
+        towards_light: DVec3::from_array(json.towards_light),
+    };
+    Ok(SampleRecord {
+        seed: json.seed,
+        index: json.index,
+        sample,
+    })
+}
+
+fn decode_png(bytes: &[u8]) -> image::ImageResult<DynamicImage> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LONGEST_SIDE);
+    limits.max_image_height = Some(LONGEST_SIDE);
+    reader.limits(limits);
+    reader.decode()
+}

@@ -1,0 +1,276 @@
+//! Random quasi-isometric deformations of a thin shell: what paper does in a person's hands.
+//!
+//! Paper bends without stretching, so its shapes are developable: ruled by straight lines along which
+//! the tangent plane is constant. We draw such shapes directly, as bends along rulings that compose
+//! exactly where their strips do not cross, add what is only nearly developable (waves, bends that do
+//! cross), and let a position-based relaxation restore the length of the mesh's edges. The paper took
+//! its deformations from a physics engine; this construction is our choice.
+
+use crate::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::relaxation::Relaxation;
+use crate::shape::Shape;
+use deepsft_geometry::{
+    Template, TriangleMesh,
+    glam::{DQuat, DVec3},
+};
+use rand::Rng;
+
+/// How often a deformation is made weaker until it is isometric enough, before the sheet is left flat.
+const WEAKENING_TRIES: usize = 12;
+/// 95th percentile of the relative change of edge lengths beyond which the relaxation would crumple
+/// the sheet rather than bend it; such a deformation is made weaker before it is relaxed.
+const MOST_CHANGE_TO_RELAX: f64 = 0.06;
+/// Factor on all angles and waves at each such try.
+const WEAKENING: f64 = 0.7;
+
+/// The kinds of shapes that are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeformationFamily {
+    /// Nearly flat with slight waves.
+    Wavy,
+    /// One generalised cylinder or cone over the whole sheet, of random smooth curvature.
+    Cylinder,
+    /// Two to four smooth bends over strips in different directions that do not cross.
+    Bends,
+    /// One or more narrow folds that do not cross.
+    Folds,
+    /// One to four corners curled.
+    CornerCurls,
+    /// Several of these at once, crossing, with waves.
+    Mixed,
+}
+
+impl DeformationFamily {
+    /// All families, in the order of [`DeformationConfig::family_weights`].
+    pub const ALL: [Self; 6] = [
+        Self::Wavy,
+        Self::Cylinder,
+        Self::Bends,
+        Self::Folds,
+        Self::CornerCurls,
+        Self::Mixed,
+    ];
+}
+
+/// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
+/// shares make a configuration fit sheets of any size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeformationConfig {
+    /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.
+    /// Default 1, 3, 2, 2, 2, 3.
+    pub family_weights: [f64; 6],
+    /// Angle in radians through which a bend over the whole sheet turns, from edge to edge (the
+    /// integral of |curvature|). Default 0.2 to 2.2; more shows the sheet from behind.
+    pub bend_rad: [f64; 2],
+    /// Angle in radians of a bend over a strip or of a corner curl. Default 0.2 to 1.6.
+    pub strip_bend_rad: [f64; 2],
+    /// Angle in radians of a fold. Default 0.2 to 1.3; sharper folds are softened by the mesh.
+    pub fold_rad: [f64; 2],
+    /// Width of a fold in mm. Default 3 to 10; below the mesh's cells it no longer matters.
+    pub fold_width_mm: [f64; 2],
+    /// Most folds in a sheet. Default 4.
+    pub most_folds: usize,
+    /// Steepest slope of each wave. Default 0.02 to 0.1 (0.1 is 3 mm on a wave of 200 mm).
+    pub wave_slope: [f64; 2],
+    /// Most radians by which a corner is turned against the sheet's centre. Default 2.5; above pi
+    /// sheets roll up and cut through themselves.
+    pub most_turn_rad: f64,
+    /// Sweeps of the relaxation. Default 40; fewer leave edges longer or shorter around folds and
+    /// where bends cross.
+    pub relaxation_sweeps: usize,
+    /// Bounds on the relative change of edge lengths. Default median 1 %, 95th percentile 3 %; a
+    /// deformation beyond them is drawn weaker.
+    pub most_edge_change: EdgeLengthChange,
+}
+
+impl Default for DeformationConfig {
+    fn default() -> Self {
+        Self {
+            family_weights: [1.0, 3.0, 2.0, 2.0, 2.0, 3.0],
+            bend_rad: [0.2, 2.2],
+            strip_bend_rad: [0.2, 1.6],
+            fold_rad: [0.2, 1.3],
+            fold_width_mm: [3.0, 10.0],
+            most_folds: 4,
+            wave_slope: [0.02, 0.1],
+            most_turn_rad: 2.5,
+            relaxation_sweeps: 40,
+            most_edge_change: EdgeLengthChange {
+                median: 0.01,
+                p95: 0.03,
+            },
+        }
+    }
+}
+
+/// The vertices of `template`'s rest mesh after a random quasi-isometric deformation: mm, template
+/// frame, mean at the origin, mean normal along -z (so that a pose's tilt is the tilt of the sheet as
+/// a whole). Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and
+/// the sheet stays flat when no weaker shape will do. A pure function of its arguments.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template};
+/// use deepsft_synth::{DeformationConfig, deform, edge_length_change};
+/// use rand::SeedableRng;
+/// let a4 = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [255; 3]), 297.0, 210.0)?;
+/// let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
+/// let vertices = deform(&a4, &DeformationConfig::default(), &mut rng);
+/// assert!(edge_length_change(a4.mesh(), &vertices).p95 < 0.03);
+/// # Ok::<(), deepsft_geometry::GeometryError>(())
+/// ```
+pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, rng: &mut R) -> Vec<DVec3> {
+    let rest = template.mesh().vertices();
+    let relaxation = Relaxation::new(template);
+    let change_of = |vertices: &[DVec3]| EdgeLengthChange::of(edge_length_changes(rest, relaxation.edges(), vertices));
+    let mut shape = Shape::sample(template.size_mm(), config, rng);
+    for _ in 0..WEAKENING_TRIES {
+        let mut vertices = rest.to_vec();
+        shape.apply(rest, &mut vertices);
+        if change_of(&vertices).p95 < MOST_CHANGE_TO_RELAX {
+            relaxation.relax(&mut vertices, config.relaxation_sweeps);
+            let (change, most) = (change_of(&vertices), config.most_edge_change);
+            if change.median < most.median && change.p95 < most.p95 {
+                face_front(template.mesh(), &mut vertices);
+                return vertices;
+            }
+        }
+        shape.scale(WEAKENING);
+    }
+    rest.to_vec()
+}
+
+/// Moves the vertices' mean to the origin and turns the mean normal to -z, the short way.
+pub(crate) fn face_front(mesh: &TriangleMesh, vertices: &mut [DVec3]) {
+    let mean = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+    let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+    let normal = mesh.faces().iter().map(area).sum::<DVec3>().normalize_or(DVec3::NEG_Z);
+    let turn = DQuat::from_rotation_arc(normal, DVec3::NEG_Z);
+    vertices.iter_mut().for_each(|vertex| *vertex = turn * (*vertex - mean));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::edge_length_change;
+    use deepsft_geometry::Picture;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+    use std::collections::HashSet;
+
+    fn sheet(width_mm: f64, height_mm: f64) -> Template {
+        Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), width_mm, height_mm).unwrap()
+    }
+
+    fn only(family: usize) -> DeformationConfig {
+        let mut config = DeformationConfig {
+            family_weights: [0.0; 6],
+            ..DeformationConfig::default()
+        };
+        config.family_weights[family] = 1.0;
+        config
+    }
+
+    fn sample(template: &Template, config: &DeformationConfig, seed: u64) -> Vec<DVec3> {
+        deform(template, config, &mut Pcg64Mcg::seed_from_u64(seed))
+    }
+
+    /// Median and 95th percentile over the edges of many samples together, after a check of each.
+    fn change_over(template: &Template, config: &DeformationConfig, samples: u64) -> EdgeLengthChange {
+        let edges = template.mesh().edges();
+        let mut changes = Vec::new();
+        for seed in 0..samples {
+            let vertices = sample(template, config, seed);
+            let change = edge_length_change(template.mesh(), &vertices);
+            assert!(change.median < 0.01 && change.p95 < 0.03, "seed {seed}: {change:?}");
+            changes.extend(edge_length_changes(template.mesh().vertices(), &edges, &vertices));
+        }
+        EdgeLengthChange::of(changes)
+    }
+
+    /// Root mean square distance in mm from the plane z = 0.
+    fn relief(vertices: &[DVec3]) -> f64 {
+        (vertices.iter().map(|v| v.z * v.z).sum::<f64>() / vertices.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn every_family_keeps_edge_lengths_within_one_and_three_percent() {
+        let template = sheet(297.0, 210.0);
+        for (index, family) in DeformationFamily::ALL.into_iter().enumerate() {
+            let change = change_over(&template, &only(index), 300);
+            assert!(change.median < 0.01 && change.p95 < 0.03, "{family:?}: {change:?}");
+        }
+    }
+
+    #[test]
+    fn long_and_large_sheets_keep_their_edge_lengths_too() {
+        for (width, height) in [(80.0, 300.0), (1000.0, 250.0), (60.0, 60.0)] {
+            let change = change_over(&sheet(width, height), &DeformationConfig::default(), 60);
+            assert!(
+                change.median < 0.01 && change.p95 < 0.03,
+                "{width} x {height} mm: {change:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn bends_that_do_not_cross_are_isometric_before_any_relaxation() {
+        // A chord of an arc of angle a is shorter than the arc by a^2 / 24. A strip is at least 15 % of
+        // the sheet's reach (>= 105 mm) wide; its peak curvature is twice the mean, and up to three
+        // times that where a cone's rulings come nearest to their apex (3/4 of the diagonal away at
+        // the strip's middle, at least 1/4 anywhere on the sheet). The longest edge, 14.1 mm, then
+        // turns by at most 3 * 2 * 0.1 rad * 14.1 / 15.75: 1.2 % shorter.
+        let template = sheet(297.0, 210.0);
+        let config = DeformationConfig {
+            strip_bend_rad: [0.1, 0.1],
+            relaxation_sweeps: 0,
+            ..only(2)
+        };
+        let longest = (297.0_f64 / 30.0).hypot(210.0 / 21.0);
+        let bound = (3.0 * 2.0 * 0.1 * longest / (0.15 * 105.0)).powi(2) / 24.0;
+        let edges = template.mesh().edges();
+        for seed in 0..100 {
+            let vertices = sample(&template, &config, seed);
+            let changes = edge_length_changes(template.mesh().vertices(), &edges, &vertices);
+            let most = changes.into_iter().fold(0.0, f64::max);
+            assert!(most < bound, "seed {seed}: {most} of {bound}");
+        }
+    }
+
+    #[test]
+    fn shapes_are_centred_face_the_front_and_are_not_flat() {
+        let template = sheet(297.0, 210.0);
+        let mut bent = 0;
+        for seed in 0..200 {
+            let vertices = sample(&template, &DeformationConfig::default(), seed);
+            assert!((vertices.iter().sum::<DVec3>() / vertices.len() as f64).length() < 1e-9);
+            let mesh = template.mesh().with_vertices(vertices.clone()).unwrap();
+            let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+            let normal: DVec3 = mesh.faces().iter().map(area).sum();
+            assert!(normal.normalize().distance(DVec3::NEG_Z) < 1e-9, "{normal}");
+            assert!(vertices.iter().all(|v| v.length() < 1.5 * 297.0));
+            bent += usize::from(relief(&vertices) > 5.0);
+        }
+        // Five of six families bend by tens of degrees; 5 mm of relief is a bend of 15 degrees.
+        assert!(bent > 100, "{bent} of 200 shapes have a relief above 5 mm");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_shape_and_others_do_not() {
+        let template = sheet(297.0, 210.0);
+        let config = DeformationConfig::default();
+        let shapes: Vec<Vec<DVec3>> = (0..50).map(|seed| sample(&template, &config, seed)).collect();
+        assert_eq!(shapes[7], sample(&template, &config, 7));
+        let corners: HashSet<String> = shapes.iter().map(|shape| format!("{:?}", shape[0])).collect();
+        assert_eq!(corners.len(), shapes.len());
+    }
+
+    #[test]
+    fn a_sheet_that_cannot_be_bent_within_the_bounds_stays_flat() {
+        let template = sheet(297.0, 210.0);
+        let config = DeformationConfig {
+            most_edge_change: EdgeLengthChange { median: 0.0, p95: 0.0 },
+            ..only(5)
+        };
+        assert_eq!(sample(&template, &config, 3), template.mesh().vertices());
+    }
+}

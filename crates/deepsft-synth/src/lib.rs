@@ -1,0 +1,49 @@
+//! Synthetic training data for Shape-from-Template: quasi-isometric deformations, poses, a software
+//! renderer with camera effects, and the data sets made of them. Native only.
+//!
+//! Everything is a pure function of (template, configuration, seed, index).
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod artwork;
+mod background;
+mod bars;
+mod bend;
+mod clip;
+mod color;
+mod config;
+mod dataset;
+mod deformation;
+mod error;
+mod figure;
+mod frame;
+mod hand;
+mod isometry;
+mod noise;
+mod occluder;
+mod photometry;
+mod pose;
+mod poster;
+mod raster;
+mod relaxation;
+mod sampling;
+mod scene;
+mod shading;
+mod shape;
+mod sheet;
+mod synthesizer;
+mod texture;
+
+pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
+pub use config::{EffectsConfig, LightingConfig, SynthConfig};
+pub use dataset::{DatasetDescription, SampleRecord, ShardReader, write_shard};
+pub use deformation::{DeformationConfig, DeformationFamily, deform};
+pub use error::SynthError;
+pub use isometry::{EdgeLengthChange, edge_length_change};
+pub use pose::{PoseConfig, sample_pose, share_in_view};
+pub use poster::{
+    POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
+    poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
+};
+pub use scene::Scene;
+pub use synthesizer::{Sample, Synthesizer};

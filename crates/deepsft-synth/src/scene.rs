@@ -1,0 +1,285 @@
+//! Everything in a synthetic picture but the template's shape and pose.
+
+use crate::SynthError;
+use crate::background::{Placement, strew};
+use crate::bars::Bars;
+use crate::frame::Frame;
+use crate::noise::uniform;
+use crate::occluder::{Held, Occluder, Placed, sample_occluders};
+use crate::photometry::CameraEffects;
+use crate::shading::{Lighting, Paper};
+use crate::sheet::ImageSheet;
+use crate::synthesizer::{Sample, Synthesizer};
+use crate::texture::Texture;
+use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
+use deepsft_geometry::{Maps, Picture};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+/// Reflectance (linear) of the ground of clean renders: mid grey.
+const CLEAN_GROUND: f32 = 0.2;
+
+/// Of the other sheets shown in the template's place: share of blank sheets, and of the template's own back.
+const BLANK_SHARE: f64 = 0.08;
+const BACK_SHARE: f64 = 0.07;
+
+/// A scene waiting for the template: background with what lies behind, light, paper, occluders, camera effects.
+pub struct Scene<'a> {
+    synthesizer: &'a Synthesizer,
+    /// Background and other sheets behind the template.
+    background: Frame,
+    light: Lighting,
+    paper: Paper,
+    occluders: Vec<Occluder>,
+    /// `None` for the ideal camera.
+    effects: Option<CameraEffects>,
+    bars: Option<Bars>,
+    /// What is held in the template's place when it is not there.
+    stand_in: Option<StandIn<'a>>,
+}
+
+/// Another sheet in the template's place, or only its shape, which places the occluders.
+struct StandIn<'a> {
+    vertices_camera: Vec<DVec3>,
+    art: Option<&'a Texture>,
+}
+
+impl std::fmt::Debug for Scene<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (light, effects) = (&self.light, &self.effects);
+        f.debug_struct("Scene")
+            .field("light", light)
+            .field("effects", effects)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Scene<'a> {
+    /// Draws a scene for the template.
+    pub(crate) fn with_template(synthesizer: &'a Synthesizer, rng: &mut Pcg64Mcg) -> Self {
+        let mut scene = Self::empty(synthesizer, rng);
+        if rng.random_bool(synthesizer.config.distractor_share) {
+            for _ in 0..rng.random_range(1..3) {
+                scene.add_sheet_behind(rng);
+            }
+        }
+        scene
+    }
+
+    /// Draws a scene in which the template is not: another sheet in its place, or hands in the air.
+    pub(crate) fn without_template(synthesizer: &'a Synthesizer, rng: &mut Pcg64Mcg, shape: &mut Pcg64Mcg) -> Self {
+        let mut scene = Self::empty(synthesizer, rng);
+        let mut vertices_camera = synthesizer.sample_vertices(shape);
+        let mut art = None;
+        if rng.random_bool(synthesizer.config.empty_distractor_share) {
+            let kind = rng.random::<f64>();
+            art = Some(if kind < BLANK_SHARE {
+                &synthesizer.blank
+            } else {
+                synthesizer.other_art(rng)
+            });
+            if kind > 1.0 - BACK_SHARE {
+                vertices_camera = turned_over(vertices_camera);
+            }
+        }
+        scene.stand_in = Some(StandIn { vertices_camera, art });
+        scene
+    }
+
+    /// Mid grey ground, matt paper, even light, ideal camera.
+    pub(crate) fn clean(synthesizer: &'a Synthesizer) -> Self {
+        let camera = synthesizer.config.camera;
+        Self {
+            synthesizer,
+            background: Frame::filled(
+                camera.width() as usize,
+                camera.height() as usize,
+                Vec3::splat(CLEAN_GROUND),
+            ),
+            light: Lighting::frontal(),
+            paper: Paper::matt(),
+            occluders: Vec::new(),
+            effects: None,
+            bars: None,
+            stand_in: None,
+        }
+    }
+
+    fn empty(synthesizer: &'a Synthesizer, rng: &mut Pcg64Mcg) -> Self {
+        let config = &synthesizer.config;
+        let (width, height) = (config.camera.width() as usize, config.camera.height() as usize);
+        let texture = synthesizer.background(rng);
+        let placement = Placement::sample(texture, Vec2::new(width as f32, height as f32), rng);
+        let mut background = placement.frame(texture, width, height);
+        strew(&mut background, rng);
+        Self {
+            synthesizer,
+            background,
+            light: Lighting::sample(&config.lighting, rng),
+            paper: Paper::sample(&config.lighting, rng),
+            occluders: sample_occluders(config.occluder_share, rng),
+            effects: Some(CameraEffects::sample(&config.effects, rng)),
+            bars: rng
+                .random_bool(config.effects.bars_share)
+                .then(|| Bars::sample(&config.camera, rng)),
+            stand_in: None,
+        }
+    }
+
+    /// Paints another sheet, farther away than the template would be.
+    fn add_sheet_behind(&mut self, rng: &mut Pcg64Mcg) {
+        let farther = f64::from(uniform(rng, [1.1, 2.2]));
+        let stretch = DVec3::new(
+            f64::from(uniform(rng, [0.6, 1.3])),
+            f64::from(uniform(rng, [0.6, 1.3])),
+            1.0,
+        );
+        let vertices = self.synthesizer.sample_vertices(rng);
+        let centre = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
+        let vertices: Vec<DVec3> = vertices
+            .iter()
+            .map(|p| centre * farther + (*p - centre) * stretch)
+            .collect();
+        let art = self.synthesizer.other_art(rng);
+        self.paint_sheet(&vertices, art, &Paper::sample(&self.synthesizer.config.lighting, rng));
+    }
+
+    fn paint_sheet(&mut self, vertices_camera: &[DVec3], art: &Texture, paper: &Paper) {
+        let synthesizer = self.synthesizer;
+        let sheet = ImageSheet::new(synthesizer.template.mesh(), vertices_camera, &synthesizer.config.camera);
+        sheet.paint(&mut self.background, art, paper, &self.light);
+    }
+
+    /// The picture of the template with its vertices at `vertices_camera` (mm, camera frame) in this scene.
+    /// `noise_seed` chooses the sensor noise, which differs from frame to frame of a sequence.
+    ///
+    /// # Errors
+    /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
+    /// [`SynthError::Geometry`] when one is not finite.
+    pub fn render(&self, vertices_camera: Vec<DVec3>, noise_seed: u64) -> Result<Sample, SynthError> {
+        let mesh = self.synthesizer.template.mesh();
+        if vertices_camera.len() != mesh.vertices().len() {
+            return Err(SynthError::VertexCount {
+                actual: vertices_camera.len(),
+                expected: mesh.vertices().len(),
+            });
+        }
+        let mesh = mesh.with_vertices(vertices_camera)?;
+        let sheet = ImageSheet::new(&mesh, mesh.vertices(), &self.synthesizer.config.camera);
+        Ok(self.compose(mesh.vertices().to_vec(), &sheet, noise_seed))
+    }
+
+    /// Pixels of a sheet's front in view before occluders.
+    pub(crate) fn visible_area(&self, sheet: &ImageSheet) -> usize {
+        sheet.front_area(|column, row| self.bars.is_none_or(|bars| bars.shows(column, row)))
+    }
+
+    /// The picture of the template as `sheet`, whose vertices are `vertices_camera`, in this scene.
+    pub(crate) fn compose(&self, vertices_camera: Vec<DVec3>, sheet: &ImageSheet, noise_seed: u64) -> Sample {
+        let (image, truth) = self.image_and_truth(&vertices_camera, sheet, Some(&self.synthesizer.texture), noise_seed);
+        Sample::new(
+            image,
+            truth,
+            vertices_camera,
+            self.synthesizer.config.camera,
+            &self.light,
+        )
+    }
+
+    /// The picture of the scene without the template.
+    pub(crate) fn compose_without_template(&self, noise_seed: u64) -> Sample {
+        let camera = self.synthesizer.config.camera;
+        let nothing = StandIn {
+            vertices_camera: Vec::new(),
+            art: None,
+        };
+        let StandIn { vertices_camera, art } = self.stand_in.as_ref().unwrap_or(&nothing);
+        let mesh = self.synthesizer.template.mesh();
+        let sheet = ImageSheet::new(mesh, vertices_camera, &camera);
+        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, *art, noise_seed);
+        Sample::new(
+            image,
+            Maps::empty(truth.width(), truth.height()),
+            Vec::new(),
+            camera,
+            &self.light,
+        )
+    }
+
+    fn truth(&self, sheet: &ImageSheet) -> Maps {
+        let mut truth = sheet.maps();
+        if let Some(bars) = &self.bars {
+            bars.clear(&mut truth);
+        }
+        truth
+    }
+
+    /// The picture with a sheet that carries `art` (`None`: it is not painted), and what is seen of the sheet.
+    fn image_and_truth(
+        &self,
+        vertices_camera: &[DVec3],
+        sheet: &ImageSheet,
+        art: Option<&Texture>,
+        noise_seed: u64,
+    ) -> (Picture, Maps) {
+        let camera = &self.synthesizer.config.camera;
+        let mut frame = self.background.clone();
+        let mut truth = self.truth(sheet);
+        let occluders = self.fitting_occluders(vertices_camera, &frame, &truth);
+        for occluder in &occluders {
+            occluder.paint_behind(&mut frame, &self.light, camera);
+        }
+        if let Some(art) = art {
+            sheet.paint(&mut frame, art, &self.paper, &self.light);
+        }
+        for occluder in &occluders {
+            occluder.paint_front(&mut frame, &mut truth, &self.light, camera);
+        }
+        let image = match &self.effects {
+            Some(effects) => effects.expose(frame, noise_seed),
+            None => frame.to_picture(),
+        };
+        let image = match &self.bars {
+            Some(bars) => bars.blacken(image),
+            None => image,
+        };
+        (image, truth)
+    }
+
+    /// The occluders, laid into the image, that together cover no more of the sheet than they may.
+    fn fitting_occluders(&self, vertices_camera: &[DVec3], frame: &Frame, truth: &Maps) -> Vec<Placed> {
+        let Synthesizer { config, outline, .. } = self.synthesizer;
+        let mut budget = (config.most_occluded * truth.area() as f64) as usize;
+        let mut free = truth.mask();
+        let held = Held {
+            outline,
+            vertices_camera,
+            camera: &config.camera,
+        };
+        let mut fitting = Vec::new();
+        for placed in self.occluders.iter().filter_map(|occluder| occluder.place(&held)) {
+            let covered: Vec<usize> = placed
+                .covered_pixels(frame)
+                .into_iter()
+                .filter(|&pixel| free[pixel])
+                .collect();
+            if covered.len() <= budget {
+                budget -= covered.len();
+                covered.into_iter().for_each(|pixel| free[pixel] = false);
+                fitting.push(placed);
+            }
+        }
+        fitting
+    }
+}
+
+/// The sheet turned over in its place: mirrored in depth about its centroid and from left to right, which is a half
+/// turn about the vertical through it.
+fn turned_over(vertices_camera: Vec<DVec3>) -> Vec<DVec3> {
+    let centre = vertices_camera.iter().sum::<DVec3>() / vertices_camera.len().max(1) as f64;
+    let turn = DVec3::new(-1.0, 1.0, -1.0);
+    vertices_camera
+        .into_iter()
+        .map(|p| centre + (p - centre) * turn)
+        .collect()
+}

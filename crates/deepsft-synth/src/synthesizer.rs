@@ -1,0 +1,217 @@
+//! Synthetic samples: a pure function of (template, configuration, seed, index).
+
+use crate::artwork::photograph_sheet;
+use crate::background::{photograph_texture, procedural_artworks, procedural_backgrounds};
+use crate::noise::{Stream, generator, mix};
+use crate::scene::Scene;
+use crate::shading::Lighting;
+use crate::sheet::ImageSheet;
+use crate::texture::Texture;
+use crate::{SynthConfig, SynthError, deform, sample_pose};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{Camera, Maps, Picture, Template};
+use rand::{Rng, RngExt};
+use rand_pcg::Pcg64Mcg;
+
+/// Sheets with other art that are made from each of the user's photographs.
+const SHEETS_A_PHOTOGRAPH: usize = 2;
+
+/// Draws of shape and pose before the one that shows most is taken.
+const VIEW_TRIES: usize = 12;
+
+/// One synthetic picture with its ground truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The picture, as large as the camera's image.
+    pub image: Picture,
+    /// Exact depth (mm) and registration at the pixel centres of the front of the sheet where it is visible. The blank
+    /// back, occluders and black bars are outside the object.
+    pub truth: Maps,
+    /// Vertices of the template's mesh, mm, camera frame; none when the template is not in the scene.
+    pub vertices_camera: Vec<DVec3>,
+    /// The camera that took the picture.
+    pub camera: Camera,
+    /// Whether the template's front is seen in at least one pixel.
+    pub has_template: bool,
+    /// Unit vector towards the distant light, camera frame.
+    pub towards_light: DVec3,
+}
+
+/// Makes synthetic samples of one template.
+///
+/// [`Synthesizer::sample`] starts no threads; callers run indices in parallel.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template};
+/// use deepsft_synth::{SynthConfig, Synthesizer};
+/// let texture = Picture::from_fn(64, 48, |x, y| [4 * x as u8, 5 * y as u8, 128]);
+/// let template = Template::thin_shell(texture, 200.0, 150.0)?;
+/// let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
+/// let sample = synthesizer.sample(1, 0);
+/// assert_eq!((sample.image.width(), sample.image.height()), (480, 270));
+/// assert_eq!(sample.has_template, sample.truth.area() > 0);
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Synthesizer {
+    pub(crate) template: Template,
+    pub(crate) config: SynthConfig,
+    pub(crate) texture: Texture,
+    /// Art of a sheet with nothing on it.
+    pub(crate) blank: Texture,
+    /// Vertices along the sheet's outline, in order.
+    pub(crate) outline: Vec<usize>,
+    photographs: Vec<Texture>,
+    photograph_sheets: Vec<Texture>,
+}
+
+impl Synthesizer {
+    /// Prepares the template's texture and the pool of backgrounds and other sheets (painted once a process, about
+    /// a second).
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] or [`SynthError::DistortedCamera`] when the configuration is not valid.
+    pub fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
+        config.check()?;
+        procedural_backgrounds();
+        procedural_artworks();
+        Ok(Self {
+            texture: Texture::new(template.texture()),
+            blank: Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3])),
+            outline: outline(template),
+            template: template.clone(),
+            config,
+            photographs: Vec::new(),
+            photograph_sheets: Vec::new(),
+        })
+    }
+
+    /// Uses photographs too: half of the backgrounds will show one, and pieces of them appear on other sheets. The
+    /// samples then depend on the photographs and their order.
+    pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
+        for (number, photograph) in photographs.into_iter().enumerate() {
+            let mut rng = generator(mix(number as u64), 0, Stream::Pool);
+            for _ in 0..SHEETS_A_PHOTOGRAPH {
+                self.photograph_sheets
+                    .push(Texture::new(&photograph_sheet(&photograph, &mut rng)));
+            }
+            self.photographs.push(photograph_texture(photograph));
+        }
+        self
+    }
+
+    /// The template.
+    pub fn template(&self) -> &Template {
+        &self.template
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &SynthConfig {
+        &self.config
+    }
+
+    /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
+    /// seed and index.
+    pub fn sample(&self, seed: u64, index: u64) -> Sample {
+        let mut rng = generator(seed, index, Stream::Shape);
+        let noise_seed = rng.random();
+        if rng.random_bool(self.config.empty_share) {
+            let scene = Scene::without_template(self, &mut generator(seed, index, Stream::Scene), &mut rng);
+            return scene.compose_without_template(noise_seed);
+        }
+        let scene = self.scene(seed, index);
+        let mut best: Option<(usize, Vec<DVec3>, ImageSheet)> = None;
+        for _ in 0..VIEW_TRIES {
+            let vertices_camera = self.sample_vertices(&mut rng);
+            let sheet = ImageSheet::new(self.template.mesh(), &vertices_camera, &self.config.camera);
+            let visible = scene.visible_area(&sheet);
+            if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
+                best = Some((visible, vertices_camera, sheet));
+            }
+            if visible >= self.config.least_visible_px {
+                break;
+            }
+        }
+        match best {
+            Some((_, vertices_camera, sheet)) => scene.compose(vertices_camera, &sheet, noise_seed),
+            None => scene.compose_without_template(noise_seed),
+        }
+    }
+
+    /// Everything random of sample `index` of the data set `seed` but the sheet's shape and pose: background, other
+    /// sheets, light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
+    pub fn scene(&self, seed: u64, index: u64) -> Scene<'_> {
+        Scene::with_template(self, &mut generator(seed, index, Stream::Scene))
+    }
+
+    /// A picture of the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances: matt
+    /// paper under even light from the camera before mid grey, no occluders, ideal camera.
+    ///
+    /// # Errors
+    /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
+    /// [`SynthError::Geometry`] when one is not finite.
+    pub fn render_clean(&self, vertices_camera: Vec<DVec3>) -> Result<Sample, SynthError> {
+        Scene::clean(self).render(vertices_camera, 0)
+    }
+
+    /// A random shape in a random pose, mm, camera frame.
+    pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
+        let vertices_template = deform(&self.template, &self.config.deformation, rng);
+        let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
+        vertices_template
+            .into_iter()
+            .map(|p| pose.transform_point3(p))
+            .collect()
+    }
+
+    /// A background picture for a scene.
+    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> &Texture {
+        let procedural = procedural_backgrounds();
+        if !self.photographs.is_empty() && rng.random_bool(0.5) {
+            return pick(&self.photographs, rng);
+        }
+        pick(procedural, rng)
+    }
+
+    /// Art of a sheet that is not the template.
+    pub(crate) fn other_art(&self, rng: &mut Pcg64Mcg) -> &Texture {
+        if !self.photograph_sheets.is_empty() && rng.random_bool(0.4) {
+            return pick(&self.photograph_sheets, rng);
+        }
+        pick(procedural_artworks(), rng)
+    }
+}
+
+impl Sample {
+    pub(crate) fn new(
+        image: Picture,
+        truth: Maps,
+        vertices_camera: Vec<DVec3>,
+        camera: Camera,
+        light: &Lighting,
+    ) -> Self {
+        let has_template = truth.area() > 0;
+        Self {
+            image,
+            truth,
+            vertices_camera,
+            camera,
+            has_template,
+            towards_light: light.towards_light.as_dvec3(),
+        }
+    }
+}
+
+fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {
+    &items[rng.random_range(0..items.len())]
+}
+
+/// The vertices around the template's grid, clockwise from the top left.
+fn outline(template: &Template) -> Vec<usize> {
+    let (columns, rows) = template.grid();
+    let top = 0..columns;
+    let right = (1..rows).map(|j| j * columns + columns - 1);
+    let bottom = (0..columns - 1).rev().map(|i| (rows - 1) * columns + i);
+    let left = (1..rows - 1).rev().map(|j| j * columns);
+    top.chain(right).chain(bottom).chain(left).collect()
+}

@@ -1,0 +1,95 @@
+//! Exponential moving average of a network's weights.
+
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::tensor::{Tensor, TensorData};
+
+/// The average of the weights over the last steps: what is evaluated and shipped. In the first
+/// steps the average is over all of them.
+#[derive(Clone)]
+pub struct WeightAverage {
+    decay: f64,
+    steps: u64,
+    values: Vec<Vec<f32>>,
+}
+
+impl WeightAverage {
+    /// An average that starts at `network`; `decay` a step in the long run.
+    pub fn new<M: Module>(network: &M, decay: f64) -> Self {
+        Self { decay, steps: 0, values: weights(network) }
+    }
+
+    /// Continues an average that was saved as a network after `steps` steps.
+    pub fn resume<M: Module>(average: &M, decay: f64, steps: u64) -> Self {
+        Self { decay, steps, values: weights(average) }
+    }
+
+    /// Takes in the weights after a step.
+    pub fn update<M: Module>(&mut self, network: &M) {
+        self.steps += 1;
+        let steps = self.steps as f64;
+        let keep = self.decay.min((1.0 + steps) / (10.0 + steps)) as f32;
+        for (average, now) in self.values.iter_mut().zip(weights(network)) {
+            for (a, n) in average.iter_mut().zip(now) {
+                *a = *a * keep + n * (1.0 - keep);
+            }
+        }
+    }
+
+    /// `network` with the averaged weights.
+    pub fn apply<M: Module>(&self, network: M) -> M {
+        network.map(&mut Replace { values: self.values.iter() })
+    }
+}
+
+struct Collect(Vec<Vec<f32>>);
+
+impl ModuleVisitor for Collect {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let data = param.val().detach().into_data().convert::<f32>();
+        self.0.push(data.try_to_vec().unwrap_or_default());
+    }
+}
+
+struct Replace<'a> {
+    values: std::slice::Iter<'a, Vec<f32>>,
+}
+
+impl ModuleMapper for Replace<'_> {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let Some(values) = self.values.next() else { return param };
+        param.map(|old| {
+            let data = TensorData::new(values.clone(), old.shape());
+            Tensor::from_data(data, &old.device())
+        })
+    }
+}
+
+/// All weights in the module's order.
+fn weights<M: Module>(network: &M) -> Vec<Vec<f32>> {
+    let mut collect = Collect(Vec::new());
+    network.visit(&mut collect);
+    collect.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::Device;
+
+    fn network() -> deepsft::Network {
+        deepsft::NetworkConfig::compact([297.0, 210.0], 380.0).init(&Device::flex())
+    }
+
+    #[test]
+    fn the_average_moves_a_known_share_towards_the_new_weights() {
+        let (first, second) = (network(), network());
+        let mut average = WeightAverage::new(&first, 0.9);
+        average.update(&second);
+        // After one step the share kept is (1 + 1) / (10 + 1).
+        let (a, b) = (weights(&first), weights(&second));
+        let got = weights(&average.apply(first));
+        for ((a, b), got) in a.iter().flatten().zip(b.iter().flatten()).zip(got.iter().flatten()) {
+            assert!((got - (a * 2.0 / 11.0 + b * 9.0 / 11.0)).abs() < 1e-6);
+        }
+    }
+}

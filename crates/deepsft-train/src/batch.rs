@@ -1,0 +1,143 @@
+//! A batch of frames and targets as flat arrays, and as tensors.
+
+use crate::targets::{CellTargets, two_bins};
+use burn::tensor::{Device, Tensor, TensorData};
+use deepsft::{NetworkConfig, PIXELS_PER_CELL};
+use deepsft_synth::Sample;
+
+/// Number and size of the windows of a batch; sides in pixels, multiples of 16.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BatchShape {
+    /// Windows.
+    pub frames: usize,
+    /// Columns of a window.
+    pub width: usize,
+    /// Rows of a window.
+    pub height: usize,
+}
+
+impl BatchShape {
+    /// Whole frames: 480 x 270 padded to 480 x 272.
+    pub const fn whole_frames(frames: usize) -> Self {
+        Self { frames, width: 480, height: 272 }
+    }
+
+    /// Windows that are cut from one synthetic frame: two of a window well smaller than the frame
+    /// (rendering is a large part of the cost of a small window), one otherwise.
+    pub const fn windows_a_frame(&self) -> u64 {
+        if 2 * self.width * self.height <= 480 * 270 { 2 } else { 1 }
+    }
+}
+
+/// N windows of synthetic frames with what the network should say of them, row-major.
+pub struct Batch {
+    shape: BatchShape,
+    bins: [usize; 3],
+    /// [N, 3, H, W], 0..=1.
+    images: Vec<f32>,
+    /// [N, 1, H, W], 0 or 1.
+    mask: Vec<f32>,
+    /// [N, 3, h, w] with h = H / 8.
+    cells: Vec<f32>,
+    /// [N, 1, h, w].
+    cell_weight: Vec<f32>,
+    /// [N, K, h / 2, w / 2] for each of u, v, d.
+    bin_targets: [Vec<f32>; 3],
+    /// [N, 1, h / 2, w / 2].
+    bin_weight: Vec<f32>,
+}
+
+/// A batch on a device.
+pub struct BatchTensors {
+    /// [N, 3, H, W], 0..=1.
+    pub images: Tensor<4>,
+    /// [N, 1, H, W], 0 or 1.
+    pub mask: Tensor<4>,
+    /// (u, v, d) at the cells' centres, [N, 3, h, w].
+    pub cells: Tensor<4>,
+    /// [N, 1, h, w].
+    pub cell_weight: Tensor<4>,
+    /// Soft bins of u, v, d, [N, K, h / 2, w / 2].
+    pub bin_targets: [Tensor<4>; 3],
+    /// [N, 1, h / 2, w / 2].
+    pub bin_weight: Tensor<4>,
+}
+
+impl Batch {
+    /// Room for a batch of `shape`, to be filled with [`Batch::push`].
+    pub fn new(shape: BatchShape, network: &NetworkConfig) -> Self {
+        Self {
+            shape,
+            bins: network.bins,
+            images: Vec::with_capacity(shape.frames * 3 * shape.width * shape.height),
+            mask: Vec::with_capacity(shape.frames * shape.width * shape.height),
+            cells: Vec::new(),
+            cell_weight: Vec::new(),
+            bin_targets: Default::default(),
+            bin_weight: Vec::new(),
+        }
+    }
+
+    /// Adds the window of `sample` whose corner is pixel (`left`, `top`); pixels past the frame's
+    /// edge are black and outside the object.
+    pub fn push(&mut self, sample: &Sample, left: usize, top: usize, network: &NetworkConfig) {
+        let BatchShape { width, height, .. } = self.shape;
+        let image = &sample.image;
+        let truth = &sample.truth;
+        let inside = |x: usize, y: usize| x < image.width() && y < image.height();
+        for channel in 0..3 {
+            for y in top..top + height {
+                for x in left..left + width {
+                    let value = if inside(x, y) { image.rgb()[3 * (y * image.width() + x) + channel] } else { 0 };
+                    self.images.push(f32::from(value) / 255.0);
+                }
+            }
+        }
+        for y in top..top + height {
+            for x in left..left + width {
+                let seen = inside(x, y) && truth.inside(y * truth.width() + x);
+                self.mask.push(f32::from(u8::from(seen)));
+            }
+        }
+        let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
+        let cells = CellTargets::of_window(truth, network.depth_range, left, top, columns, rows);
+        for k in 0..3 {
+            self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
+        }
+        self.cell_weight.extend(&cells.weight);
+        let coarse = cells.coarse();
+        for k in 0..3 {
+            let start = self.bin_targets[k].len();
+            self.bin_targets[k].resize(start + self.bins[k] * coarse.len(), 0.0);
+            for (i, (coordinates, _)) in coarse.iter().enumerate() {
+                two_bins(coordinates[k], self.bins[k], |bin, share| {
+                    self.bin_targets[k][start + bin * coarse.len() + i] = share;
+                });
+            }
+        }
+        self.bin_weight.extend(coarse.iter().map(|(_, weight)| weight));
+    }
+
+    /// Frames pushed so far.
+    pub fn frames(&self) -> usize {
+        self.mask.len() / (self.shape.width * self.shape.height)
+    }
+
+    /// The batch as tensors on `device`.
+    pub fn into_tensors(self, device: &Device) -> BatchTensors {
+        let n = self.frames();
+        let BatchShape { width, height, .. } = self.shape;
+        let (h, w) = (height / PIXELS_PER_CELL, width / PIXELS_PER_CELL);
+        let tensor = |values: Vec<f32>, shape: [usize; 4]| Tensor::<4>::from_data(TensorData::new(values, shape), device);
+        let [u, v, d] = self.bin_targets;
+        let bins = |values, k: usize| tensor(values, [n, self.bins[k], h / 2, w / 2]);
+        BatchTensors {
+            images: tensor(self.images, [n, 3, height, width]),
+            mask: tensor(self.mask, [n, 1, height, width]),
+            cells: tensor(self.cells, [n, 3, h, w]),
+            cell_weight: tensor(self.cell_weight, [n, 1, h, w]),
+            bin_targets: [bins(u, 0), bins(v, 1), bins(d, 2)],
+            bin_weight: tensor(self.bin_weight, [n, 1, h / 2, w / 2]),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
+
+use crate::TrainError;
+use burn::module::Module;
+use burn::optim::ModuleOptimizer;
+use burn::store::ModuleRecord;
+use burn::tensor::Bytes;
+use deepsft::Network;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A point of the training curve: the averaged network on the fixed held-out set.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Training samples seen.
+    pub samples: u64,
+    /// Seconds of training.
+    pub seconds: f64,
+    /// Mean training loss since the last point.
+    pub loss: f64,
+    /// Learning rate.
+    pub learning_rate: f64,
+    /// Median over held-out frames of the registration RMSE, pixels.
+    pub registration_rmse_px: Option<f64>,
+    /// Median of the depth RMSE, mm.
+    pub depth_rmse_mm: Option<f64>,
+    /// Mean mask IoU.
+    pub mask_iou: Option<f64>,
+}
+
+/// Where a training stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Steps done.
+    pub step: u64,
+    /// Samples seen.
+    pub samples: u64,
+    /// Seconds spent training, evaluation left out.
+    pub seconds: f64,
+    /// Fingerprint of template, network and data configuration.
+    pub fingerprint: String,
+    /// The seed.
+    pub seed: u64,
+    /// The curve so far.
+    pub curve: Vec<CurvePoint>,
+}
+
+const STATE: &str = "state.json";
+const NETWORK: &str = "network.bpk";
+const AVERAGE: &str = "average.bpk";
+const OPTIMIZER: &str = "optimizer.bpk";
+
+/// A folder that holds one checkpoint. A new one is written beside it and renamed, so that a kill at
+/// any moment leaves a whole one.
+pub struct CheckpointFolder {
+    folder: PathBuf,
+}
+
+impl CheckpointFolder {
+    /// The checkpoint folder at `folder`; it need not exist.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    fn beside(&self, suffix: &str) -> PathBuf {
+        let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
+        name.push(suffix);
+        self.folder.with_file_name(name)
+    }
+
+    /// The newest whole checkpoint, if there is one.
+    fn existing(&self) -> Option<PathBuf> {
+        [self.folder.clone(), self.beside(".old")].into_iter().find(|f| f.join(STATE).is_file())
+    }
+
+    /// Saves a checkpoint.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] names the file.
+    pub fn save(
+        &self,
+        state: &Checkpoint,
+        network: &Network,
+        average: &Network,
+        optimizer: &ModuleOptimizer,
+    ) -> Result<(), TrainError> {
+        let fresh = self.beside(".new");
+        let old = self.beside(".old");
+        if fresh.exists() {
+            fs::remove_dir_all(&fresh).map_err(|e| failure("cannot remove", &e, &fresh))?;
+        }
+        fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
+        let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
+        let files = [
+            (NETWORK, record(network)),
+            (AVERAGE, record(average)),
+            (OPTIMIZER, optimizer.into_bytes().map_err(|e| e.to_string())),
+        ];
+        for (name, bytes) in files {
+            let path = fresh.join(name);
+            let bytes = bytes.map_err(|reason| TrainError::Checkpoint { reason, path: path.clone() })?;
+            fs::write(&path, &bytes[..]).map_err(|e| failure("cannot write", &e, &path))?;
+        }
+        // Last: a folder without a state is not a checkpoint.
+        let path = fresh.join(STATE);
+        let json = serde_json::to_vec_pretty(state)
+            .map_err(|e| TrainError::Checkpoint { reason: e.to_string(), path: path.clone() })?;
+        fs::write(&path, json).map_err(|e| failure("cannot write", &e, &path))?;
+        if old.exists() {
+            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
+        }
+        if self.folder.exists() {
+            fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
+        }
+        fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))
+    }
+
+    /// Loads the newest whole checkpoint into `network` and `optimizer`; `None` when there is none.
+    /// Returned are the state, the network, its average and the optimiser.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,
+    /// [`TrainError::CheckpointMismatch`] when it was made with another configuration or seed.
+    pub fn load(
+        &self,
+        network: Network,
+        optimizer: ModuleOptimizer,
+        fingerprint: &str,
+        seed: u64,
+    ) -> Result<Option<(Checkpoint, Network, Network, ModuleOptimizer)>, TrainError> {
+        let Some(folder) = self.existing() else { return Ok(None) };
+        let bytes = |name: &str| {
+            let path = folder.join(name);
+            fs::read(&path).map_err(|e| failure("cannot read", &e, &path))
+        };
+        let broken = |name: &str, reason: String| TrainError::Checkpoint { reason, path: folder.join(name) };
+        let state: Checkpoint = serde_json::from_slice(&bytes(STATE)?).map_err(|e| broken(STATE, e.to_string()))?;
+        if state.fingerprint != fingerprint {
+            return Err(TrainError::CheckpointMismatch { what: "template or configuration", path: folder });
+        }
+        if state.seed != seed {
+            return Err(TrainError::CheckpointMismatch { what: "seed", path: folder });
+        }
+        let load = |name: &str| -> Result<Network, TrainError> {
+            let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
+            let record = record.map_err(|e| broken(name, e.to_string()))?;
+            network.clone().try_load_record(record).map_err(|e| broken(name, e.to_string()))
+        };
+        let (loaded, average) = (load(NETWORK)?, load(AVERAGE)?);
+        let optimizer = optimizer
+            .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
+            .map_err(|e| broken(OPTIMIZER, e.to_string()))?;
+        Ok(Some((state, loaded, average, optimizer)))
+    }
+}
+
+fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
+    TrainError::Checkpoint { reason: format!("{what}: {error}"), path: path.to_path_buf() }
+}

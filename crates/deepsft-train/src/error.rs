@@ -1,0 +1,46 @@
+//! The one error type of this crate.
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// What can stop a training or an evaluation.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// A file of a checkpoint could not be read or written.
+    #[error("{reason}: {path}")]
+    Checkpoint {
+        /// What failed.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// A checkpoint was made with another configuration.
+    #[error("checkpoint was made with another {what}; remove it or train without --resume: {path}")]
+    CheckpointMismatch {
+        /// What differs.
+        what: &'static str,
+        /// The checkpoint folder.
+        path: PathBuf,
+    },
+    /// The loss is no longer a number.
+    #[error("loss is {loss} after {samples} samples; lower the learning rate")]
+    Diverged {
+        /// The loss met.
+        loss: f64,
+        /// Samples seen.
+        samples: u64,
+    },
+    /// A worker that makes samples stopped.
+    #[error("a data worker stopped before the training did")]
+    WorkerStopped,
+    /// The core library refused something.
+    #[error(transparent)]
+    Core(#[from] deepsft::DeepSftError),
+    /// The synthesiser refused something.
+    #[error(transparent)]
+    Synth(#[from] deepsft_synth::SynthError),
+    /// Maps of different sizes were compared.
+    #[error(transparent)]
+    Geometry(#[from] deepsft_geometry::GeometryError),
+}

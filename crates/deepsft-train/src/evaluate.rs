@@ -1,0 +1,170 @@
+//! Evaluation: the figures of a model over frames with known truth.
+
+use crate::TrainError;
+use burn::tensor::Device;
+use deepsft::{Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
+use deepsft_geometry::{Template, photometric_error};
+use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_synth::{Sample, Synthesizer};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// What came out for one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameResult {
+    /// Number of the frame in its set.
+    pub index: u64,
+    /// Whether the template is in the frame.
+    pub has_template: bool,
+    /// What the estimator said of it.
+    pub judgement: Judgement,
+    /// Errors against the truth; empty for a frame without the template.
+    pub metrics: FrameMetrics,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<f64>,
+}
+
+/// All frames of a set.
+#[derive(Clone, Debug, Default)]
+pub struct Evaluation {
+    /// One entry a frame, in order.
+    pub frames: Vec<FrameResult>,
+}
+
+/// A figure over the frames that have it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Figures {
+    /// RMSE of depth, mm.
+    pub depth_rmse_mm: Option<f64>,
+    /// RMSE of registration, pixels of the 480 x 270 image.
+    pub registration_rmse_px: Option<f64>,
+    /// RMSE of registration, mm on the template.
+    pub registration_rmse_mm: Option<f64>,
+    /// RMSE of 3D points, mm.
+    pub points_rmse_mm: Option<f64>,
+    /// Intersection over union of the masks.
+    pub mask_iou: Option<f64>,
+    /// Share of the true mask that is predicted.
+    pub coverage: Option<f64>,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<f64>,
+}
+
+/// The summary that `deepsft eval` prints and writes as JSON: means over the frames that show the
+/// template at the top, medians beside them.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EvaluationSummary {
+    /// Frames evaluated.
+    pub frames: usize,
+    /// Frames that show the template.
+    pub frames_with_template: usize,
+    /// Frames that show the template but got no pixel of it: they count as IoU and coverage 0 and
+    /// have no registration or depth error.
+    pub frames_without_answer: usize,
+    /// Share of the frames with the template that were found.
+    pub found_share: Option<f64>,
+    /// Share of the frames without the template that were flagged as such.
+    pub empty_flagged_share: Option<f64>,
+    /// Means over frames.
+    #[serde(flatten)]
+    pub mean: Figures,
+    /// Medians over frames.
+    pub median: Figures,
+}
+
+impl Evaluation {
+    /// Evaluates `estimator` on `samples`, calling `each` after every frame.
+    ///
+    /// # Errors
+    /// [`TrainError`] when a frame does not fit its camera or the device fails.
+    pub fn run(
+        estimator: &Estimator,
+        template: &Template,
+        samples: impl IntoIterator<Item = Sample>,
+        mut each: impl FnMut(&Sample, &Estimate, &FrameResult),
+    ) -> Result<Self, TrainError> {
+        let mut frames = Vec::new();
+        for (index, sample) in samples.into_iter().enumerate() {
+            let estimate = pollster::block_on(estimator.estimate(&sample.image, &sample.camera))?;
+            let result = FrameResult::new(index as u64, &sample, &estimate, template)?;
+            each(&sample, &estimate, &result);
+            frames.push(result);
+        }
+        Ok(Self { frames })
+    }
+
+    /// Mean and median of a metric over the frames that show the template and have it.
+    pub fn summary_of(&self, metric: impl Fn(&FrameMetrics) -> Option<f64>) -> Option<Summary> {
+        Summary::of(self.shown().map(|f| metric(&f.metrics)))
+    }
+
+    /// The figures of the set.
+    pub fn summary(&self) -> EvaluationSummary {
+        let share = |of: usize, among: usize| (among > 0).then(|| of as f64 / among as f64);
+        let shown = self.shown().count();
+        let empty = self.frames.len() - shown;
+        let found = self.shown().filter(|f| f.judgement.found).count();
+        let flagged = self.frames.iter().filter(|f| !f.has_template && !f.judgement.found).count();
+        let figures = |pick: fn(Summary) -> f64| {
+            let of = |metric: fn(&FrameMetrics) -> Option<f64>| self.summary_of(metric).map(pick);
+            Figures {
+                depth_rmse_mm: of(|m| m.depth_rmse_mm),
+                registration_rmse_px: of(|m| m.registration_rmse_px),
+                registration_rmse_mm: of(|m| m.registration_rmse_mm),
+                points_rmse_mm: of(|m| m.points_rmse_mm),
+                mask_iou: of(|m| m.mask_iou),
+                coverage: of(|m| m.coverage),
+                photometric_error: Summary::of(self.shown().map(|f| f.photometric_error)).map(pick),
+            }
+        };
+        EvaluationSummary {
+            frames: self.frames.len(),
+            frames_with_template: shown,
+            frames_without_answer: self.shown().filter(|f| f.metrics.coverage == Some(0.0)).count(),
+            found_share: share(found, shown),
+            empty_flagged_share: share(flagged, empty),
+            mean: figures(|s| s.mean),
+            median: figures(|s| s.median),
+        }
+    }
+
+    fn shown(&self) -> impl Iterator<Item = &FrameResult> {
+        self.frames.iter().filter(|f| f.has_template)
+    }
+}
+
+impl FrameResult {
+    /// Compares an estimate with the truth of its sample.
+    ///
+    /// # Errors
+    /// [`TrainError::Geometry`] when the sample's maps are not of the canonical size.
+    pub fn new(index: u64, sample: &Sample, estimate: &Estimate, template: &Template) -> Result<Self, TrainError> {
+        let metrics = frame_metrics(&estimate.maps, &sample.truth, &sample.camera, template.size_mm())?;
+        Ok(Self {
+            index,
+            has_template: sample.has_template,
+            judgement: estimate.judgement,
+            metrics,
+            photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
+        })
+    }
+}
+
+/// Samples `0..count` of `seed`, made on all cores.
+pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
+    (0..count).into_par_iter().map(|index| synthesizer.sample(seed, index)).collect()
+}
+
+/// Metrics of a bare network on each sample that shows the template: what a training watches.
+pub(crate) fn watch(network: &Network, samples: &[Sample], device: &Device) -> Result<Vec<FrameMetrics>, TrainError> {
+    let [width, height] = network.config().template_size_mm;
+    let mut frames = Vec::new();
+    for sample in samples.iter().filter(|s| s.has_template) {
+        let output = network.forward(images_to_tensor(&[&sample.image], device));
+        let read = read_maps(network, output, sample.image.width(), sample.image.height());
+        for maps in pollster::block_on(read)? {
+            frames.push(frame_metrics(&maps, &sample.truth, &sample.camera, [width, height].into())?);
+        }
+    }
+    Ok(frames)
+}

@@ -1,0 +1,24 @@
+//! Training and evaluation of Shape-from-Template networks. Native only.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod average;
+mod batch;
+mod checkpoint;
+mod error;
+mod evaluate;
+mod export;
+mod loader;
+mod loss;
+mod schedule;
+mod targets;
+mod trainer;
+
+pub use batch::{Batch, BatchShape, BatchTensors};
+pub use checkpoint::{Checkpoint, CurvePoint};
+pub use error::TrainError;
+pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameResult};
+pub use export::export_bundle;
+pub use loss::{LossWeights, Losses, step_one_loss};
+pub use schedule::Schedule;
+pub use trainer::{Budget, Progress, TrainConfig, Trained, train};

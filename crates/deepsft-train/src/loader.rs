@@ -1,0 +1,110 @@
+//! Batches made on the fly by worker threads, in an order that depends on nothing but the seed.
+
+use crate::TrainError;
+use crate::batch::{Batch, BatchShape};
+use deepsft::NetworkConfig;
+use deepsft_synth::{Sample, Synthesizer};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+/// Batches a worker may be ahead.
+const AHEAD: usize = 2;
+
+/// Share of the windows that are centred near a pixel of the object.
+const CENTRED_SHARE: f64 = 0.8;
+
+/// Endless batches for one seed. Batch b starts at sample `first_sample` and is made whole by worker
+/// b mod W; the consumer takes them in turn, so threads never change what comes out.
+pub struct Loader {
+    requests: Vec<SyncSender<Request>>,
+    batches: Vec<Receiver<Batch>>,
+    asked: usize,
+    taken: usize,
+}
+
+struct Request {
+    first_sample: u64,
+    shape: BatchShape,
+}
+
+impl Loader {
+    /// Starts `workers` threads.
+    pub fn start(synthesizer: &Arc<Synthesizer>, network: &NetworkConfig, seed: u64, workers: usize) -> Self {
+        let (mut requests, mut batches) = (Vec::new(), Vec::new());
+        for _ in 0..workers.max(1) {
+            let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
+            let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
+            let (synthesizer, network) = (Arc::clone(synthesizer), network.clone());
+            std::thread::spawn(move || {
+                for request in request_receiver {
+                    let batch = make_batch(&synthesizer, &network, seed, &request);
+                    if batch_sender.send(batch).is_err() {
+                        break;
+                    }
+                }
+            });
+            requests.push(request_sender);
+            batches.push(batch_receiver);
+        }
+        Self { requests, batches, asked: 0, taken: 0 }
+    }
+
+    /// Batches that should be asked for before the next one is taken.
+    pub fn wanted(&self) -> usize {
+        (AHEAD * self.requests.len() + 1).saturating_sub(self.asked - self.taken)
+    }
+
+    /// Asks for the batch of `shape` that starts at sample `first_sample`.
+    ///
+    /// # Errors
+    /// [`TrainError::WorkerStopped`].
+    pub fn ask(&mut self, first_sample: u64, shape: BatchShape) -> Result<(), TrainError> {
+        let worker = self.asked % self.requests.len();
+        self.asked += 1;
+        self.requests[worker].send(Request { first_sample, shape }).map_err(|_| TrainError::WorkerStopped)
+    }
+
+    /// The next batch in the order of asking.
+    ///
+    /// # Errors
+    /// [`TrainError::WorkerStopped`].
+    pub fn take(&mut self) -> Result<Batch, TrainError> {
+        let worker = self.taken % self.batches.len();
+        self.taken += 1;
+        self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)
+    }
+}
+
+fn make_batch(synthesizer: &Synthesizer, network: &NetworkConfig, seed: u64, request: &Request) -> Batch {
+    let mut batch = Batch::new(request.shape, network);
+    let mut made: Option<(u64, Sample)> = None;
+    for window in request.first_sample..request.first_sample + request.shape.frames as u64 {
+        let index = window / request.shape.windows_a_frame();
+        let sample = match made.take() {
+            Some((made_index, sample)) if made_index == index => sample,
+            _ => synthesizer.sample(seed, index),
+        };
+        let (left, top) = window_corner(&sample, request.shape, seed, window);
+        batch.push(&sample, left, top, network);
+        made = Some((index, sample));
+    }
+    batch
+}
+
+/// Corner of window number `index` in its sample: mostly around a random pixel of the object, so that
+/// little work goes into empty background, sometimes anywhere.
+fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (usize, usize) {
+    let (spare_x, spare_y) =
+        (sample.image.width().saturating_sub(shape.width), sample.image.height().saturating_sub(shape.height));
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x77_69_6e_64);
+    let area = sample.truth.area();
+    if area > 0 && rng.random_bool(CENTRED_SHARE) {
+        let chosen = rng.random_range(0..area);
+        let pixel = (0..sample.truth.depth().len()).filter(|&p| sample.truth.inside(p)).nth(chosen).unwrap_or(0);
+        let (x, y) = (pixel % sample.truth.width(), pixel / sample.truth.width());
+        return (x.saturating_sub(shape.width / 2).min(spare_x), y.saturating_sub(shape.height / 2).min(spare_y));
+    }
+    (rng.random_range(0..=spare_x), rng.random_range(0..=spare_y))
+}

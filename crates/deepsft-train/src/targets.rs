@@ -1,0 +1,240 @@
+//! What the network should say of a frame: (u, v, d) at the centre of every cell.
+//!
+//! A cell's target is an affine fit of the true maps over the visible pixels of the 3 x 3 cells
+//! around it, read at the cell's centre. So cells that the object's edge or an occluder cuts are
+//! taught the surface's own value at their centre, and so are cells just outside: bilinear
+//! up-sampling is then right up to the last visible pixel. Cells without enough pixels, and those
+//! across a fold (where no affine function fits), do not count.
+
+use deepsft::{DepthRange, PIXELS_PER_CELL};
+use deepsft_geometry::Maps;
+
+/// Fewest visible pixels around a cell that the object covers.
+const FEWEST_INSIDE: f64 = 12.0;
+/// Fewest visible pixels around a cell that it does not.
+const FEWEST_OUTSIDE: f64 = 40.0;
+/// Largest RMS residual of the fit, of (u, v) and of d, that counts as one smooth surface.
+const LARGEST_RESIDUAL: f64 = 0.012;
+/// Weight of a cell that only its neighbours support.
+const OUTSIDE_WEIGHT: f32 = 0.5;
+/// Damping of the slopes, as a share of the number of pixels times one pixel squared.
+const SLOPE_DAMPING: f64 = 0.05;
+
+/// Targets of the cells of one frame, row-major, `columns` x `rows`.
+pub struct CellTargets {
+    /// Cells across.
+    pub columns: usize,
+    /// Cells down.
+    pub rows: usize,
+    /// (u, v, d) at the cell's centre.
+    pub coordinates: Vec<[f32; 3]>,
+    /// 1 where the object is seen in the cell, less beside it, 0 where nothing is known.
+    pub weight: Vec<f32>,
+}
+
+/// Sums over the visible pixels of a cell; positions in pixels from the frame's corner.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+    q: [f64; 3],
+    qx: [f64; 3],
+    qy: [f64; 3],
+    qq: [f64; 3],
+}
+
+impl Moments {
+    fn add_pixel(&mut self, x: f64, y: f64, q: [f64; 3]) {
+        self.n += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+        self.yy += y * y;
+        for k in 0..3 {
+            self.q[k] += q[k];
+            self.qx[k] += q[k] * x;
+            self.qy[k] += q[k] * y;
+            self.qq[k] += q[k] * q[k];
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.n += other.n;
+        self.x += other.x;
+        self.y += other.y;
+        self.xx += other.xx;
+        self.xy += other.xy;
+        self.yy += other.yy;
+        for k in 0..3 {
+            self.q[k] += other.q[k];
+            self.qx[k] += other.qx[k];
+            self.qy[k] += other.qy[k];
+            self.qq[k] += other.qq[k];
+        }
+    }
+
+    /// Affine fit of each q read at (`cx`, `cy`), and the largest RMS residual.
+    fn fit_at(&self, cx: f64, cy: f64) -> ([f32; 3], f64) {
+        let (mx, my) = (self.x / self.n, self.y / self.n);
+        let damping = SLOPE_DAMPING * self.n;
+        let a = self.xx - self.n * mx * mx + damping;
+        let b = self.xy - self.n * mx * my;
+        let c = self.yy - self.n * my * my + damping;
+        let determinant = a * c - b * b;
+        let mut values = [0.0; 3];
+        let mut residual = 0.0_f64;
+        for k in 0..3 {
+            let mean = self.q[k] / self.n;
+            let (sx, sy) = (self.qx[k] - self.n * mx * mean, self.qy[k] - self.n * my * mean);
+            let (gx, gy) = ((c * sx - b * sy) / determinant, (a * sy - b * sx) / determinant);
+            values[k] = (mean + gx * (cx - mx) + gy * (cy - my)) as f32;
+            let spread = self.qq[k] - self.n * mean * mean;
+            residual = residual.max(((spread - gx * sx - gy * sy) / self.n).max(0.0).sqrt());
+        }
+        (values, residual)
+    }
+}
+
+impl CellTargets {
+    /// Targets of the window of `columns` x `rows` cells whose corner is at pixel (`left`, `top`);
+    /// pixels outside the maps count as outside the object.
+    pub fn of_window(truth: &Maps, range: DepthRange, left: usize, top: usize, columns: usize, rows: usize) -> Self {
+        let cell = PIXELS_PER_CELL;
+        let mut moments = vec![Moments::default(); columns * rows];
+        for y in 0..(rows * cell).min(truth.height().saturating_sub(top)) {
+            for x in 0..(columns * cell).min(truth.width().saturating_sub(left)) {
+                let pixel = (top + y) * truth.width() + left + x;
+                if truth.inside(pixel) {
+                    let [u, v] = truth.registration()[pixel].map(f64::from);
+                    let d = range.normalise(f64::from(truth.depth()[pixel]));
+                    moments[(y / cell) * columns + x / cell].add_pixel(x as f64 + 0.5, y as f64 + 0.5, [u, v, d]);
+                }
+            }
+        }
+        let mut coordinates = vec![[0.0; 3]; columns * rows];
+        let mut weight = vec![0.0; columns * rows];
+        for row in 0..rows {
+            for column in 0..columns {
+                let i = row * columns + column;
+                let mut around = Moments::default();
+                for r in row.saturating_sub(1)..(row + 2).min(rows) {
+                    for c in column.saturating_sub(1)..(column + 2).min(columns) {
+                        around.add(&moments[r * columns + c]);
+                    }
+                }
+                let inside = moments[i].n > 0.0;
+                if around.n < if inside { FEWEST_INSIDE } else { FEWEST_OUTSIDE } {
+                    continue;
+                }
+                let centre = |k: usize| (k as f64 + 0.5) * cell as f64;
+                let (values, residual) = around.fit_at(centre(column), centre(row));
+                if residual <= LARGEST_RESIDUAL {
+                    coordinates[i] = values;
+                    weight[i] = if inside { 1.0 } else { OUTSIDE_WEIGHT };
+                }
+            }
+        }
+        Self { columns, rows, coordinates, weight }
+    }
+
+    /// Targets of the coarse cells, two by two of these: the weighted mean of the four and the mean
+    /// weight, row-major.
+    pub fn coarse(&self) -> Vec<([f32; 3], f32)> {
+        let (columns, rows) = (self.columns / 2, self.rows / 2);
+        (0..columns * rows)
+            .map(|i| {
+                let corner = 2 * (i / columns) * self.columns + 2 * (i % columns);
+                let mut sum = [0.0; 3];
+                let mut weight = 0.0;
+                for j in [corner, corner + 1, corner + self.columns, corner + self.columns + 1] {
+                    weight += self.weight[j];
+                    for k in 0..3 {
+                        sum[k] += self.weight[j] * self.coordinates[j][k];
+                    }
+                }
+                if weight > 0.0 { (sum.map(|s| s / weight), weight / 4.0) } else { ([0.0; 3], 0.0) }
+            })
+            .collect()
+    }
+}
+
+/// Writes the soft target of coordinate `t` over `bins` bins with centres k / (bins - 1): the two
+/// around it share one by nearness. `set(k, share)` is called for each; t is clamped to 0..=1.
+pub fn two_bins(t: f32, bins: usize, mut set: impl FnMut(usize, f32)) {
+    let at = t.clamp(0.0, 1.0) * (bins - 1) as f32;
+    let low = (at as usize).min(bins - 2);
+    let share = at - low as f32;
+    set(low, 1.0 - share);
+    set(low + 1, share);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RANGE: DepthRange = DepthRange { near_mm: 100.0, far_mm: 1000.0 };
+
+    /// u = x / 100, v = y / 200, depth constant, visible left of column `edge`.
+    fn slope(edge: usize) -> Maps {
+        let mut maps = Maps::empty(64, 32);
+        for y in 0..32 {
+            for x in 0..edge {
+                maps.set(y * 64 + x, 400.0, [(x as f32 + 0.5) / 100.0, (y as f32 + 0.5) / 200.0]);
+            }
+        }
+        maps
+    }
+
+    #[test]
+    fn an_affine_map_is_read_at_the_centres_also_where_the_edge_cuts_a_cell_and_beside_it() {
+        let cells = CellTargets::of_window(&slope(35), RANGE, 0, 0, 8, 4);
+        for (column, weight) in [(0, 1.0), (3, 1.0), (4, 1.0), (5, OUTSIDE_WEIGHT), (6, 0.0)] {
+            let i = 8 + column;
+            assert_eq!(cells.weight[i], weight, "column {column}");
+            if weight > 0.0 {
+                let [u, v, d] = cells.coordinates[i];
+                assert!((u - (column as f32 * 8.0 + 4.0) / 100.0).abs() < 4e-3, "column {column}: {u}");
+                assert!((v - 12.0 / 200.0).abs() < 2e-3);
+                // ln 4 / ln 10
+                assert!((d - 0.602_06).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_reads_the_same_surface_from_its_own_corner() {
+        let cells = CellTargets::of_window(&slope(64), RANGE, 13, 5, 4, 2);
+        assert!((cells.coordinates[5][0] - (13.0 + 12.0) / 100.0).abs() < 1e-4);
+        assert!((cells.coordinates[5][1] - (5.0 + 12.0) / 200.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_tear_in_the_map_is_not_taught() {
+        let mut maps = slope(64);
+        for y in 0..32 {
+            for x in 20..64 {
+                maps.set(y * 64 + x, 600.0, [0.9, 0.5]);
+            }
+        }
+        let cells = CellTargets::of_window(&maps, RANGE, 0, 0, 8, 4);
+        assert_eq!(cells.weight[8 + 2], 0.0);
+        assert_eq!(cells.weight[8 + 6], 1.0);
+    }
+
+    #[test]
+    fn two_bins_share_by_nearness_and_mean_the_coordinate() {
+        for t in [0.0, 0.13, 0.5, 0.99, 1.0] {
+            let (mut sum, mut mean) = (0.0, 0.0);
+            two_bins(t, 24, |k, share| {
+                sum += share;
+                mean += share * k as f32 / 23.0;
+            });
+            assert!((sum - 1.0).abs() < 1e-6 && (mean - t).abs() < 1e-5);
+        }
+    }
+}

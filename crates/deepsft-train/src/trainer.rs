@@ -1,0 +1,232 @@
+//! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly.
+
+use crate::average::WeightAverage;
+use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
+use crate::evaluate::{held_out, watch};
+use crate::loader::Loader;
+use crate::loss::{LossWeights, step_one_loss};
+use crate::schedule::Schedule;
+use crate::TrainError;
+use burn::grad_clipping::GradientClippingConfig;
+use burn::module::Module;
+use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::Device;
+use deepsft::{Network, NetworkConfig};
+use deepsft_geometry::metrics::{FrameMetrics, Summary};
+use deepsft_synth::Synthesizer;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// When a training ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// After this many seconds of training (of all its runs together).
+    Seconds(f64),
+    /// After this many samples. Deterministic on the CPU.
+    Samples(u64),
+}
+
+impl Budget {
+    fn progress(&self, state: &Checkpoint) -> f64 {
+        match *self {
+            Self::Seconds(seconds) => state.seconds / seconds.max(f64::MIN_POSITIVE),
+            Self::Samples(samples) => state.samples as f64 / samples.max(1) as f64,
+        }
+    }
+}
+
+/// How to train.
+#[derive(Clone, Debug)]
+pub struct TrainConfig {
+    /// When to end.
+    pub budget: Budget,
+    /// Seed of weights and data.
+    pub seed: u64,
+    /// Seed of the held-out set; never trained on.
+    pub held_out_seed: u64,
+    /// Frames of the held-out set.
+    pub held_out_frames: u64,
+    /// Seconds between two evaluations, each of which saves a checkpoint.
+    pub evaluate_every: f64,
+    /// Folder of the checkpoint.
+    pub checkpoint: PathBuf,
+    /// Go on from the checkpoint if there is one.
+    pub resume: bool,
+    /// Learning rate and windows.
+    pub schedule: Schedule,
+    /// Weights of the loss.
+    pub loss: LossWeights,
+    /// Decay a step of the average of the weights.
+    pub average_decay: f64,
+    /// Threads that make samples.
+    pub workers: usize,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            budget: Budget::Seconds(600.0),
+            seed: 1,
+            held_out_seed: 0x7e57,
+            held_out_frames: 48,
+            evaluate_every: 120.0,
+            checkpoint: PathBuf::from("runs/checkpoint"),
+            resume: false,
+            schedule: Schedule::default(),
+            loss: LossWeights::default(),
+            average_decay: 0.998,
+            workers: 2,
+        }
+    }
+}
+
+/// What a training tells while it runs.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Progress {
+    /// A checkpoint was found and is continued.
+    Resumed {
+        /// Samples it had seen.
+        samples: u64,
+        /// Seconds it had trained.
+        seconds: f64,
+    },
+    /// A step was made.
+    Step {
+        /// Share of the budget spent, 0..=1.
+        share: f64,
+        /// Samples seen.
+        samples: u64,
+        /// Seconds trained.
+        seconds: f64,
+        /// Loss of the step.
+        loss: f64,
+    },
+    /// The held-out set was evaluated and a checkpoint saved.
+    Evaluated(CurvePoint),
+}
+
+/// A finished training.
+pub struct Trained {
+    /// The averaged network, on a plain device, folded for inference.
+    pub network: Network,
+    /// Samples, seconds and the curve.
+    pub state: Checkpoint,
+}
+
+/// Trains a network of `network_config` for the template of `synthesizer` on `device` (a plain one;
+/// differentiation is switched on here), and reports through `report`.
+///
+/// # Errors
+/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss that is no
+/// longer finite, or a device that fails.
+pub fn train(
+    synthesizer: &Arc<Synthesizer>,
+    network_config: &NetworkConfig,
+    config: &TrainConfig,
+    device: &Device,
+    mut report: impl FnMut(Progress),
+) -> Result<Trained, TrainError> {
+    let differentiable = device.clone().autodiff();
+    device.seed(config.seed);
+    let mut network = network_config.init(&differentiable);
+    let mut optimizer = optimizer();
+    let folder = CheckpointFolder::new(&config.checkpoint);
+    let fingerprint = fingerprint(synthesizer, network_config);
+    let mut state = Checkpoint { fingerprint: fingerprint.clone(), seed: config.seed, ..Checkpoint::default() };
+    let mut average = WeightAverage::new(&network, config.average_decay);
+    if config.resume
+        && let Some((saved, loaded, averaged, loaded_optimizer)) =
+            folder.load(network.clone(), self::optimizer(), &fingerprint, config.seed)?
+    {
+        average = WeightAverage::resume(&averaged, config.average_decay, saved.step);
+        (network, optimizer, state) = (loaded, loaded_optimizer, saved);
+        report(Progress::Resumed { samples: state.samples, seconds: state.seconds });
+    }
+
+    let validation = held_out(synthesizer, config.held_out_seed, config.held_out_frames);
+    let mut loader = Loader::start(synthesizer, network_config, config.seed, config.workers);
+    let mut asked_samples = state.samples;
+    let (mut loss_sum, mut loss_count) = (0.0, 0_u64);
+    let mut last_evaluation = state.seconds;
+    let clock = Instant::now();
+    let before = state.seconds;
+    let mut paused = 0.0;
+    loop {
+        let share = config.budget.progress(&state);
+        let finished = share >= 1.0;
+        if finished || state.seconds - last_evaluation >= config.evaluate_every {
+            let pause = Instant::now();
+            let plain = average.apply(network.valid());
+            let watched = watch(&plain, &validation, device)?;
+            let loss = if loss_count > 0 { loss_sum / loss_count as f64 } else { 0.0 };
+            let point = curve_point(&state, loss, config.schedule.learning_rate(state.step, share), &watched);
+            state.curve.push(point);
+            folder.save(&state, &network.valid(), &plain, &optimizer)?;
+            report(Progress::Evaluated(point));
+            (loss_sum, loss_count) = (0.0, 0);
+            last_evaluation = state.seconds;
+            paused += pause.elapsed().as_secs_f64();
+        }
+        if finished {
+            break;
+        }
+        while loader.wanted() > 0 {
+            let shape = config.schedule.shape(share);
+            loader.ask(asked_samples, shape)?;
+            asked_samples += shape.frames as u64;
+        }
+        let batch = loader.take()?;
+        let frames = batch.frames() as u64;
+        let tensors = batch.into_tensors(&differentiable);
+        let output = network.forward(tensors.images.clone());
+        let losses = step_one_loss(output, &tensors, &config.loss);
+        let loss = f64::from(losses.total.clone().into_scalar::<f32>());
+        if !loss.is_finite() {
+            return Err(TrainError::Diverged { loss, samples: state.samples });
+        }
+        let gradients = GradientsParams::from_grads(losses.total.backward(), &network);
+        network = optimizer.step(config.schedule.learning_rate(state.step, share), network, gradients);
+        average.update(&network);
+        state.step += 1;
+        state.samples += frames;
+        state.seconds = before + clock.elapsed().as_secs_f64() - paused;
+        loss_sum += loss;
+        loss_count += 1;
+        report(Progress::Step { share, samples: state.samples, seconds: state.seconds, loss });
+    }
+    let network = average.apply(network.valid()).fold();
+    Ok(Trained { network, state })
+}
+
+fn optimizer() -> ModuleOptimizer {
+    AdamWConfig::new()
+        .with_weight_decay(1e-4)
+        .with_epsilon(1e-8)
+        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
+        .init()
+}
+
+fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[FrameMetrics]) -> CurvePoint {
+    let summary = |metric: fn(&FrameMetrics) -> Option<f64>| Summary::of(watched.iter().map(metric));
+    let median = |metric| summary(metric).map(|s| s.median);
+    CurvePoint {
+        samples: state.samples,
+        seconds: state.seconds,
+        loss,
+        learning_rate,
+        registration_rmse_px: median(|m| m.registration_rmse_px),
+        depth_rmse_mm: median(|m| m.depth_rmse_mm),
+        mask_iou: summary(|m| m.mask_iou).map(|s| s.mean),
+    }
+}
+
+/// What must be equal for a checkpoint to be continued: template, network and data.
+fn fingerprint(synthesizer: &Synthesizer, network: &NetworkConfig) -> String {
+    use sha2::{Digest, Sha256};
+    let mut hash = Sha256::new();
+    hash.update(synthesizer.template().texture().rgb());
+    hash.update(format!("{:?} {network:?} {:?}", synthesizer.template().size_mm(), synthesizer.config()));
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,114 @@
+//! A training that is killed and resumed ends where an uninterrupted one does.
+#![allow(clippy::unwrap_used)]
+
+use burn::module::Module;
+use burn::tensor::Device;
+use deepsft::{Network, NetworkConfig};
+use deepsft_geometry::{Picture, Template};
+use deepsft_synth::{SynthConfig, Synthesizer};
+use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainError, train};
+use std::path::Path;
+use std::sync::Arc;
+
+fn synthesizer() -> Arc<Synthesizer> {
+    let texture = Picture::from_fn(90, 60, |x, y| [(x * 7 % 256) as u8, (y * 11 % 256) as u8, ((x * y) % 256) as u8]);
+    let template = Template::thin_shell(texture, 180.0, 120.0).unwrap();
+    Arc::new(Synthesizer::new(&template, SynthConfig::default()).unwrap())
+}
+
+fn tiny() -> NetworkConfig {
+    NetworkConfig {
+        channels: [8, 8, 8, 8],
+        blocks_at_32: 1,
+        bins: [8, 8, 8],
+        refinement_channels: 8,
+        mask_channels: 8,
+        ..NetworkConfig::compact([180.0, 120.0], 380.0)
+    }
+}
+
+fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
+    let windows = BatchShape { frames: 2, width: 64, height: 64 };
+    TrainConfig {
+        budget: Budget::Samples(16),
+        held_out_frames: 1,
+        // Evaluate and save after every step.
+        evaluate_every: 0.0,
+        checkpoint: checkpoint.to_path_buf(),
+        resume,
+        schedule: Schedule { windows, frames: windows, warm_up: 2, ..Schedule::default() },
+        ..TrainConfig::default()
+    }
+}
+
+fn weights(network: Network) -> Vec<u8> {
+    network.into_record().into_bytes().unwrap().to_vec()
+}
+
+/// Copies a checkpoint as a kill would leave it.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+#[test]
+fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, half) = (folder.path().join("whole"), folder.path().join("half"));
+    let device = Device::flex();
+    let synthesizer = synthesizer();
+    let uninterrupted = train(&synthesizer, &tiny(), &config(&whole, false), &device, |progress| {
+        if let Progress::Evaluated(point) = progress
+            && point.samples == 6
+        {
+            copy(&whole, &half);
+        }
+    })
+    .unwrap();
+    let mut resumed_at = 0;
+    let resumed = train(&synthesizer, &tiny(), &config(&half, true), &device, |progress| {
+        if let Progress::Resumed { samples, .. } = progress {
+            resumed_at = samples;
+        }
+    })
+    .unwrap();
+    assert_eq!(resumed_at, 6);
+    let curve = |state: &deepsft_train::Checkpoint| -> Vec<_> {
+        // Everything but the wall clock.
+        state.curve.iter().map(|p| (p.samples, p.loss.to_bits(), p.learning_rate.to_bits(), p.mask_iou.map(f64::to_bits))).collect()
+    };
+    assert_eq!(curve(&resumed.state), curve(&uninterrupted.state));
+    assert_eq!(weights(resumed.network), weights(uninterrupted.network));
+}
+
+#[test]
+fn a_checkpoint_of_another_seed_is_refused_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let checkpoint = folder.path().join("checkpoint");
+    let device = Device::flex();
+    let mut first = config(&checkpoint, false);
+    first.budget = Budget::Samples(2);
+    train(&synthesizer(), &tiny(), &first, &device, |_| {}).unwrap();
+    let second = TrainConfig { seed: 2, resume: true, ..first };
+    let error = train(&synthesizer(), &tiny(), &second, &device, |_| {}).err().unwrap();
+    assert!(matches!(error, TrainError::CheckpointMismatch { what: "seed", .. }), "{error}");
+    assert!(checkpoint.join("network.bpk").is_file());
+}
+
+#[test]
+fn a_truncated_checkpoint_is_refused_by_the_name_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let checkpoint = folder.path().join("checkpoint");
+    let device = Device::flex();
+    let mut config = config(&checkpoint, true);
+    config.budget = Budget::Samples(2);
+    train(&synthesizer(), &tiny(), &config, &device, |_| {}).unwrap();
+    let optimizer = checkpoint.join("optimizer.bpk");
+    let bytes = std::fs::read(&optimizer).unwrap();
+    std::fs::write(&optimizer, &bytes[..bytes.len() / 2]).unwrap();
+    let error = train(&synthesizer(), &tiny(), &config, &device, |_| {}).err().unwrap();
+    assert!(error.to_string().contains("optimizer.bpk"), "{error}");
+}

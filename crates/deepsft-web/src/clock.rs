@@ -1,0 +1,27 @@
+//! The browser's clock: the one place of the project's wasm that reads time.
+
+use wasm_bindgen::prelude::*;
+
+#[wasm_bindgen]
+extern "C" {
+    #[wasm_bindgen(js_namespace = performance)]
+    fn now() -> f64;
+}
+
+/// Measures the stages of one frame.
+pub struct Stopwatch {
+    lap_began_ms: f64,
+}
+
+impl Stopwatch {
+    /// Starts the first lap.
+    pub fn start() -> Self {
+        Self { lap_began_ms: now() }
+    }
+
+    /// Milliseconds since the last lap, or the start.
+    pub fn lap_ms(&mut self) -> f64 {
+        let now_ms = now();
+        now_ms - std::mem::replace(&mut self.lap_began_ms, now_ms)
+    }
+}

@@ -1,0 +1,121 @@
+//! One frame's estimate as JavaScript holds it.
+
+use deepsft::geometry::{Maps, Picture};
+use js_sys::{Float32Array, Object, Reflect, Uint8Array, Uint8ClampedArray};
+use wasm_bindgen::prelude::*;
+
+/// Milliseconds of the stages of one frame.
+pub struct Times {
+    pub warp_ms: f64,
+    pub network_ms: f64,
+    pub judge_ms: f64,
+}
+
+/// The maps of one frame, row-major, 270 rows of 480 columns, in the canonical camera's image. The arrays
+/// belong to JavaScript: they stay valid after `free()`, and may be transferred to another thread.
+#[wasm_bindgen]
+pub struct RawEstimate {
+    depth: Float32Array,
+    registration: Float32Array,
+    mask: Uint8Array,
+    canonical: Uint8ClampedArray,
+    found: bool,
+    confidence: f32,
+    times: Object,
+}
+
+impl RawEstimate {
+    /// Copies the maps and the canonical image out of WebAssembly's memory.
+    pub fn new(maps: &Maps, canonical: &Picture, found: bool, confidence: f32, times: &Times) -> Self {
+        let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
+        let rgba: Vec<u8> = rgba(canonical);
+        Self {
+            depth: maps.depth().into(),
+            registration: maps.registration().as_flattened().into(),
+            mask: mask.as_slice().into(),
+            canonical: rgba.as_slice().into(),
+            found,
+            confidence,
+            times: times.to_object(),
+        }
+    }
+}
+
+#[wasm_bindgen]
+impl RawEstimate {
+    /// Distance along the camera's axis in mm, -1 outside the object; 270 x 480.
+    #[wasm_bindgen(getter)]
+    pub fn depth(&self) -> Float32Array {
+        self.depth.clone()
+    }
+
+    /// Texture position (u, v) of what each pixel shows, (-1, -1) outside the object; 270 x 480 x 2.
+    #[wasm_bindgen(getter)]
+    pub fn registration(&self) -> Float32Array {
+        self.registration.clone()
+    }
+
+    /// 1 where the object is seen, else 0; 270 x 480.
+    #[wasm_bindgen(getter)]
+    pub fn mask(&self) -> Uint8Array {
+        self.mask.clone()
+    }
+
+    /// The image the network saw, RGBA; 270 x 480 x 4.
+    #[wasm_bindgen(getter)]
+    pub fn canonical(&self) -> Uint8ClampedArray {
+        self.canonical.clone()
+    }
+
+    /// Whether the object is in the frame.
+    #[wasm_bindgen(getter)]
+    pub fn found(&self) -> bool {
+        self.found
+    }
+
+    /// How well the image agrees with the template seen through the registration, 0 to 1.
+    #[wasm_bindgen(getter)]
+    pub fn confidence(&self) -> f32 {
+        self.confidence
+    }
+
+    /// Milliseconds of the canonical warp, the network (with its read-back) and the judgement.
+    #[wasm_bindgen(
+        getter,
+        unchecked_return_type = "{ warpMs: number, networkMs: number, judgeMs: number }"
+    )]
+    pub fn times(&self) -> Object {
+        self.times.clone()
+    }
+}
+
+impl Times {
+    fn to_object(&self) -> Object {
+        object([
+            ("warpMs", self.warp_ms.into()),
+            ("networkMs", self.network_ms.into()),
+            ("judgeMs", self.judge_ms.into()),
+        ])
+    }
+}
+
+/// A plain object with these properties.
+pub fn object<const N: usize>(properties: [(&str, JsValue); N]) -> Object {
+    let object = Object::new();
+    for (name, value) in properties {
+        // Only fails on objects that were frozen.
+        let _ = Reflect::set(&object, &name.into(), &value);
+    }
+    object
+}
+
+/// The bytes of a picture with an opaque alpha channel.
+pub fn rgba(picture: &Picture) -> Vec<u8> {
+    picture
+        .rgb()
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .flat_map(|&[r, g, b]| [r, g, b, u8::MAX])
+        .collect()
+}

@@ -1,0 +1,103 @@
+//! Failures as JavaScript sees them: an `Error` with a stable `code` and a sentence for people.
+
+use deepsft::{DeepSftError, geometry::GeometryError};
+use js_sys::{Error, Reflect};
+use wasm_bindgen::{JsCast, JsValue};
+
+/// What went wrong, for programs. The names are part of the JavaScript package's contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// A file of the model is missing, truncated, altered or does not fit the others.
+    ModelCorrupt,
+    /// The model needs another version of this engine.
+    ModelVersion,
+    /// The model was not handed over in the form [`crate::Engine::create`] asks for.
+    ModelLoad,
+    /// No WebGPU, no adapter, or an adapter that lacks a feature.
+    WebGpuUnavailable,
+    /// The GPU device was lost in the middle of the work.
+    GpuLost,
+    /// Intrinsics no camera can have.
+    CameraIntrinsics,
+    /// Pixels that are no image.
+    ImageUnreadable,
+    /// A defect of ours.
+    Internal,
+}
+
+impl Code {
+    fn name(self) -> &'static str {
+        match self {
+            Self::ModelCorrupt => "model-corrupt",
+            Self::ModelVersion => "model-version",
+            Self::ModelLoad => "model-load",
+            Self::WebGpuUnavailable => "webgpu-unavailable",
+            Self::GpuLost => "gpu-lost",
+            Self::CameraIntrinsics => "camera-intrinsics",
+            Self::ImageUnreadable => "image-unreadable",
+            Self::Internal => "internal",
+        }
+    }
+}
+
+/// A failure on its way to JavaScript.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    code: Code,
+    message: String,
+}
+
+impl Failure {
+    /// A failure with a sentence for people.
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            message: message.into(),
+        }
+    }
+
+    /// A failure of the core while it read a model.
+    pub fn of_model(error: &DeepSftError) -> Self {
+        let code = match error {
+            DeepSftError::BundleVersion { .. } | DeepSftError::TemplateVersion { .. } => Code::ModelVersion,
+            _ => Code::ModelCorrupt,
+        };
+        Self::new(code, format!("The model cannot be used: {error}."))
+    }
+
+    /// A failure of the core while it started a device.
+    pub fn of_device(error: &DeepSftError) -> Self {
+        Self::new(Code::WebGpuUnavailable, format!("The engine cannot start: {error}."))
+    }
+
+    /// A failure of the core while it worked on a frame. Computing on a GPU fails when the GPU goes away.
+    pub fn of_frame(error: &DeepSftError, on_gpu: bool) -> Self {
+        match error {
+            DeepSftError::Geometry(GeometryError::CameraParameter { .. }) => Self::new(
+                Code::CameraIntrinsics,
+                format!("The camera's intrinsics cannot be used: {error}."),
+            ),
+            DeepSftError::Geometry(
+                GeometryError::PictureEmpty { .. } | GeometryError::PictureSize { .. } | GeometryError::MapSize { .. },
+            ) => Self::new(Code::ImageUnreadable, format!("The image cannot be used: {error}.")),
+            DeepSftError::Execution { .. } if on_gpu => Self::new(Code::GpuLost, format!("The GPU was lost: {error}.")),
+            _ => Self::new(Code::Internal, format!("The frame could not be worked on: {error}.")),
+        }
+    }
+}
+
+impl From<GeometryError> for Failure {
+    fn from(error: GeometryError) -> Self {
+        Self::of_frame(&error.into(), false)
+    }
+}
+
+impl From<Failure> for JsValue {
+    fn from(Failure { code, message }: Failure) -> Self {
+        let error = Error::new(&message);
+        error.set_name("DeepSftError");
+        // Only fails on objects that were frozen; this one was made two lines above.
+        let _ = Reflect::set(error.unchecked_ref(), &"code".into(), &code.name().into());
+        error.into()
+    }
+}

@@ -1,0 +1,363 @@
+//! Model bundle: everything an estimator needs, as files by name, checked before use.
+//!
+//! `model.json` describes the network and lists every other file with its size and SHA-256;
+//! `weights.bpk` holds the folded weights (burnpack, f16); `template/` is the template.
+
+use crate::network::{Network, NetworkConfig};
+use crate::{DeepSftError, TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
+use burn::module::{Module, ModuleMapper, Param};
+use burn::store::ModuleRecord;
+use burn::tensor::{Bytes, Device, FloatDType, Tensor};
+use deepsft_geometry::{Camera, Template};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Name of the description in a bundle.
+pub const MODEL_FILE: &str = "model.json";
+
+/// Name of the weights in a bundle.
+const WEIGHTS_FILE: &str = "weights.bpk";
+
+/// Folder of the template in a bundle.
+const TEMPLATE_FOLDER: &str = "template/";
+
+/// The one version of the format that this version of the crate reads and writes.
+const FORMAT_VERSION: u32 = 1;
+
+/// When a frame counts as showing the template.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundRule {
+    /// Least share of the canonical image that the mask covers.
+    pub least_area: f64,
+    /// Least photo-consistency of what the mask covers, see [`crate::Judgement`].
+    pub least_confidence: f64,
+}
+
+impl Default for FoundRule {
+    fn default() -> Self {
+        Self { least_area: 0.002, least_confidence: 0.3 }
+    }
+}
+
+/// How a model came about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// The command that trained it.
+    pub command: String,
+    /// Seed of weights and data.
+    pub seed: u64,
+    /// Training samples seen.
+    pub samples: u64,
+    /// Seconds of training.
+    pub seconds: f64,
+    /// Version of deepsft that trained it.
+    pub deepsft_version: String,
+}
+
+/// Measured accuracy on held-out synthetic frames: medians over frames, as in `deepsft eval`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accuracy {
+    /// Frames evaluated.
+    pub frames: u64,
+    /// Registration RMSE, pixels of the 480 x 270 image.
+    pub registration_rmse_px: Option<f64>,
+    /// Depth RMSE, mm.
+    pub depth_rmse_mm: Option<f64>,
+    /// Mask IoU (mean).
+    pub mask_iou: Option<f64>,
+}
+
+/// What a bundle says beside its weights and template.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelCard {
+    /// Name for people.
+    pub name: String,
+    /// SPDX expression.
+    pub licence: String,
+    /// When a frame counts as showing the template.
+    pub found: FoundRule,
+    /// How it came about.
+    pub provenance: Provenance,
+    /// How good it is.
+    pub accuracy: Accuracy,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+struct Manifest {
+    format_version: u32,
+    name: String,
+    licence: String,
+    network: NetworkConfig,
+    training_camera: serde_json::Value,
+    found: FoundRule,
+    provenance: Provenance,
+    accuracy: Accuracy,
+    files: BTreeMap<String, FileEntry>,
+}
+
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+struct FileEntry {
+    size: u64,
+    sha256: String,
+}
+
+/// The field that is read first, so that a newer bundle is called newer and not malformed.
+#[derive(Deserialize)]
+struct Versioned {
+    format_version: u32,
+}
+
+/// A checked model: network, template, training camera and card.
+#[derive(Clone, Debug)]
+pub struct ModelBundle {
+    network: Network,
+    template: Template,
+    camera: Camera,
+    card: ModelCard,
+}
+
+impl ModelBundle {
+    /// Puts a bundle together. `network` is folded and moved to the CPU.
+    pub fn new(network: Network, template: Template, camera: Camera, card: ModelCard) -> Self {
+        let network = network.valid().fold().fork(&Device::flex());
+        Self { network, template, camera, card }
+    }
+
+    /// Reads a bundle from its files by name (`model.json`, `weights.bpk`, `template/template.json`, ...).
+    ///
+    /// # Errors
+    /// * [`DeepSftError::BundleVersion`] for a newer format.
+    /// * [`DeepSftError::BundleFileMissing`], [`DeepSftError::BundleFileSize`],
+    ///   [`DeepSftError::BundleFileHash`] name the file that is missing, cut short or altered.
+    /// * [`DeepSftError::BundleContent`] when a file's content does not fit the format or the network.
+    pub fn from_files(files: &BTreeMap<String, Vec<u8>>) -> Result<Self, DeepSftError> {
+        let manifest = read_manifest(file(files, MODEL_FILE)?)?;
+        for (name, entry) in &manifest.files {
+            check(name, entry, file(files, name)?)?;
+        }
+        let listed = |name: &str| {
+            if manifest.files.contains_key(name) {
+                file(files, name)
+            } else {
+                Err(DeepSftError::BundleFileMissing { file: name.to_owned() })
+            }
+        };
+        let content = |file: &str, reason: String| DeepSftError::BundleContent { file: file.to_owned(), reason };
+        manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
+        let camera = parse_camera(manifest.training_camera.to_string().as_bytes())?;
+        let description = TemplateFile::parse(listed(&format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
+        let template = description.template(listed(&format!("{TEMPLATE_FOLDER}{}", description.texture()))?)?;
+        let bytes = Bytes::from_bytes_vec(listed(WEIGHTS_FILE)?.to_vec());
+        let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
+        let network = manifest.network.init(&Device::flex()).fold();
+        let network = network
+            .try_load_record(record.cast_to_module_dtype())
+            .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
+        let Manifest { name, licence, found, provenance, accuracy, .. } = manifest;
+        let card = ModelCard { name, licence, found, provenance, accuracy };
+        Ok(Self { network, template, camera, card })
+    }
+
+    /// Names of the files that the description `model_json` lists, with their sizes in bytes: what a
+    /// loader has to fetch.
+    ///
+    /// # Errors
+    /// As [`ModelBundle::from_files`] for the description.
+    pub fn file_names(model_json: &[u8]) -> Result<Vec<(String, u64)>, DeepSftError> {
+        Ok(read_manifest(model_json)?.files.into_iter().map(|(name, entry)| (name, entry.size)).collect())
+    }
+
+    /// The bundle's files by name: what an estimator needs and the description that lists it. Whatever
+    /// else lies in a model's folder (a card, a poster to print) is not listed, so that nobody has to
+    /// fetch it.
+    ///
+    /// # Errors
+    /// [`DeepSftError::BundleContent`] when something cannot be encoded.
+    pub fn to_files(&self) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
+        let content = |file: &str, reason: String| DeepSftError::BundleContent { file: file.to_owned(), reason };
+        let mut files = BTreeMap::new();
+        let half = self.network.clone().map(&mut Half);
+        let weights = half.into_record().into_bytes().map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
+        files.insert(WEIGHTS_FILE.to_owned(), weights.to_vec());
+        for (name, bytes) in template_to_files(&self.template)? {
+            files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
+        }
+        let entries = files.iter().map(|(name, bytes)| (name.clone(), FileEntry::of(bytes))).collect();
+        let training_camera = serde_json::from_str(&camera_to_json(&self.camera));
+        let manifest = Manifest {
+            format_version: FORMAT_VERSION,
+            name: self.card.name.clone(),
+            licence: self.card.licence.clone(),
+            network: self.network.config().clone(),
+            training_camera: training_camera.map_err(|e| content(MODEL_FILE, e.to_string()))?,
+            found: self.card.found,
+            provenance: self.card.provenance.clone(),
+            accuracy: self.card.accuracy.clone(),
+            files: entries,
+        };
+        let mut json = serde_json::to_vec_pretty(&manifest).map_err(|e| content(MODEL_FILE, e.to_string()))?;
+        json.push(b'\n');
+        files.insert(MODEL_FILE.to_owned(), json);
+        Ok(files)
+    }
+
+    /// Name for people.
+    pub fn name(&self) -> &str {
+        &self.card.name
+    }
+
+    /// What the bundle says of itself.
+    pub fn card(&self) -> &ModelCard {
+        &self.card
+    }
+
+    /// Replaces what the bundle says of itself.
+    pub fn set_card(&mut self, card: ModelCard) {
+        self.card = card;
+    }
+
+    /// The folded network, on the CPU.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// The template the network knows.
+    pub fn template(&self) -> &Template {
+        &self.template
+    }
+
+    /// The camera of the training images: the canonical camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+}
+
+fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
+    files.get(name).map(Vec::as_slice).ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
+}
+
+fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
+    let malformed = |e: serde_json::Error| DeepSftError::BundleContent { file: MODEL_FILE.to_owned(), reason: e.to_string() };
+    let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
+    if actual != FORMAT_VERSION {
+        return Err(DeepSftError::BundleVersion { actual, expected: FORMAT_VERSION });
+    }
+    serde_json::from_slice(json).map_err(malformed)
+}
+
+fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError> {
+    let actual = FileEntry::of(bytes);
+    if actual.size != entry.size {
+        return Err(DeepSftError::BundleFileSize { file: name.to_owned(), actual: actual.size, expected: entry.size });
+    }
+    if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
+        return Err(DeepSftError::BundleFileHash { file: name.to_owned() });
+    }
+    Ok(())
+}
+
+impl FileEntry {
+    fn of(bytes: &[u8]) -> Self {
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Self { size: bytes.len() as u64, sha256 }
+    }
+}
+
+/// Rounds weights to half precision.
+struct Half;
+
+impl ModuleMapper for Half {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|weights| weights.cast(FloatDType::F16))
+    }
+}
+
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::{Picture, training_camera};
+
+    fn files() -> BTreeMap<String, Vec<u8>> {
+        let network = NetworkConfig::compact([297.0, 210.0], 380.0).init(&Device::flex());
+        let template = Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
+        let card = ModelCard {
+            name: "test".to_owned(),
+            licence: "MIT OR Apache-2.0".to_owned(),
+            found: FoundRule::default(),
+            provenance: Provenance::default(),
+            accuracy: Accuracy::default(),
+        };
+        ModelBundle::new(network, template, training_camera(), card).to_files().unwrap()
+    }
+
+    fn refusal(files: &BTreeMap<String, Vec<u8>>) -> String {
+        ModelBundle::from_files(files).unwrap_err().to_string()
+    }
+
+    fn edit(files: &mut BTreeMap<String, Vec<u8>>, from: &str, to: &str) {
+        let json = String::from_utf8(files[MODEL_FILE].clone()).unwrap();
+        assert!(json.contains(from), "{from} in {json}");
+        files.insert(MODEL_FILE.to_owned(), json.replacen(from, to, 1).into_bytes());
+    }
+
+    #[test]
+    fn a_bundle_comes_back_with_the_weights_rounded_to_half() {
+        let files = files();
+        let bundle = ModelBundle::from_files(&files).unwrap();
+        assert_eq!(bundle.name(), "test");
+        assert_eq!(bundle.camera(), &training_camera());
+        // Rounding twice changes nothing: the same files come out.
+        assert_eq!(bundle.to_files().unwrap(), files);
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let mut files = files();
+        files.remove(WEIGHTS_FILE);
+        assert_eq!(refusal(&files), "model bundle lacks weights.bpk");
+    }
+
+    #[test]
+    fn truncated_weights_are_refused_by_their_size() {
+        let mut files = files();
+        files.get_mut(WEIGHTS_FILE).unwrap().truncate(1000);
+        assert!(refusal(&files).starts_with("weights.bpk of the model bundle has 1000 bytes"), "{}", refusal(&files));
+    }
+
+    #[test]
+    fn one_flipped_bit_is_refused_by_the_hash() {
+        let mut files = files();
+        files.get_mut(WEIGHTS_FILE).unwrap()[5000] ^= 1;
+        assert!(refusal(&files).starts_with("weights.bpk of the model bundle is not the file that was published"));
+    }
+
+    #[test]
+    fn a_newer_bundle_is_called_newer_even_if_the_rest_is_unknown() {
+        let mut files = files();
+        files.insert(MODEL_FILE.to_owned(), br#"{"format_version": 2, "something": "else"}"#.to_vec());
+        assert_eq!(refusal(&files), "model bundle has format version 2, this program reads version 1");
+    }
+
+    #[test]
+    fn a_network_of_another_shape_than_the_weights_is_refused() {
+        let mut files = files();
+        edit(&mut files, "\"blocks_at_32\": 2", "\"blocks_at_32\": 3");
+        assert!(refusal(&files).starts_with("weights.bpk of the model bundle cannot be used"), "{}", refusal(&files));
+    }
+
+    #[test]
+    fn a_network_of_absurd_size_is_refused_before_it_is_made() {
+        let mut files = files();
+        edit(&mut files, "\"blocks_at_32\": 2", "\"blocks_at_32\": 200000000");
+        assert!(refusal(&files).contains("blocks_at_32"), "{}", refusal(&files));
+    }
+
+    #[test]
+    fn what_is_no_description_is_refused() {
+        let mut files = files();
+        files.insert(MODEL_FILE.to_owned(), b"<!doctype html>".to_vec());
+        assert!(refusal(&files).starts_with("model.json of the model bundle cannot be used"));
+    }
+}

@@ -1,0 +1,110 @@
+//! The one error type of this crate.
+
+use deepsft_geometry::GeometryError;
+use thiserror::Error;
+
+/// What can go wrong between bytes and maps.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DeepSftError {
+    /// Geometry refused a camera, mesh, picture or template.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The content of a `camera.json` cannot be read.
+    #[error("camera description cannot be read: {reason}")]
+    CameraFile {
+        /// What the reader met, and where.
+        reason: String,
+    },
+    /// The content of a `template.json` cannot be read.
+    #[error("template description cannot be read: {reason}")]
+    TemplateFile {
+        /// What the reader met, and where.
+        reason: String,
+    },
+    /// A template was written in another version of the format.
+    #[error("template has format version {actual}, this program reads version {expected}")]
+    TemplateVersion {
+        /// Version met.
+        actual: u32,
+        /// Version this crate reads.
+        expected: u32,
+    },
+    /// A picture's file has 0 bytes.
+    #[error("picture file is empty (0 bytes)")]
+    PictureFileEmpty,
+    /// A picture has more pixels than is decoded.
+    #[error("picture of {width} x {height} pixels is too large: at most {longest_side} a side and 512 MiB decoded")]
+    PictureTooLarge {
+        /// Columns met.
+        width: u32,
+        /// Rows met.
+        height: u32,
+        /// Longest side that is decoded.
+        longest_side: u32,
+    },
+    /// A picture's file is of an unknown kind, cut short or corrupt.
+    #[error("picture cannot be read: {reason}")]
+    PictureFile {
+        /// What the decoder met.
+        reason: String,
+    },
+    /// A model bundle was written in another version of the format.
+    #[error("model bundle has format version {actual}, this program reads version {expected}")]
+    BundleVersion {
+        /// Version met.
+        actual: u32,
+        /// Version this crate reads.
+        expected: u32,
+    },
+    /// A file of a model bundle is missing.
+    #[error("model bundle lacks {file}")]
+    BundleFileMissing {
+        /// Its name in the bundle.
+        file: String,
+    },
+    /// A file of a model bundle is cut short or too long.
+    #[error("{file} of the model bundle has {actual} bytes, expected {expected}: it was not stored or fetched whole")]
+    BundleFileSize {
+        /// Its name in the bundle.
+        file: String,
+        /// Bytes met.
+        actual: u64,
+        /// Bytes that `model.json` lists.
+        expected: u64,
+    },
+    /// A file of a model bundle was altered.
+    #[error("{file} of the model bundle is not the file that was published: its SHA-256 differs from the listed one")]
+    BundleFileHash {
+        /// Its name in the bundle.
+        file: String,
+    },
+    /// The content of a file of a model bundle does not fit.
+    #[error("{file} of the model bundle cannot be used: {reason}")]
+    BundleContent {
+        /// Its name in the bundle.
+        file: String,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The device failed while computing or reading back.
+    #[error("the device failed while computing: {reason}")]
+    Execution {
+        /// What the device says.
+        reason: String,
+    },
+    /// A device's name is none of those there are.
+    #[error("there is no device {name:?}, only cpu, webgpu and vulkan")]
+    DeviceUnknown {
+        /// The name met.
+        name: String,
+    },
+    /// A device cannot be used in this build or on this machine, or was lost.
+    #[error("device {device} is not available: {reason}")]
+    DeviceUnavailable {
+        /// What was asked for.
+        device: crate::DeviceKind,
+        /// What the build, the driver or the browser says.
+        reason: String,
+    },
+}

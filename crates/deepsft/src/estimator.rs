@@ -1,0 +1,126 @@
+//! The estimator: one image and its camera in, maps and a judgement of them out.
+
+use crate::network::{Network, images_to_tensor, read_maps};
+use crate::photo_consistency::TemplateLuminance;
+use crate::{DeepSftError, FoundRule, MODEL_FILE, ModelBundle};
+use burn::module::Module;
+use burn::tensor::Device;
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, GeometryError, Maps, Picture};
+
+/// What a frame's maps are worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// Whether the template is seen.
+    pub found: bool,
+    /// Photo-consistency of image and template through the registration, clamped to 0..=1: near 1
+    /// when the maps explain the image, near 0 when they do not or nothing is seen.
+    pub confidence: f32,
+    /// Share of the image that the mask covers.
+    pub area: f32,
+}
+
+/// One frame's answer.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Depth (mm) and registration in the canonical image.
+    pub maps: Maps,
+    /// The canonical image they belong to.
+    pub canonical: Picture,
+    /// Whether to believe them.
+    pub judgement: Judgement,
+}
+
+/// A model on a device. Cheap to call, made once.
+///
+/// [`Estimator::estimate`] does a frame; the stages are public so that a caller who has a clock can
+/// time them.
+#[derive(Clone, Debug)]
+pub struct Estimator {
+    network: Network,
+    device: Device,
+    canonical: Camera,
+    found: FoundRule,
+    template: TemplateLuminance,
+}
+
+impl Estimator {
+    /// Puts the model of `bundle` on `device`.
+    ///
+    /// # Errors
+    /// [`DeepSftError::BundleContent`] when the bundle's training camera has no 480 x 270 image.
+    pub fn new(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
+        let size = (bundle.camera().width() as usize, bundle.camera().height() as usize);
+        if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
+            let reason = format!("the training camera's image has {size:?} pixels, expected 480 x 270");
+            return Err(DeepSftError::BundleContent { file: MODEL_FILE.to_owned(), reason });
+        }
+        Ok(Self {
+            network: bundle.network().clone().fork(device),
+            device: device.clone(),
+            canonical: *bundle.camera(),
+            found: bundle.card().found,
+            template: TemplateLuminance::new(bundle.template().texture()),
+        })
+    }
+
+    /// Number of weights.
+    pub fn parameters(&self) -> usize {
+        self.network.num_params()
+    }
+
+    /// The camera of canonical images and maps.
+    pub fn canonical_camera(&self) -> &Camera {
+        &self.canonical
+    }
+
+    /// Stage 1, canonical warp: `image` of `camera` as the training camera would have taken it.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when the image is not of the camera's size.
+    pub fn canonical_image(&self, image: &Picture, camera: &Camera) -> Result<Picture, DeepSftError> {
+        Ok(CanonicalWarp::new(camera, &self.canonical).apply(image)?)
+    }
+
+    /// Stage 2, the network: maps of a canonical image.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when the image is not canonical, [`DeepSftError::Execution`] when the
+    /// device fails.
+    pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
+        let expected = (self.canonical.width() as usize, self.canonical.height() as usize);
+        let actual = (canonical.width(), canonical.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected }.into());
+        }
+        let output = self.network.forward(images_to_tensor(&[canonical], &self.device));
+        let mut maps = read_maps(&self.network, output, actual.0, actual.1).await?;
+        Ok(maps.pop().unwrap_or_else(|| Maps::empty(actual.0, actual.1)))
+    }
+
+    /// Stage 3: is the template there, and do the maps explain the image?
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when image and maps differ in size.
+    pub fn judge(&self, canonical: &Picture, maps: &Maps) -> Result<Judgement, DeepSftError> {
+        let expected = (canonical.width(), canonical.height());
+        let actual = (maps.width(), maps.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected }.into());
+        }
+        let area = maps.area() as f64 / (actual.0 * actual.1) as f64;
+        let confidence = self.template.consistency(canonical, maps).unwrap_or(0.0).clamp(0.0, 1.0);
+        let found = area >= self.found.least_area && confidence >= self.found.least_confidence;
+        Ok(Judgement { found, confidence: confidence as f32, area: area as f32 })
+    }
+
+    /// All stages.
+    ///
+    /// # Errors
+    /// As the stages.
+    pub async fn estimate(&self, image: &Picture, camera: &Camera) -> Result<Estimate, DeepSftError> {
+        let canonical = self.canonical_image(image, camera)?;
+        let maps = self.infer(&canonical).await?;
+        let judgement = self.judge(&canonical, &maps)?;
+        Ok(Estimate { maps, canonical, judgement })
+    }
+}

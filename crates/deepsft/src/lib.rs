@@ -1,0 +1,30 @@
+//! Shape-from-Template from one image: network, model bundle, canonical warp, estimator.
+//!
+//! The same code runs natively and in WebAssembly. Nothing here opens a file, reads a clock or
+//! fetches: bundles and pictures come as bytes, devices are started by [`start_device`].
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod bundle;
+mod camera_file;
+mod device;
+mod error;
+mod estimator;
+mod network;
+mod photo_consistency;
+mod picture_file;
+mod template_file;
+
+pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
+pub use camera_file::{camera_to_json, parse_camera};
+pub use deepsft_geometry as geometry;
+pub use device::{DeviceDescription, DeviceKind, start_device};
+pub use error::DeepSftError;
+pub use estimator::{Estimate, Estimator, Judgement};
+pub use network::{
+    DepthRange, INPUT_MULTIPLE, Network, NetworkConfig, NetworkOutput, PIXELS_PER_CELL, WeightArray, cross_entropy,
+    images_to_tensor, read_maps,
+};
+pub use photo_consistency::TemplateLuminance;
+pub use picture_file::{LONGEST_SIDE, decode_picture, encode_png};
+pub use template_file::{TEMPLATE_FILE, TemplateFile, template_to_files};

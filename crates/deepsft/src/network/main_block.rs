@@ -1,0 +1,106 @@
+//! Main Block: an encoder-decoder over the image that finds the object (paper, section 3.2).
+
+use super::bins::expected_coordinate;
+use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear, upsample_nearest};
+use super::{NetworkConfig, PATCH};
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+
+/// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
+/// [`super::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
+pub struct MainBlockOutput {
+    /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
+    pub patches: Tensor<4>,
+    /// Features, [N, C8, H/8, W/8].
+    pub features: Tensor<4>,
+    /// Bin logits of u, v and d, [N, K, H/16, W/16] each.
+    pub bins: [Tensor<4>; 3],
+    /// (u, v, d), [N, 3, H/8, W/8].
+    pub coordinates: Tensor<4>,
+}
+
+/// Encoder to stride 32, decoder back to stride 8 with skip connections, bins at stride 16.
+#[derive(Module, Debug)]
+pub struct MainBlock {
+    patch: Convolution,
+    down8: Convolution,
+    encode8: ResidualBlock,
+    down16: Convolution,
+    encode16: ResidualBlock,
+    down32: Convolution,
+    encode32: Vec<ResidualBlock>,
+    lateral16: Convolution,
+    decode16: ResidualBlock,
+    bins: [Convolution; 3],
+    lateral8: Convolution,
+    decode8: ResidualBlock,
+    offset: Convolution,
+}
+
+impl MainBlock {
+    /// Layers of the widths and bins of `config`, randomly initialised.
+    pub fn new(config: &NetworkConfig, device: &Device) -> Self {
+        let [c4, c8, c16, c32] = config.channels;
+        let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, device);
+        Self {
+            patch: conv([3 * PATCH * PATCH, c4], 1, 1),
+            down8: conv([c4, c8], 3, 2),
+            encode8: ResidualBlock::new(c8, device),
+            down16: conv([c8, c16], 3, 2),
+            encode16: ResidualBlock::new(c16, device),
+            down32: conv([c16, c32], 3, 2),
+            encode32: (0..config.blocks_at_32).map(|_| ResidualBlock::new(c32, device)).collect(),
+            lateral16: conv([c32, c16], 1, 1),
+            decode16: ResidualBlock::new(c16, device),
+            bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, device)),
+            lateral8: conv([c16, c8], 1, 1),
+            decode8: ResidualBlock::new(c8, device),
+            offset: Convolution::head([c8, 3], 1, device),
+        }
+    }
+
+    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> [`MainBlockOutput`].
+    pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
+        let patches = self.patch.forward(space_to_depth(image, PATCH)); // [N, C4, H/4, W/4]
+        let at8 = self.encode8.forward(self.down8.forward(scaled_relu(patches.clone())));
+        let at16 = self.encode16.forward(self.down16.forward(scaled_relu(at8.clone())));
+        let mut at32 = self.down32.forward(scaled_relu(at16.clone()));
+        for block in &self.encode32 {
+            at32 = block.forward(at32);
+        }
+        let at16 = at16.clone() + up(&self.lateral16, at32, &at16);
+        let at16 = self.decode16.forward(at16);
+        let read = scaled_relu(at16.clone());
+        let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
+        let coarse = Tensor::cat(bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(), 1);
+        let features = self.decode8.forward(at8.clone() + up(&self.lateral8, at16, &at8));
+        let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(scaled_relu(features.clone()));
+        MainBlockOutput { patches, features, bins, coordinates }
+    }
+
+    /// See [`Convolution::fold`].
+    pub fn fold(self) -> Self {
+        Self {
+            patch: self.patch.fold(),
+            down8: self.down8.fold(),
+            encode8: self.encode8.fold(),
+            down16: self.down16.fold(),
+            encode16: self.encode16.fold(),
+            down32: self.down32.fold(),
+            encode32: self.encode32.into_iter().map(ResidualBlock::fold).collect(),
+            lateral16: self.lateral16.fold(),
+            decode16: self.decode16.fold(),
+            bins: self.bins.map(Convolution::fold),
+            lateral8: self.lateral8.fold(),
+            decode8: self.decode8.fold(),
+            offset: self.offset.fold(),
+        }
+    }
+}
+
+/// A lateral connection: 1x1 at the coarse stride (it commutes with nearest up-sampling), then
+/// up-sampled to the size of `like`.
+fn up(lateral: &Convolution, coarse: Tensor<4>, like: &Tensor<4>) -> Tensor<4> {
+    let [_, _, height, width] = like.dims();
+    upsample_nearest(lateral.forward(scaled_relu(coarse)), height, width)
+}

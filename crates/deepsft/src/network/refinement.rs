@@ -1,0 +1,90 @@
+//! Depth Refinement Block and Registration Refinement Block (paper, section 3.3).
+//!
+//! As in the paper each sees what the image says (here the main block's features) beside the maps
+//! found so far and corrects one of them. Ours also see what the registration implies for the depth
+//! of an isometric surface, see [`isometric_depth`].
+
+use super::layers::{Convolution, scaled_relu};
+use super::{DepthRange, NetworkConfig};
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+
+/// Channels of the cues a refinement block reads beside the features: u, v, d, and two of
+/// [`isometric_depth`].
+const CUES: usize = 5;
+
+/// Two 3x3 convolutions and a linear read-out over features and cues.
+#[derive(Module, Debug)]
+pub struct RefinementBlock {
+    entry: Convolution,
+    middle: Convolution,
+    correction: Convolution,
+}
+
+impl RefinementBlock {
+    /// A block that corrects `outputs` coordinates.
+    pub fn new(config: &NetworkConfig, outputs: usize, device: &Device) -> Self {
+        let width = config.refinement_channels;
+        Self {
+            entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, device),
+            middle: Convolution::standardised([width, width], 3, 1, 1.0, device),
+            correction: Convolution::head([width, outputs], 1, device),
+        }
+    }
+
+    /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 5, h, w] -> correction
+    /// [N, outputs, h, w].
+    pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
+        let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
+        let x = self.middle.forward(scaled_relu(x));
+        self.correction.forward(scaled_relu(x))
+    }
+
+    /// See [`Convolution::fold`].
+    pub fn fold(self) -> Self {
+        Self { entry: self.entry.fold(), middle: self.middle.fold(), correction: self.correction.fold() }
+    }
+}
+
+/// Reads depth off the registration: [N, 3, h, w] coordinates -> [N, 2, h, w].
+///
+/// A small piece of an isometric surface at depth z is seen by a camera of focal length f through
+/// an affine map whose largest stretch, along the axis of tilt, is f / z pixels a millimetre: the
+/// first-order solution of Shape-from-Template under weak perspective. So with J the Jacobian of
+/// the registration in millimetres a pixel, z = f * (its smallest singular value), and the ratio of
+/// the singular values is the cosine of the tilt. Returned are that depth and the one from the
+/// largest singular value, both as normalised log depth. Not differentiated: a measurement, which
+/// the block learns to weigh.
+pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tensor<4> {
+    let [n, _, h, w] = coordinates.dims();
+    let maps = coordinates.clone().detach();
+    let [width_mm, height_mm] = config.template_size_mm;
+    let u = maps.clone().slice([0..n, 0..1]) * width_mm;
+    let v = maps.slice([0..n, 1..2]) * height_mm;
+    let pixels = super::PIXELS_PER_CELL as f64;
+    let across = |m: &Tensor<4>| {
+        let padded = Tensor::cat(vec![m.clone().slice([0..n, 0..1, 0..h, 0..1]), m.clone(), m.clone().slice([0..n, 0..1, 0..h, w - 1..w])], 3);
+        (padded.clone().slice([0..n, 0..1, 0..h, 2..w + 2]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
+    };
+    let down = |m: &Tensor<4>| {
+        let padded = Tensor::cat(vec![m.clone().slice([0..n, 0..1, 0..1, 0..w]), m.clone(), m.clone().slice([0..n, 0..1, h - 1..h, 0..w])], 2);
+        (padded.clone().slice([0..n, 0..1, 2..h + 2, 0..w]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
+    };
+    let (ux, uy, vx, vy) = (across(&u), down(&u), across(&v), down(&v));
+    // Singular values of a 2x2 matrix from the eigenvalues of J^T J.
+    let a = ux.clone().square() + vx.clone().square();
+    let b = uy.clone().square() + vy.clone().square();
+    let c = ux * uy + vx * vy;
+    let half_sum = (a.clone() + b.clone()) / 2.0;
+    let half_gap = (((a - b) / 2.0).square() + c.square()).sqrt();
+    let smallest = (half_sum.clone() - half_gap.clone()).clamp_min(1e-6).sqrt();
+    let largest = (half_sum + half_gap).clamp_min(1e-6).sqrt();
+    let normalised = |s: Tensor<4>| normalise_depth(s * config.focal, config.depth_range).clamp(-0.5, 1.5);
+    Tensor::cat(vec![normalised(smallest), normalised(largest)], 1)
+}
+
+/// Depth in mm -> normalised log depth, any shape.
+fn normalise_depth(depth: Tensor<4>, range: DepthRange) -> Tensor<4> {
+    let span = (range.far_mm / range.near_mm).ln();
+    (depth / range.near_mm).log() / span
+}

@@ -1,0 +1,62 @@
+//! The network's weights as plain arrays, for other programs.
+
+use super::Network;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::Tensor;
+
+/// One array of weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeightArray {
+    /// Its path in the network: `main.encode8.first.weight`, `main.bins.0.bias`.
+    pub name: String,
+    /// Its shape: [out, in, k, k] for filters, [out] for biases.
+    pub shape: Vec<usize>,
+    /// Its values, the last axis fastest.
+    pub values: Vec<f32>,
+}
+
+impl Network {
+    /// All weights, in the order of the layers. They are read from the device at once: native only, or a network on
+    /// the CPU.
+    ///
+    /// ```
+    /// use deepsft::{DeviceKind, NetworkConfig, start_device};
+    /// let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+    /// let arrays = NetworkConfig::compact([297.0, 210.0], 380.0).init(&device).fold().weight_arrays();
+    /// assert_eq!((arrays[0].name.as_str(), &arrays[0].shape[..]), ("main.patch.weight", &[32, 48, 1, 1][..]));
+    /// # Ok::<(), deepsft::DeepSftError>(())
+    /// ```
+    pub fn weight_arrays(&self) -> Vec<WeightArray> {
+        let mut collect = Collect::default();
+        self.visit(&mut collect);
+        collect.arrays
+    }
+}
+
+#[derive(Default)]
+struct Collect {
+    path: Vec<String>,
+    arrays: Vec<WeightArray>,
+}
+
+impl ModuleVisitor for Collect {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.path.pop();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let tensor = param.val();
+        let shape = tensor.dims().to_vec();
+        let data = tensor.into_data().convert::<f32>();
+        self.arrays.push(WeightArray {
+            name: self.path.join("."),
+            shape,
+            // Of the type that it was just converted to: always there.
+            values: data.try_to_vec().unwrap_or_default(),
+        });
+    }
+}

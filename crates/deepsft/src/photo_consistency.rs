@@ -1,0 +1,200 @@
+//! Photo-consistency: does the image look like the template seen through the registration?
+
+use deepsft_geometry::{Maps, Picture};
+
+/// Side of the tiles that are compared, pixels of the canonical image.
+const TILE: usize = 16;
+
+/// Fewest pixels of a tile that the mask must cover.
+const FEWEST_PIXELS: usize = 48;
+
+/// Deviation of the template's luminance in a tile, grey levels, below which the tile says nothing.
+const FLAT: f32 = 6.0;
+
+/// Extra levels of the template's mipmap: compares what also a blurred camera shows, and lets a
+/// registration that is right to a few pixels count as right.
+const BLUR_LEVELS: f32 = 0.7;
+
+/// The template's luminance at halving sizes, made once for each template.
+#[derive(Clone, Debug)]
+pub struct TemplateLuminance {
+    levels: Vec<Luminance>,
+}
+
+#[derive(Clone, Debug)]
+struct Luminance {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+impl TemplateLuminance {
+    /// The mipmap of `texture`.
+    pub fn new(texture: &Picture) -> Self {
+        let mut levels = vec![Luminance::of(texture)];
+        let mut picture = texture.clone();
+        while picture.width().min(picture.height()) > 4 {
+            picture = picture.halved();
+            levels.push(Luminance::of(&picture));
+        }
+        Self { levels }
+    }
+
+    /// Mean normalised cross-correlation between the luminance of `image` and that of the template
+    /// seen through `maps`, over tiles of 16 pixels weighted by their visible pixels: 1 where image and
+    /// template agree up to brightness and contrast, around 0 where they have nothing in common. `None`
+    /// when no tile has enough visible pixels and contrast. `image` has the maps' size.
+    ///
+    /// Brightness and contrast drop out a tile, so shading and gain do not matter (the paper's
+    /// photometric error, equation (10), compares intensities and is reported by evaluation).
+    pub fn consistency(&self, image: &Picture, maps: &Maps) -> Option<f64> {
+        let (width, height) = (maps.width(), maps.height());
+        if (image.width(), image.height()) != (width, height) {
+            return None;
+        }
+        let (mut sum, mut weight) = (0.0_f64, 0.0_f64);
+        let mut pairs = Vec::with_capacity(TILE * TILE);
+        for top in (0..height).step_by(TILE) {
+            for left in (0..width).step_by(TILE) {
+                self.tile(image, maps, left, top, &mut pairs);
+                if pairs.len() >= FEWEST_PIXELS
+                    && let Some(correlation) = correlation(&pairs)
+                {
+                    sum += pairs.len() as f64 * f64::from(correlation);
+                    weight += pairs.len() as f64;
+                }
+            }
+        }
+        (weight > 0.0).then(|| sum / weight)
+    }
+
+    /// (image, template) luminances of the visible pixels of a tile.
+    fn tile(&self, image: &Picture, maps: &Maps, left: usize, top: usize, pairs: &mut Vec<(f32, f32)>) {
+        pairs.clear();
+        let (right, bottom) = ((left + TILE).min(maps.width()), (top + TILE).min(maps.height()));
+        let level = &self.levels[self.level(maps, left, top, right, bottom)];
+        for y in top..bottom {
+            for x in left..right {
+                let pixel = y * maps.width() + x;
+                if maps.inside(pixel) {
+                    pairs.push((luminance(image.pixel(x, y)), level.at(maps.registration()[pixel])));
+                }
+            }
+        }
+    }
+
+    /// The mipmap level whose texels are about as large as the tile's pixels, from the mean length of
+    /// the registration's steps between neighbours.
+    fn level(&self, maps: &Maps, left: usize, top: usize, right: usize, bottom: usize) -> usize {
+        let base = &self.levels[0];
+        let (mut texels, mut steps) = (0.0_f32, 0_u32);
+        for y in top..bottom {
+            for x in left..right.saturating_sub(1) {
+                let pixel = y * maps.width() + x;
+                if maps.inside(pixel) && maps.inside(pixel + 1) {
+                    let ([u, v], [p, q]) = (maps.registration()[pixel], maps.registration()[pixel + 1]);
+                    texels += ((p - u) * base.width as f32).hypot((q - v) * base.height as f32);
+                    steps += 1;
+                }
+            }
+        }
+        let size = if steps > 0 { texels / steps as f32 } else { 1.0 };
+        let level = (size.max(1.0).log2() + BLUR_LEVELS).round() as usize;
+        level.min(self.levels.len() - 1)
+    }
+}
+
+impl Luminance {
+    fn of(picture: &Picture) -> Self {
+        let values = picture.rgb().as_chunks::<3>().0.iter().map(|&c| luminance(c)).collect();
+        Self { width: picture.width(), height: picture.height(), values }
+    }
+
+    /// Bilinear value at texture position (u, v), edges repeated.
+    fn at(&self, [u, v]: [f32; 2]) -> f32 {
+        let x = (u * self.width as f32 - 0.5).clamp(0.0, (self.width - 1) as f32);
+        let y = (v * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
+        let (x0, y0) = (x as usize, y as usize);
+        let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(self.height - 1));
+        let (ax, ay) = (x - x0 as f32, y - y0 as f32);
+        let value = |x: usize, y: usize| self.values[y * self.width + x];
+        let top = value(x0, y0) * (1.0 - ax) + value(x1, y0) * ax;
+        let bottom = value(x0, y1) * (1.0 - ax) + value(x1, y1) * ax;
+        top * (1.0 - ay) + bottom * ay
+    }
+}
+
+/// Rec. 601 luma, 0..=255.
+fn luminance([r, g, b]: [u8; 3]) -> f32 {
+    0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
+}
+
+/// Normalised cross-correlation of pairs; `None` when the template is flat there.
+fn correlation(pairs: &[(f32, f32)]) -> Option<f32> {
+    let n = pairs.len() as f32;
+    let (mean_a, mean_b) = pairs.iter().fold((0.0, 0.0), |(a, b), p| (a + p.0 / n, b + p.1 / n));
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for &(a, b) in pairs {
+        let (a, b) = (a - mean_a, b - mean_b);
+        aa += a * a;
+        bb += b * b;
+        ab += a * b;
+    }
+    // An image that is flat where the template is not does not agree with it.
+    ((bb / n).sqrt() >= FLAT).then(|| ab / (bb * aa.max(n)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(size: usize, seed: u32) -> Picture {
+        let mut state = seed;
+        Picture::from_fn(size, size, |_, _| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            [(state >> 24) as u8; 3]
+        })
+    }
+
+    /// Every pixel sees the texel below it.
+    fn identity(size: usize) -> Maps {
+        let mut maps = Maps::empty(size, size);
+        for pixel in 0..size * size {
+            let at = |i: usize| (i as f32 + 0.5) / size as f32;
+            maps.set(pixel, 500.0, [at(pixel % size), at(pixel / size)]);
+        }
+        maps
+    }
+
+    /// Smooth art: large blobs, so that the extra mipmap levels keep it.
+    fn blobs() -> Picture {
+        let coarse = noise(12, 5);
+        Picture::from_fn(96, 96, |x, y| {
+            let c = coarse.sample(x as f64 / 8.0, y as f64 / 8.0);
+            c.map(|v| v as u8)
+        })
+    }
+
+    #[test]
+    fn the_template_itself_under_other_light_is_consistent() {
+        let template = blobs();
+        let dim = Picture::from_fn(96, 96, |x, y| template.pixel(x, y).map(|v| v / 3 + 40));
+        let c = TemplateLuminance::new(&template).consistency(&dim, &identity(96)).unwrap();
+        assert!(c > 0.95, "{c}");
+    }
+
+    #[test]
+    fn another_picture_is_not_consistent() {
+        let other = noise(96, 99);
+        let c = TemplateLuminance::new(&blobs()).consistency(&other, &identity(96)).unwrap();
+        assert!(c.abs() < 0.15, "{c}");
+    }
+
+    #[test]
+    fn nothing_seen_or_nothing_to_see_has_no_answer() {
+        let luminance = TemplateLuminance::new(&blobs());
+        assert_eq!(luminance.consistency(&blobs(), &Maps::empty(96, 96)), None);
+        let flat = TemplateLuminance::new(&Picture::from_fn(96, 96, |_, _| [128; 3]));
+        assert_eq!(flat.consistency(&blobs(), &identity(96)), None);
+    }
+}

@@ -1,0 +1,218 @@
+//! `cargo xtask bench`: every throughput and size in one run, beside ONNX Runtime with the same weights.
+
+mod browser;
+mod download;
+mod rivals;
+
+use crate::{manifest::Manifest, tools, web};
+use anyhow::{Context, Result, ensure};
+use rivals::Rivals;
+use serde_json::{Value, json};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// What to measure.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Folder of the model bundle, relative to the workspace's root.
+    pub model: PathBuf,
+    /// Where the figures go; by default below the target folder.
+    pub json: Option<PathBuf>,
+    /// Whether to build what is measured.
+    pub build: bool,
+    /// Whether to measure in the browser too.
+    pub browser: bool,
+    /// Whether to install ONNX Runtime and measure it too.
+    pub rivals: bool,
+    /// Frames for each median.
+    pub runs: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            model: PathBuf::from("models/poster-a4"),
+            json: None,
+            build: true,
+            browser: true,
+            rivals: true,
+            runs: 21,
+        }
+    }
+}
+
+impl Options {
+    /// Reads the task's command line.
+    ///
+    /// # Errors
+    /// For an unknown option or a missing or unfit value.
+    pub fn parse(arguments: &[String]) -> Result<Self> {
+        let mut options = Self::default();
+        let mut arguments = arguments.iter();
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().with_context(|| format!("{argument} wants a value"));
+            match argument.as_str() {
+                "--model" => options.model = value()?.into(),
+                "--json" => options.json = Some(value()?.into()),
+                "--runs" => {
+                    let runs = value()?;
+                    options.runs = runs.parse().with_context(|| format!("--runs {runs}: not a number"))?;
+                    ensure!(options.runs > 0, "--runs 0 would measure nothing");
+                }
+                "--no-build" => options.build = false,
+                "--no-browser" => options.browser = false,
+                "--no-onnxruntime" => options.rivals = false,
+                other => anyhow::bail!("cargo xtask bench does not know {other:?}"),
+            }
+        }
+        Ok(options)
+    }
+}
+
+/// Measures, prints tables and writes the figures as JSON.
+///
+/// # Errors
+/// When something that is asked for cannot be built, installed or measured, and when ONNX Runtime computes something
+/// else from the same weights.
+pub fn run(root: &Path, options: &Options) -> Result<()> {
+    let target_folder = tools::target_folder(root)?;
+    let folder = target_folder.join("bench");
+    fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    let model = root.join(&options.model);
+    let model = model
+        .canonicalize()
+        .with_context(|| format!("finding the model bundle {}", model.display()))?;
+    let manifest = Manifest::load(root)?;
+    if options.browser {
+        tools::ensure_node_packages(root, &manifest.tools)?;
+    }
+    if options.build {
+        let build = ["build", "--release", "--package", "deepsft-cli"];
+        tools::run(tools::cargo(root).args(build))?;
+        if options.browser {
+            web::build(root)?;
+        }
+    }
+    let rivals = if options.rivals {
+        Some(Rivals::install(root, &folder, options.browser)?)
+    } else {
+        None
+    };
+
+    let program = target_folder
+        .join("release")
+        .join(format!("deepsft{}", env::consts::EXE_SUFFIX));
+    let deepsft = || {
+        let mut command = Command::new(&program);
+        command.arg("bench").arg("--model").arg(&model);
+        command
+    };
+    let exported = folder.join("network");
+    tools::run(deepsft().arg("--export").arg(&exported))?;
+    let agreement = rivals
+        .as_ref()
+        .map(|rivals| rivals.write_network(&exported))
+        .transpose()?;
+
+    let native_json = folder.join("native.json");
+    let mut native = deepsft();
+    native
+        .args(["--runs", &options.runs.to_string(), "--json"])
+        .arg(&native_json);
+    if let (Some(rivals), Some(agreement)) = (&rivals, &agreement) {
+        rivals.compete(&mut native, agreement, &exported);
+    }
+    println!();
+    tools::run(&mut native)?;
+    let native: Value = serde_json::from_slice(&web::read(&native_json)?)?;
+    if let Some(agreement) = &agreement {
+        print_agreement(agreement)?;
+    }
+
+    let in_browser = if options.browser {
+        let figures = browser::measure(root, &manifest, &model, &exported, rivals.as_ref(), options.runs)?;
+        browser::print(&figures)?;
+        Some(figures)
+    } else {
+        None
+    };
+    let downloads = download::sizes(root, &manifest, &model, rivals.as_ref())?;
+    download::print(&downloads);
+
+    let figures = json!({
+        "native": native,
+        "agreement_with_onnxruntime": agreement,
+        "browser": in_browser,
+        "downloads": downloads,
+    });
+    let file = match &options.json {
+        Some(file) => root.join(file),
+        None => folder.join("bench.json"),
+    };
+    fs::write(&file, serde_json::to_vec_pretty(&figures)?).with_context(|| format!("writing {}", file.display()))?;
+    println!("\nall figures: {}", file.display());
+    Ok(())
+}
+
+/// How far ONNX Runtime's answer is from ours.
+fn print_agreement(agreement: &Value) -> Result<()> {
+    let figure = |pointer: &str| {
+        let value = agreement.pointer(pointer).and_then(Value::as_f64);
+        value.with_context(|| format!("write_network.py told nothing of {pointer}"))
+    };
+    println!(
+        "\nSame weights, same image: ONNX Runtime's mask logits differ by at most {:.1e}, bin logits by {:.1e}; coordinates\n\
+         by {:.1e} (median) and, where two bins are equally likely, visibly in {:.3} % of the pixels.",
+        figure("/largest_difference/mask")?,
+        figure("/largest_difference/bins.0")?
+            .max(figure("/largest_difference/bins.1")?)
+            .max(figure("/largest_difference/bins.2")?),
+        figure("/median_difference")?,
+        100.0 * figure("/differing_pixel_share")?,
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<Options> {
+        Options::parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn without_arguments_everything_is_measured_with_the_shipped_model() {
+        let options = parse("").unwrap();
+        assert_eq!(options, Options::default());
+        assert!(options.build && options.browser && options.rivals);
+    }
+
+    #[test]
+    fn parts_can_be_left_out_and_what_is_not_known_is_refused() {
+        let options = parse("--no-browser --model m --runs 5 --no-onnxruntime").unwrap();
+        assert_eq!((options.browser, options.rivals, options.runs), (false, false, 5));
+        assert_eq!(options.model, Path::new("m"));
+        for (line, named) in [
+            ("--fast", "--fast"),
+            ("--model", "--model"),
+            ("--runs many", "many"),
+            ("--runs 0", "0"),
+        ] {
+            let error = format!("{:#}", parse(line).unwrap_err());
+            assert!(error.contains(named), "{line}: {error}");
+        }
+    }
+
+    #[test]
+    fn both_onnx_runtimes_are_of_one_version() {
+        let root = crate::workspace_root().unwrap();
+        assert_eq!(
+            rivals::pinned_python(&root, "onnxruntime").unwrap(),
+            rivals::pinned_npm(&root, "onnxruntime-web").unwrap()
+        );
+    }
+}

@@ -1,0 +1,213 @@
+//! `cargo xtask test`: every check of the workspace, cheapest first, one count at the end.
+
+use crate::{manifest::Manifest, tools, web};
+use anyhow::{Context, Result, bail, ensure};
+use std::{
+    env,
+    io::{BufRead, BufReader},
+    path::Path,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+/// Who asks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// A person at a machine: `Cargo.lock` may follow an edited Cargo.toml.
+    Developer,
+    /// Continuous integration: `Cargo.lock` is taken as it is or refused.
+    Ci,
+}
+
+/// Tests that passed and failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Count {
+    passed: u64,
+    failed: u64,
+}
+
+/// One line of the closing table.
+struct Outcome {
+    check: &'static str,
+    count: Count,
+    time: Duration,
+}
+
+/// Runs all checks, the later ones also after a failure.
+///
+/// # Errors
+/// When a check fails, after the closing table.
+pub fn run(root: &Path, mode: Mode) -> Result<()> {
+    let locked: &[&str] = if mode == Mode::Ci { &["--locked"] } else { &[] };
+    let mut outcomes = Vec::new();
+    let mut check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
+        eprintln!("\n== {name}");
+        let started = Instant::now();
+        let count = body().unwrap_or_else(|error| {
+            eprintln!("{name}: {error:#}");
+            Count { passed: 0, failed: 1 }
+        });
+        outcomes.push(Outcome {
+            check: name,
+            count,
+            time: started.elapsed(),
+        });
+    };
+    check("formatting", &|| {
+        counted(tools::cargo(root).args(["fmt", "--all", "--check"]))
+    });
+    check("tools", &|| {
+        let manifest = Manifest::load(root)?;
+        tools::ensure_node_packages(root, &manifest.tools)?;
+        tools::chromium()?;
+        tools::ensure_rust_target(root, web::TARGET)?;
+        Ok(Count { passed: 1, failed: 0 })
+    });
+    check("lints", &|| {
+        let clippy = ["clippy", "--release", "--workspace", "--all-targets"];
+        counted(
+            tools::cargo(root)
+                .args(clippy)
+                .args(locked)
+                .args(["--", "--deny", "warnings"]),
+        )
+    });
+    check("tests of the crates", &|| {
+        let test = ["test", "--release", "--workspace", "--no-fail-fast"];
+        counted(tools::cargo(root).args(test).args(locked))
+    });
+    check("browser build", &|| {
+        web::build(root).map(|()| Count { passed: 1, failed: 0 })
+    });
+    check("types of the JavaScript", &|| {
+        counted(tools::npm(root).args(["run", "check"]))
+    });
+    check("tests in the browser", &|| browser_tests(root));
+
+    println!();
+    let mut total = Count::default();
+    for Outcome { check, count, time } in &outcomes {
+        println!(
+            "{check:<24} {:>5} passed {:>4} failed {:>6.0} s",
+            count.passed,
+            count.failed,
+            time.as_secs_f64()
+        );
+        total.passed += count.passed;
+        total.failed += count.failed;
+    }
+    println!("{} passed, {} failed", total.passed, total.failed);
+    ensure!(
+        total.failed == 0,
+        "{} of {} checks failed",
+        total.failed,
+        total.passed + total.failed
+    );
+    Ok(())
+}
+
+/// `npm test` in `www/`, told which browser to run, how, and where the command line program is.
+fn browser_tests(root: &Path) -> Result<Count> {
+    let manifest = Manifest::load(root)?;
+    let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
+    // The tests ask the native estimator for the same frames.
+    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-cli"]))?;
+    let program = format!("deepsft{}", env::consts::EXE_SUFFIX);
+    let mut command = tools::npm(root);
+    command.arg("test");
+    command.env("DEEPSFT_CHROMIUM", tools::chromium()?);
+    command.env("DEEPSFT_CHROMIUM_FLAGS", flags);
+    command.env("DEEPSFT_CLI", tools::target_folder(root)?.join("release").join(program));
+    counted(&mut command)
+}
+
+/// Runs a command, shows what it prints, and adds up the counts in it. A command without counts is one
+/// check that passes or fails as a whole.
+fn counted(command: &mut Command) -> Result<Count> {
+    tools::announce(command);
+    let mut child = command.stdout(Stdio::piped()).spawn().context("starting it")?;
+    let Some(stdout) = child.stdout.take() else {
+        bail!("its output cannot be read")
+    };
+    let mut count = Count::default();
+    for line in BufReader::new(stdout).split(b'\n') {
+        let line = String::from_utf8_lossy(&line?).into_owned();
+        println!("{line}");
+        if let Some(Count { passed, failed }) = count_in(&line) {
+            count.passed += passed;
+            count.failed += failed;
+        }
+    }
+    let success = child.wait()?.success();
+    if count == Count::default() {
+        count.passed = u64::from(success);
+    }
+    if !success && count.failed == 0 {
+        count.failed = 1;
+    }
+    Ok(count)
+}
+
+/// The count in a line of a test runner: Rust's "test result: ok. 3 passed; 1 failed; ...", and
+/// Node's "# pass 3" and "ℹ fail 1".
+fn count_in(line: &str) -> Option<Count> {
+    let line = line.trim();
+    if let Some((_, numbers)) = line
+        .strip_prefix("test result: ")
+        .and_then(|rest| rest.split_once(". "))
+    {
+        let number = |name: &str| {
+            numbers
+                .split("; ")
+                .find_map(|part| part.strip_suffix(name)?.trim().parse().ok())
+        };
+        return Some(Count {
+            passed: number("passed")?,
+            failed: number("failed")?,
+        });
+    }
+    let line = line.strip_prefix("# ").or_else(|| line.strip_prefix("ℹ "))?;
+    let number = |name: &str| line.strip_prefix(name)?.parse().ok();
+    match (number("pass "), number("fail ")) {
+        (Some(passed), _) => Some(Count { passed, failed: 0 }),
+        (_, Some(failed)) => Some(Count { passed: 0, failed }),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_counts_of_rust_and_node_test_runners_are_read() {
+        let count = |passed, failed| Some(Count { passed, failed });
+        let rust = "test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.01s";
+        assert_eq!(count_in(rust), count(12, 3));
+        assert_eq!(count_in("# pass 7"), count(7, 0));
+        assert_eq!(count_in("ℹ fail 2"), count(0, 2));
+        for other in [
+            "# passes nothing",
+            "# duration_ms 7",
+            "pass 7",
+            "test a_test ... ok",
+            "",
+        ] {
+            assert_eq!(count_in(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_command_that_fails_without_a_count_is_one_failure() {
+        let shell = |script: &str| counted(Command::new("sh").args(["-c", script])).unwrap();
+        assert_eq!(shell("true"), Count { passed: 1, failed: 0 });
+        assert_eq!(shell("exit 3"), Count { passed: 0, failed: 1 });
+        assert_eq!(shell("echo '# pass 4'; exit 1"), Count { passed: 4, failed: 1 });
+        assert_eq!(
+            shell("echo '# pass 4'; echo '# fail 2'; exit 1"),
+            Count { passed: 4, failed: 2 }
+        );
+        assert!(counted(&mut Command::new("no-such-program-here")).is_err());
+    }
+}

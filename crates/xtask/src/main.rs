@@ -1,0 +1,129 @@
+//! `cargo xtask`: what a person does with the whole workspace.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod bench;
+mod checks;
+mod manifest;
+mod serve;
+mod tools;
+mod web;
+
+use anyhow::{Context, Result, bail};
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+const HELP: &str = "\
+Tasks of the DeepSfT workspace
+
+    cargo xtask demo [--port PORT] [--no-open] [--no-build]
+        Builds the browser package, serves the demo page on 127.0.0.1 and opens it.
+        --port      the port to listen on (default: the first free one from 8080)
+        --no-open   do not start a browser
+        --no-build  serve what was built last
+
+    cargo xtask test
+        Everything that can be checked, cheapest first: formatting, lints, tests of all crates, the browser
+        build and its size, the types of the JavaScript, the tests in a real browser.
+        Installs what is missing where it can, and says what to install where it cannot.
+
+    cargo xtask ci
+        The same with every dependency locked, as the continuous integration runs it.
+
+    cargo xtask web
+        Builds the browser package into www/pkg as wasm-pack.toml says, and holds it to its size budget.
+
+    cargo xtask bench [--model DIR] [--json FILE] [--runs N] [--no-build] [--no-browser] [--no-onnxruntime]
+        Measures synthesis, training and inference, natively and in the browser, beside ONNX Runtime with the
+        same weights (installed below the target folder; needs Python), and the sizes of the downloads. Let
+        nothing else run meanwhile.
+        --model           the model bundle (default: models/poster-a4)
+        --json            where the figures go (default: bench/bench.json in the target folder)
+        --runs            frames for each median (default: 21)
+        --no-build        measure what was built last
+        --no-browser      leave the browser out
+        --no-onnxruntime  leave ONNX Runtime out
+";
+
+fn main() -> ExitCode {
+    match run(env::args().skip(1).collect()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: Vec<String>) -> Result<()> {
+    let mut arguments = arguments.into_iter();
+    let task = arguments.next();
+    let rest: Vec<String> = arguments.collect();
+    let root = workspace_root()?;
+    match task.as_deref() {
+        Some("demo") => demo(&root, &rest),
+        Some("test") => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
+        Some("ci") => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
+        Some("web") => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
+        Some("bench") => bench::run(&root, &bench::Options::parse(&rest)?),
+        None | Some("help" | "--help" | "-h") => {
+            print!("{HELP}");
+            Ok(())
+        }
+        Some(other) => bail!("there is no task {other:?}\n\n{HELP}"),
+    }
+}
+
+fn takes_no_arguments(task: &str, rest: &[String]) -> Result<()> {
+    match rest.first() {
+        None => Ok(()),
+        Some(first) => bail!("cargo xtask {task} takes no arguments, got {first:?}"),
+    }
+}
+
+fn demo(root: &Path, arguments: &[String]) -> Result<()> {
+    let (mut port, mut open, mut build) = (None, true, true);
+    let mut arguments = arguments.iter();
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--port" => {
+                let value = arguments.next().context("--port wants a number")?;
+                port = Some(
+                    value
+                        .parse::<u16>()
+                        .with_context(|| format!("--port {value}: not a port number"))?,
+                );
+            }
+            "--no-open" => open = false,
+            "--no-build" => build = false,
+            other => bail!("cargo xtask demo does not know {other:?}\n\n{HELP}"),
+        }
+    }
+    if build {
+        web::build(root)?;
+    }
+    let server = serve::Server::bind(root, port)?;
+    let address = server.address();
+    println!("The demo is at {address} (stop with Ctrl-C)");
+    if open {
+        tools::open_in_browser(&address);
+    }
+    server.run()
+}
+
+/// The folder of the workspace's Cargo.toml: where `cargo run` says this package lies, or the nearest
+/// parent of the current folder that has the build manifest.
+fn workspace_root() -> Result<PathBuf> {
+    let start = match env::var_os("CARGO_MANIFEST_DIR") {
+        Some(folder) => PathBuf::from(folder),
+        None => env::current_dir().context("finding the current folder")?,
+    };
+    let root = start
+        .ancestors()
+        .find(|folder| folder.join(manifest::FILE_NAME).is_file());
+    root.map(Path::to_owned)
+        .with_context(|| format!("no {} in {} or above", manifest::FILE_NAME, start.display()))
+}

@@ -1,0 +1,264 @@
+//! The programs the tasks need: finding them, installing what can be installed, saying what cannot.
+
+use crate::manifest::Tools;
+use anyhow::{Context, Result, bail, ensure};
+use std::{
+    env,
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+/// Names under which Chromium is installed, the most specific first.
+const CHROMIUM_NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// Where Chrome lies on macOS, which has no program on the PATH.
+const CHROMIUM_ON_MACOS: &str = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome";
+
+/// A `cargo` command in the workspace's root.
+pub fn cargo(root: &Path) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root);
+    command
+}
+
+/// An `npm` command in `www/`.
+pub fn npm(root: &Path) -> Command {
+    let mut command = Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" });
+    command.current_dir(root.join("www"));
+    command
+}
+
+/// Shows a command the way a person would type it, runs it, and fails when it fails.
+///
+/// # Errors
+/// When the program is missing or ends with another status than 0.
+pub fn run(command: &mut Command) -> Result<()> {
+    announce(command);
+    let status = command
+        .status()
+        .with_context(|| format!("starting {}", program(command)))?;
+    ensure!(status.success(), "{} failed ({status})", program(command));
+    Ok(())
+}
+
+/// Prints a command the way a person would type it.
+pub fn announce(command: &Command) {
+    let words = std::iter::once(program(command)).chain(command.get_args().map(|a| a.to_string_lossy().into_owned()));
+    eprintln!("$ {}", words.collect::<Vec<_>>().join(" "));
+}
+
+/// The name of a command's program without its folder.
+fn program(command: &Command) -> String {
+    Path::new(command.get_program())
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// What a command prints, trimmed; `None` when it cannot be started or fails.
+fn output(command: &mut Command) -> Option<String> {
+    let output = command.stderr(Stdio::null()).output().ok()?;
+    output
+        .status
+        .success()
+        .then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Cargo's target folder, wherever the configuration or the environment puts it.
+///
+/// # Errors
+/// When `cargo metadata` fails.
+pub fn target_folder(root: &Path) -> Result<PathBuf> {
+    let metadata = output(cargo(root).args(["metadata", "--no-deps", "--format-version", "1"]));
+    let metadata = metadata.context("cargo metadata failed in this workspace")?;
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).context("reading what cargo metadata printed")?;
+    metadata["target_directory"]
+        .as_str()
+        .map(PathBuf::from)
+        .context("cargo metadata names no target folder")
+}
+
+/// Sees to it that the pinned toolchain can compile for `target`.
+///
+/// # Errors
+/// When it cannot, and rustup is missing or fails.
+pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
+    let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]).current_dir(root));
+    let sysroot = PathBuf::from(sysroot.context("rustc does not start; install Rust with rustup (https://rustup.rs)")?);
+    if sysroot.join("lib/rustlib").join(target).join("lib").is_dir() {
+        return Ok(());
+    }
+    let rustup = run(Command::new("rustup").args(["target", "add", target]).current_dir(root));
+    rustup.with_context(|| format!("this Rust cannot compile for {target}, and rustup could not add that target"))
+}
+
+/// The wasm-bindgen program of exactly `version`: the one on the PATH, or one below the target folder,
+/// compiled there when it is missing (about two minutes, once).
+///
+/// # Errors
+/// When cargo cannot install it.
+pub fn wasm_bindgen(root: &Path, target_folder: &Path, version: &str) -> Result<PathBuf> {
+    let is_exact = |program: &Path| {
+        let printed = output(Command::new(program).arg("--version")).unwrap_or_default();
+        printed.split_whitespace().nth(1) == Some(version)
+    };
+    let folder = target_folder.join("tools").join(format!("wasm-bindgen-{version}"));
+    let own = folder
+        .join("bin")
+        .join(format!("wasm-bindgen{}", env::consts::EXE_SUFFIX));
+    let known = on_path("wasm-bindgen").into_iter().chain([own.clone()]);
+    if let Some(program) = known.into_iter().find(|program| is_exact(program)) {
+        return Ok(program);
+    }
+    eprintln!(
+        "wasm-bindgen {version} is not installed; compiling it into {}",
+        folder.display()
+    );
+    let install = |locked: &[&str]| {
+        let mut install = cargo(root);
+        install
+            .args([
+                "install",
+                "wasm-bindgen-cli",
+                "--version",
+                &format!("={version}"),
+                "--root",
+            ])
+            .arg(&folder)
+            .args(locked);
+        run(&mut install)
+    };
+    // A registry that lacks one of the locked versions (mirrors may) can still have what is needed.
+    install(&["--locked"])
+        .or_else(|_| install(&[]))
+        .with_context(|| format!("installing wasm-bindgen-cli {version}"))?;
+    ensure!(
+        is_exact(&own),
+        "{} is not wasm-bindgen {version} after its installation",
+        own.display()
+    );
+    Ok(own)
+}
+
+/// Sees to it that Node.js is there, new enough, and that the packages of `www/package-lock.json` are
+/// installed.
+///
+/// # Errors
+/// When Node.js is missing or too old, or `npm ci` fails.
+pub fn ensure_node_packages(root: &Path, tools: &Tools) -> Result<()> {
+    let needed = tools.node_at_least;
+    if on_path("node").is_none() || output(npm(root).arg("--version")).is_none() {
+        install_with_apt(&["nodejs", "npm"]);
+    }
+    let version = output(Command::new("node").arg("--version"));
+    let version = version.with_context(|| {
+        format!("Node.js is missing; install version {needed} or newer with npm (https://nodejs.org, or your system's packages)")
+    })?;
+    let major = version
+        .trim_start_matches('v')
+        .split('.')
+        .next()
+        .and_then(|major| major.parse::<u32>().ok());
+    ensure!(
+        major.is_some_and(|major| major >= needed),
+        "Node.js is {version}, but version {needed} or newer is needed"
+    );
+    let modified = |file: &str| fs::metadata(root.join("www").join(file)).and_then(|file| file.modified());
+    let installed = modified("node_modules/.package-lock.json");
+    let wanted = modified("package-lock.json").context("reading www/package-lock.json")?;
+    if installed.is_ok_and(|installed| installed >= wanted) {
+        return Ok(());
+    }
+    run(npm(root).args(["ci", "--no-fund", "--no-audit"]))
+}
+
+/// The Chromium the browser tests run: `DEEPSFT_CHROMIUM`, or one that is installed, or a new
+/// installation from Debian's packages.
+///
+/// # Errors
+/// When there is none; the message says how to get one.
+pub fn chromium() -> Result<PathBuf> {
+    if let Some(program) = env::var_os("DEEPSFT_CHROMIUM") {
+        let program = PathBuf::from(program);
+        ensure!(
+            program.is_file(),
+            "DEEPSFT_CHROMIUM is {}, which is no file",
+            program.display()
+        );
+        return Ok(program);
+    }
+    let find = || {
+        let on_macos = Path::new(CHROMIUM_ON_MACOS);
+        CHROMIUM_NAMES
+            .into_iter()
+            .find_map(on_path)
+            .or_else(|| on_macos.is_file().then(|| on_macos.to_owned()))
+    };
+    if let Some(program) = find() {
+        return Ok(program);
+    }
+    install_with_apt(&["chromium"]);
+    match find() {
+        Some(program) => Ok(program),
+        None => bail!(
+            "no Chromium: the tests run in a real browser. Install it (Debian: apt-get install chromium), or name one in \
+             DEEPSFT_CHROMIUM"
+        ),
+    }
+}
+
+/// The first program called `name` on the PATH.
+pub fn on_path(name: &str) -> Option<PathBuf> {
+    let file = format!("{name}{}", env::consts::EXE_SUFFIX);
+    env::split_paths(&env::var_os("PATH")?)
+        .map(|folder| folder.join(&file))
+        .find(|program| program.is_file())
+}
+
+/// Installs Debian packages where that is possible without a question: as root, or with a sudo that
+/// asks for no password. A failure is printed by apt itself; the caller looks again for the program.
+fn install_with_apt(packages: &[&str]) {
+    if on_path("apt-get").is_none() {
+        return;
+    }
+    let is_root = output(Command::new("id").arg("-u")).as_deref() == Some("0");
+    let has_sudo = || output(Command::new("sudo").args(["-n", "true"])).is_some();
+    let prefix: &[&str] = match is_root {
+        true => &["apt-get"],
+        false if has_sudo() => &["sudo", "-n", "apt-get"],
+        false => return,
+    };
+    for arguments in [
+        &["update", "--quiet"][..],
+        &[&["install", "--yes", "--no-install-recommends"], packages].concat(),
+    ] {
+        let words: Vec<&str> = prefix.iter().chain(arguments).copied().collect();
+        if let Err(error) = run(Command::new(words[0])
+            .args(&words[1..])
+            .env("DEBIAN_FRONTEND", "noninteractive"))
+        {
+            eprintln!("{error:#}");
+        }
+    }
+}
+
+/// Asks the desktop to open an address. Without a desktop nothing happens: the address was printed.
+pub fn open_in_browser(address: &str) {
+    let (program, arguments): (&str, &[&str]) = match env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("cmd", &["/C", "start", ""]),
+        _ => ("xdg-open", &[]),
+    };
+    let arguments = arguments.iter().map(OsStr::new).chain([OsStr::new(address)]);
+    let started = Command::new(program)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if started.is_err() {
+        println!("No browser could be started from here: open the address by hand.");
+    }
+}

@@ -1,0 +1,194 @@
+//! The browser package: cargo, wasm-bindgen and wasm-opt, as `wasm-pack.toml` says, within its budget.
+
+use crate::{
+    manifest::{Budget, FILE_NAME, Manifest},
+    tools,
+};
+use anyhow::{Context, Result, ensure};
+use flate2::{Compression, write::GzEncoder};
+use std::{
+    fs,
+    hash::{DefaultHasher, Hash, Hasher},
+    io::Write,
+    path::Path,
+    process::Command,
+    time::Instant,
+};
+
+/// The one compilation target.
+pub const TARGET: &str = "wasm32-unknown-unknown";
+
+/// Bytes in a megabyte of a download.
+const MB: f64 = 1e6;
+
+/// Builds the package into the manifest's `out-dir`. Does nothing after cargo when neither the compiled
+/// module nor the manifest has changed.
+///
+/// # Errors
+/// When a tool is missing or fails, or the package is over its size limit.
+pub fn build(root: &Path) -> Result<()> {
+    let manifest = Manifest::load(root)?;
+    let target_folder = tools::target_folder(root)?;
+    tools::ensure_node_packages(root, &manifest.tools)?;
+    tools::ensure_rust_target(root, TARGET)?;
+    let wasm_bindgen = tools::wasm_bindgen(root, &target_folder, &manifest.tools.wasm_bindgen)?;
+
+    let package = &manifest.package;
+    let started = Instant::now();
+    let profile = [
+        "--profile",
+        &package.profile,
+        "--target",
+        TARGET,
+        "--package",
+        &package.crate_name,
+    ];
+    tools::run(tools::cargo(root).arg("build").args(profile))?;
+    let name = package.crate_name.replace('-', "_");
+    let compiled = target_folder
+        .join(TARGET)
+        .join(&package.profile)
+        .join(format!("{name}.wasm"));
+    eprintln!("compiled in {:.0} s", started.elapsed().as_secs_f64());
+
+    let out = root.join(&package.out_dir);
+    let module = format!("{name}_bg.wasm");
+    let stamp_file = target_folder.join("xtask").join("web.stamp");
+    let stamp = fingerprint(&[&read(&compiled)?, &read(&root.join(FILE_NAME))?]);
+    let is_current = fs::read_to_string(&stamp_file).is_ok_and(|old| old == stamp);
+    if !(is_current && out.join(&module).is_file() && out.join(format!("{name}.js")).is_file()) {
+        // Built aside and moved at the end: `out` never holds half a package.
+        let aside = target_folder.join("xtask").join("pkg");
+        if aside.exists() {
+            fs::remove_dir_all(&aside).with_context(|| format!("emptying {}", aside.display()))?;
+        }
+        tools::run(
+            Command::new(wasm_bindgen)
+                .args(["--target", &package.target, "--out-dir"])
+                .arg(&aside)
+                .arg(&compiled),
+        )?;
+        let started = Instant::now();
+        optimise(root, &manifest.wasm_opt.flags, &aside.join(&module))?;
+        eprintln!("optimised in {:.0} s", started.elapsed().as_secs_f64());
+        publish(&aside, &out)?;
+        fs::write(&stamp_file, stamp).with_context(|| format!("writing {}", stamp_file.display()))?;
+    }
+
+    let raw = fs::metadata(&compiled)
+        .with_context(|| format!("reading {}", compiled.display()))?
+        .len();
+    println!("{}: {:.2} MB as cargo built it", compiled.display(), raw as f64 / MB);
+    let mut total = 0.0;
+    for file in [module, format!("{name}.js")] {
+        let bytes = read(&out.join(&file))?;
+        let zipped = gzip_length(&bytes)? as f64 / MB;
+        println!(
+            "{}/{file}: {:.2} MB, {zipped:.2} MB gzipped",
+            package.out_dir,
+            bytes.len() as f64 / MB
+        );
+        total += zipped;
+    }
+    keep_budget(total, &manifest.budget)
+}
+
+/// Runs wasm-opt of the npm package binaryen on `module`, in place.
+fn optimise(root: &Path, flags: &[String], module: &Path) -> Result<()> {
+    let script = root.join("www/node_modules/binaryen/bin/wasm-opt");
+    let optimised = module.with_extension("opt.wasm");
+    // The program is WebAssembly itself, run by Node.js, and recurses deeply over a large module.
+    let mut command = Command::new("node");
+    command
+        .arg("--stack-size=8192")
+        .arg(script)
+        .args(flags)
+        .arg(module)
+        .arg("-o")
+        .arg(&optimised);
+    tools::run(&mut command).context("wasm-opt of the npm package binaryen")?;
+    fs::rename(&optimised, module).with_context(|| format!("replacing {}", module.display()))
+}
+
+/// Replaces the files of `out` by those of `aside`.
+fn publish(aside: &Path, out: &Path) -> Result<()> {
+    if out.exists() {
+        fs::remove_dir_all(out).with_context(|| format!("emptying {}", out.display()))?;
+    }
+    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    for file in fs::read_dir(aside).with_context(|| format!("listing {}", aside.display()))? {
+        let file = file?;
+        fs::copy(file.path(), out.join(file.file_name())).with_context(|| format!("copying into {}", out.display()))?;
+    }
+    Ok(())
+}
+
+/// The content of a file; an error names it.
+pub fn read(file: &Path) -> Result<Vec<u8>> {
+    fs::read(file).with_context(|| format!("reading {}", file.display()))
+}
+
+/// Says whether inputs are those of the last build. It guards against nobody: a fast hash does.
+fn fingerprint(inputs: &[&[u8]]) -> String {
+    let mut hasher = DefaultHasher::new();
+    inputs.hash(&mut hasher);
+    format!("{:016x}", hasher.finish())
+}
+
+/// The length of `bytes` compressed as well as gzip can.
+pub fn gzip_length(bytes: &[u8]) -> Result<usize> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(bytes)?;
+    Ok(encoder.finish()?.len())
+}
+
+/// Compares the size in MB with the budget.
+fn keep_budget(zipped_mb: f64, budget: &Budget) -> Result<()> {
+    let Budget {
+        gzip_mb_aim: aim,
+        gzip_mb_limit: limit,
+    } = budget;
+    ensure!(
+        zipped_mb <= *limit,
+        "the browser package is {zipped_mb:.2} MB gzipped, over its limit of {limit} MB ({FILE_NAME})"
+    );
+    let verdict = if zipped_mb <= *aim { "within" } else { "over" };
+    println!("{zipped_mb:.2} MB gzipped in all, {verdict} the aim of {aim} MB (limit {limit} MB)");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_package_over_the_limit_is_refused_and_one_over_the_aim_is_not() {
+        let budget = Budget {
+            gzip_mb_aim: 3.0,
+            gzip_mb_limit: 4.0,
+        };
+        assert!(keep_budget(2.9, &budget).is_ok());
+        assert!(keep_budget(3.5, &budget).is_ok());
+        assert!(keep_budget(4.01, &budget).unwrap_err().to_string().contains("4.01 MB"));
+    }
+
+    #[test]
+    fn the_fingerprint_tells_inputs_and_their_borders_apart() {
+        assert_eq!(fingerprint(&[b"ab", b"c"]), fingerprint(&[b"ab", b"c"]));
+        assert_ne!(fingerprint(&[b"ab", b"c"]), fingerprint(&[b"a", b"bc"]));
+    }
+
+    #[test]
+    fn publishing_replaces_the_old_package_as_a_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let (aside, out) = (folder.path().join("aside"), folder.path().join("out"));
+        for (file, text) in [("aside/new.js", "new"), ("out/stale.js", "old")] {
+            let file = folder.path().join(file);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, text).unwrap();
+        }
+        publish(&aside, &out).unwrap();
+        assert_eq!(fs::read_to_string(out.join("new.js")).unwrap(), "new");
+        assert!(!out.join("stale.js").exists());
+    }
+}

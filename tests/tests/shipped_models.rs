@@ -1,0 +1,62 @@
+//! Every shipped model loads, and does on unseen frames what its card says.
+#![allow(clippy::unwrap_used)]
+
+use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
+use deepsft_synth::{SynthConfig, Synthesizer};
+use deepsft_train::Evaluation;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Seed of the frames here; no training, evaluation or clip uses it.
+const SEED: u64 = 0x51b;
+const FRAMES: u64 = 40;
+
+/// How much worse than the card a median over 40 frames may be: the spread of such medians, seen over
+/// several seeds, is under a fifth.
+const SLACK: f64 = 1.5;
+
+fn bundles() -> Vec<(PathBuf, ModelBundle)> {
+    let folders = std::fs::read_dir(deepsft_tests::root().join("models")).unwrap();
+    let folders: Vec<PathBuf> = folders.map(|e| e.unwrap().path()).filter(|p| p.join(MODEL_FILE).is_file()).collect();
+    assert!(!folders.is_empty(), "no model is shipped");
+    folders
+        .into_iter()
+        .map(|folder| {
+            let description = std::fs::read(folder.join(MODEL_FILE)).unwrap();
+            let names = ModelBundle::file_names(&description).unwrap();
+            let mut files: BTreeMap<String, Vec<u8>> =
+                names.into_iter().map(|(name, _)| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect();
+            files.insert(MODEL_FILE.to_owned(), description);
+            let bundle = ModelBundle::from_files(&files).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+            (folder, bundle)
+        })
+        .collect()
+}
+
+#[test]
+fn every_shipped_model_is_as_accurate_as_its_card_says() {
+    for (folder, bundle) in bundles() {
+        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+        let estimator = Estimator::new(&bundle, &device).unwrap();
+        let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
+        let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
+        let summary = Evaluation::run(&estimator, bundle.template(), samples, |_, _, _| {}).unwrap().summary();
+        let accuracy = &bundle.card().accuracy;
+        let pixels = summary.median.registration_rmse_px.unwrap();
+        let depth = summary.median.depth_rmse_mm.unwrap();
+        let iou = summary.mean.mask_iou.unwrap();
+        let name = folder.display();
+        assert!(pixels <= SLACK * accuracy.registration_rmse_px.unwrap(), "{name}: {pixels} px");
+        assert!(depth <= SLACK * accuracy.depth_rmse_mm.unwrap(), "{name}: {depth} mm");
+        assert!(1.0 - iou <= SLACK * (1.0 - accuracy.mask_iou.unwrap()), "{name}: IoU {iou}");
+    }
+}
+
+#[test]
+fn the_compact_network_keeps_its_promise_of_size() {
+    for (folder, bundle) in bundles() {
+        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+        let parameters = Estimator::new(&bundle, &device).unwrap().parameters();
+        assert!(parameters <= 4_000_000, "{}: {parameters} parameters", folder.display());
+    }
+}

@@ -1,0 +1,48 @@
+// Inference in a browser on its CPU: this package beside onnxruntime-web with the same weights on the same frame, both on
+// one thread, taking turns. `cargo xtask bench` runs it:
+//
+//     node bench/browser.mjs MODEL_FOLDER EXPORT_FOLDER NETWORK.onnx ONNXRUNTIME_WEB_DIST RUNS
+//
+// EXPORT_FOLDER is what `deepsft bench --export` wrote. Without NETWORK.onnx and ONNXRUNTIME_WEB_DIST ("-") only this
+// package is measured. Prints one line of JSON.
+
+import { join, normalize } from "node:path";
+
+import { launch } from "../tests/support/browser.mjs";
+import { startServer } from "../tests/support/server.mjs";
+
+/** Loading, and all frames of all runs. */
+const PATIENCE_MS = 600_000;
+
+const [model, exported, network, onnxruntime, runs] = process.argv.slice(2);
+
+/** Folders and files outside of www/, by the prefix of their address on the page's own origin. */
+const PLACES = Object.entries({ "/bench-model/": model, "/bench-export/": exported, "/bench-onnxruntime/": onnxruntime });
+
+/** @param {URL} url */
+function fileOf({ pathname }) {
+  if (pathname === "/bench-network.onnx") return network;
+  const [prefix, folder] = PLACES.find(([prefix]) => pathname.startsWith(prefix)) ?? ["", ""];
+  return join(folder, normalize(`/${decodeURIComponent(pathname.slice(prefix.length))}`));
+}
+
+const server = await startServer();
+const browser = await launch({ webgpu: false });
+try {
+  const page = await browser.newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  page.on("console", (message) => console.error(`browser: ${message.text()}`));
+  await page.route(/\/bench-[a-z]+[./]/, (route) => route.fulfill({ path: fileOf(new URL(route.request().url())) }));
+  // An empty page of the site: nothing but the measurement runs on it.
+  await page.route("**/bench-blank", (route) => route.fulfill({ contentType: "text/html", body: "<!doctype html>" }));
+  await page.goto(`${server.origin}/bench-blank`);
+  const measure = page.evaluate(async (options) => (await import("/bench/page.js")).measure(options), {
+    runs: Number(runs),
+    withOnnxRuntime: network !== "-" && onnxruntime !== "-",
+  });
+  const late = new Promise((_, reject) => setTimeout(reject, PATIENCE_MS, new Error("the browser took too long")).unref());
+  console.log(JSON.stringify(await Promise.race([measure, late])));
+} finally {
+  await browser.close();
+  await server.close();
+}

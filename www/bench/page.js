@@ -1,0 +1,162 @@
+// The page's side of browser.mjs.
+
+import { CANONICAL_HEIGHT, CANONICAL_WIDTH, DeepSft } from "../src/index.js";
+
+/** Turns before the measured ones. */
+const WARM_UP = 3;
+
+/** Rows of the network's input: the canonical image's, up to a multiple of 16. */
+const INPUT_HEIGHT = 272;
+
+const PIXELS = CANONICAL_WIDTH * CANONICAL_HEIGHT;
+
+/** @param {number[]} times milliseconds */
+function summary(times) {
+  const sorted = [...times].sort((a, b) => a - b);
+  const middle = (sorted[(sorted.length - 1) >> 1] + sorted[sorted.length >> 1]) / 2;
+  return { median_ms: middle, least_ms: sorted[0], most_ms: sorted[sorted.length - 1] };
+}
+
+/** @param {string} url */
+async function imageData(url) {
+  const bitmap = await createImageBitmap(await (await fetch(url)).blob());
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { willReadFrequently: true });
+  context.drawImage(bitmap, 0, 0);
+  return context.getImageData(0, 0, bitmap.width, bitmap.height);
+}
+
+/** The same work as the engine's "network" stage, by onnxruntime-web: pixels to tensor, network, tensor to maps. */
+class OnnxRuntime {
+  #ort;
+  #session;
+  #range;
+  #input = new Float32Array(3 * INPUT_HEIGHT * CANONICAL_WIDTH);
+
+  /** @param {{ near_mm: number, far_mm: number }} range depths that the network can say */
+  static async load(range) {
+    const ort = await import("/bench-onnxruntime/ort.wasm.min.mjs");
+    ort.env.wasm.numThreads = 1;
+    ort.env.wasm.wasmPaths = new URL("/bench-onnxruntime/", location.href).href;
+    const session = await ort.InferenceSession.create("/bench-network.onnx", { executionProviders: ["wasm"] });
+    return new OnnxRuntime(ort, session, range);
+  }
+
+  constructor(ort, session, range) {
+    this.#ort = ort;
+    this.#session = session;
+    this.#range = range;
+  }
+
+  get version() {
+    return this.#ort.env.versions.web;
+  }
+
+  /** @param {ImageData} canonical */
+  async estimate(canonical) {
+    const began = performance.now();
+    const plane = INPUT_HEIGHT * CANONICAL_WIDTH;
+    for (let pixel = 0; pixel < PIXELS; pixel++) {
+      for (let channel = 0; channel < 3; channel++) {
+        this.#input[channel * plane + pixel] = canonical.data[4 * pixel + channel] / 255;
+      }
+    }
+    const images = new this.#ort.Tensor("float32", this.#input, [1, 3, INPUT_HEIGHT, CANONICAL_WIDTH]);
+    const running = performance.now();
+    const { pixels, mask } = await this.#session.run({ images });
+    const aloneMs = performance.now() - running;
+    const depth = new Float32Array(PIXELS).fill(-1);
+    const registration = new Float32Array(2 * PIXELS).fill(-1);
+    const { near_mm: near, far_mm: far } = this.#range;
+    for (let pixel = 0; pixel < PIXELS; pixel++) {
+      if (mask.data[pixel] < 0) continue;
+      depth[pixel] = near * (far / near) ** pixels.data[2 * plane + pixel];
+      registration[2 * pixel] = pixels.data[pixel];
+      registration[2 * pixel + 1] = pixels.data[plane + pixel];
+    }
+    return { depth, registration, aloneMs, networkMs: performance.now() - began };
+  }
+}
+
+/**
+ * How far two programs' maps are apart: share of the pixels on which their masks differ, and median differences where
+ * both see the object.
+ */
+function difference(ours, theirs) {
+  const [depth, registration] = [ours.depth.values(), ours.registration.values()];
+  let outvoted = 0;
+  const depths = [];
+  const positions = [];
+  for (let pixel = 0; pixel < PIXELS; pixel++) {
+    if (depth[pixel] > 0 !== theirs.depth[pixel] > 0) outvoted++;
+    else if (depth[pixel] > 0) {
+      depths.push(Math.abs(depth[pixel] - theirs.depth[pixel]));
+      const apart = [0, 1].map((k) => registration[2 * pixel + k] - theirs.registration[2 * pixel + k]);
+      positions.push(Math.hypot(...apart));
+    }
+  }
+  const median = (values) => (values.length > 0 ? summary(values).median_ms : null);
+  return { mask_share: outvoted / PIXELS, depth_mm: median(depths), registration: median(positions) };
+}
+
+/**
+ * @param {{ runs: number, withOnnxRuntime: boolean }} options
+ */
+export async function measure({ runs, withOnnxRuntime }) {
+  const frame = await imageData("/bench-export/frame.png");
+  const description = await (await fetch("/bench-model/model.json")).json();
+  const trained = description.training_camera;
+  const scale = frame.width / trained.width;
+  const [fx, fy, cx, cy] = [trained.fx, trained.fy, trained.cx, trained.cy].map((value) => value * scale);
+  const camera = { width: frame.width, height: frame.height, fx, fy, cx, cy };
+
+  let began = performance.now();
+  const sft = await DeepSft.load("/bench-model/", { device: "cpu" });
+  const loadMs = performance.now() - began;
+  began = performance.now();
+  const rival = withOnnxRuntime ? await OnnxRuntime.load(description.network.depth_range) : null;
+  const rivalLoadMs = performance.now() - began;
+
+  const ours = { warp: [], network: [], judge: [], frame: [] };
+  const theirs = { network: [], alone: [] };
+  let apart = null;
+  for (let turn = 0; turn < WARM_UP + runs; turn++) {
+    // The frame's pixels move to the worker: it gets a copy each time.
+    const copy = new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
+    const estimate = await sft.estimate(copy, { camera });
+    const answer = await rival?.estimate(estimate.canonical);
+    if (turn >= WARM_UP) {
+      const { warpMs, networkMs, judgeMs } = estimate.times;
+      ours.warp.push(warpMs);
+      ours.network.push(networkMs);
+      ours.judge.push(judgeMs);
+      ours.frame.push(warpMs + networkMs + judgeMs);
+      if (answer) {
+        theirs.network.push(answer.networkMs);
+        theirs.alone.push(answer.aloneMs);
+      }
+    }
+    if (answer) apart = difference(estimate, answer);
+    estimate.close();
+  }
+  sft.close();
+  const network = summary(ours.network);
+  const rivalNetwork = rival && summary(theirs.network);
+  return {
+    browser: navigator.userAgent,
+    threads: 1,
+    runs,
+    load_ms: loadMs,
+    canonical_warp: summary(ours.warp),
+    network,
+    confidence: summary(ours.judge),
+    frame: summary(ours.frame),
+    rival: rival && {
+      name: `onnxruntime-web ${rival.version}`,
+      load_ms: rivalLoadMs,
+      network: rivalNetwork,
+      network_alone: summary(theirs.alone),
+      ratio: network.median_ms / rivalNetwork.median_ms,
+      difference: apart,
+    },
+  };
+}

@@ -1,0 +1,50 @@
+// The little of WebGL 2 that the page's two pictures share.
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} vertexShader
+ * @param {string} fragmentShader
+ * @returns {{ program: WebGLProgram, uniform: (name: string) => WebGLUniformLocation | null }}
+ */
+export function createProgram(gl, vertexShader, fragmentShader) {
+  const program = gl.createProgram();
+  for (const [kind, source] of /** @type {const} */ ([
+    [gl.VERTEX_SHADER, vertexShader],
+    [gl.FRAGMENT_SHADER, fragmentShader],
+  ])) {
+    const shader = gl.createShader(kind);
+    if (!shader) throw new Error("The graphics context was lost.");
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS))
+      throw new Error(`A shader does not compile: ${gl.getShaderInfoLog(shader)}`);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+    throw new Error(`The shaders do not link: ${gl.getProgramInfoLog(program)}`);
+  /** @type {Map<string, WebGLUniformLocation | null>} */
+  const locations = new Map();
+  const uniform = (/** @type {string} */ name) => {
+    if (!locations.has(name)) locations.set(name, gl.getUniformLocation(program, name));
+    return locations.get(name) ?? null;
+  };
+  return { program, uniform };
+}
+
+/**
+ * A texture that does not repeat.
+ *
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} filter for minification; magnification is the same without mipmaps
+ * @returns {WebGLTexture}
+ */
+export function createTexture(gl, filter) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter === gl.NEAREST ? gl.NEAREST : gl.LINEAR);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  return texture;
+}

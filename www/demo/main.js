@@ -1,0 +1,306 @@
+// The demo page: a start screen, the live view, and what to say when something is in the way.
+
+import { DeepSft } from "deepsft";
+import { CalibrationPanel } from "./calibration-panel.js";
+import { Hero } from "./hero.js";
+import { Hud } from "./hud.js";
+import { Live } from "./live.js";
+import { messageFor } from "./messages.js";
+import { cameraSource, clipSource } from "./sources.js";
+import { Stage } from "./stage.js";
+
+/** @import { LoadOptions, LoadProgress } from "deepsft" */
+/** @import { Remedy } from "./messages.js" */
+/** @import { VideoSource } from "./sources.js" */
+/** @import { Overlay } from "./stage.js" */
+/** @import { Paper } from "./papers.js" */
+
+const DEFAULT_MODEL = "../models/poster-a4/";
+
+/** @type {Record<Remedy, string>} */
+const REMEDY_WORDS = {
+  retry: "Try again",
+  camera: "Use the camera",
+  clip: "Use the clip",
+  image: "Open an image",
+  reload: "Reload",
+};
+const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
+
+/** @template {HTMLElement} T @param {string} id @param {new () => T} kind @returns {T} */
+function byId(id, kind) {
+  const found = document.getElementById(id);
+  if (!(found instanceof kind)) throw new Error(`The page has no ${id}.`);
+  return found;
+}
+
+const view = {
+  live: byId("live", HTMLDivElement),
+  video: byId("video", HTMLVideoElement),
+  loading: byId("loading", HTMLElement),
+  loadingText: byId("loading-text", HTMLParagraphElement),
+  loadingBar: byId("loading-bar", HTMLProgressElement),
+  message: byId("message", HTMLElement),
+  notice: byId("notice", HTMLDivElement),
+  scale: byId("scale", HTMLDivElement),
+  papers: byId("papers", HTMLDivElement),
+  overlays: byId("overlays", HTMLDivElement),
+  calibrate: byId("calibrate", HTMLButtonElement),
+  hudToggle: byId("hud-toggle", HTMLButtonElement),
+  imageFile: byId("image-file", HTMLInputElement),
+};
+
+/** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
+const parameters = new URLSearchParams(location.search);
+
+/** @returns {LoadOptions["device"]} */
+function wantedDevice() {
+  const device = parameters.get("device");
+  return device === "webgpu" || device === "cpu" ? device : "auto";
+}
+
+const hero = new Hero(byId("hero", HTMLCanvasElement));
+const hud = new Hud();
+const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
+/** @type {Stage} */
+let stage;
+/** @type {Live} */
+let live;
+/** @type {Promise<DeepSft> | null} */
+let loading = null;
+/** @type {VideoSource | null} */
+let source = null;
+/** Number of the newest start, so that an older one that is still under way gives up. */
+let session = 0;
+/** @type {() => void} what "Try again" does */
+let retry = () => undefined;
+
+/** @param {"start" | "live"} name */
+function showView(name) {
+  document.body.dataset.view = name;
+  view.live.hidden = name !== "live";
+  if (name === "start") hero.start();
+  else hero.stop();
+}
+
+/** @param {LoadProgress} progress */
+function showProgress({ phase, loadedBytes, totalBytes }) {
+  const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
+  if (phase === "start") {
+    view.loadingText.textContent = "Starting the network";
+    view.loadingBar.removeAttribute("value");
+    return;
+  }
+  const what = phase === "engine" ? "engine" : "model";
+  view.loadingText.textContent = `Fetching the ${what} · ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
+  if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
+  else view.loadingBar.removeAttribute("value");
+}
+
+/** The estimator, loaded once; a failure is forgotten so that it can be tried again. */
+function estimator() {
+  loading ??= DeepSft.load(parameters.get("model") ?? DEFAULT_MODEL, {
+    device: wantedDevice(),
+    onProgress: showProgress,
+  }).then(
+    (sft) => {
+      live.use(sft);
+      view.notice.hidden = sft.info.fallback === null;
+      byId("notice-text", HTMLSpanElement).textContent = `Running on the CPU. ${sft.info.fallback?.message}`;
+      return sft;
+    },
+    (error) => {
+      loading = null;
+      throw error;
+    },
+  );
+  return loading;
+}
+
+/**
+ * Opens the live view and runs `run` in it; what it throws is shown.
+ *
+ * @param {keyof typeof SOURCE_WORDS} kind
+ * @param {(current: () => boolean) => Promise<void>} run is told whether it is still wanted
+ */
+async function enterLive(kind, run) {
+  leaveLive();
+  const own = ++session;
+  retry = () => void enterLive(kind, run);
+  view.message.hidden = true;
+  byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
+  view.loading.hidden = false;
+  view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
+  view.calibrate.hidden = kind !== "camera";
+  hud.reset();
+  showView("live");
+  try {
+    stage ??= new Stage(byId("stage", HTMLCanvasElement));
+    live ??= createLive();
+    measureControls();
+    await run(() => own === session);
+  } catch (error) {
+    if (own === session) showMessage(error);
+  }
+}
+
+function createLive() {
+  const created = new Live(stage, hud, byId("region", HTMLDivElement));
+  created.onEstimate = (estimate) => {
+    view.loading.hidden = true;
+    calibration.add(estimate);
+  };
+  chooseOverlay(stage.overlay);
+  choosePaper(stage.paper);
+  return created;
+}
+
+/**
+ * @param {"camera" | "clip"} kind
+ * @param {(video: HTMLVideoElement) => Promise<VideoSource>} open
+ */
+function startVideo(kind, open) {
+  void enterLive(kind, async (current) => {
+    // Side by side: the model loads while the person answers the camera's question.
+    const sft = estimator();
+    sft.catch(() => undefined);
+    const opened = await open(view.video);
+    if (!current()) return opened.stop();
+    source = opened;
+    opened.stream?.addEventListener("lost", () => current() && showMessage(opened.stream?.error));
+    if (opened.stream?.error) throw opened.stream.error;
+    await sft;
+    if (!current()) return;
+    view.loadingText.textContent = "Looking at the first frame";
+    await live.follow(view.video, opened.camera);
+  });
+}
+
+/** @param {Blob} image */
+function startImage(image) {
+  void enterLive("image", async (current) => {
+    await estimator();
+    if (!current()) return;
+    view.loadingText.textContent = "Looking at the image";
+    await live.show(image);
+  });
+}
+
+function leaveLive() {
+  session++;
+  calibration.stop();
+  source?.stop();
+  source = null;
+  live?.stop();
+}
+
+/** @param {unknown} error */
+function showMessage(error) {
+  leaveLive();
+  const { title, advice, remedies, code, detail } = messageFor(error);
+  byId("message-title", HTMLHeadingElement).textContent = title;
+  byId("message-advice", HTMLParagraphElement).textContent = advice;
+  byId("message-code", HTMLElement).textContent = code;
+  byId("message-detail", HTMLSpanElement).textContent = detail;
+  const buttons = remedies.map((remedy, i) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = REMEDY_WORDS[remedy];
+    button.classList.toggle("primary", i === 0);
+    button.addEventListener("click", () => applyRemedy(remedy));
+    return button;
+  });
+  byId("message-remedies", HTMLDivElement).replaceChildren(...buttons);
+  view.loading.hidden = true;
+  view.message.hidden = false;
+  buttons[0]?.focus();
+}
+
+/** @param {Remedy} remedy */
+function applyRemedy(remedy) {
+  if (remedy === "retry") retry();
+  else if (remedy === "camera") startVideo("camera", cameraSource);
+  else if (remedy === "clip") startVideo("clip", clipSource);
+  else if (remedy === "image") view.imageFile.click();
+  else location.reload();
+}
+
+/**
+ * @param {HTMLElement} group
+ * @param {string} name of the data attribute
+ * @param {string} value
+ */
+function check(group, name, value) {
+  for (const button of group.querySelectorAll("button"))
+    button.setAttribute("aria-checked", String(button.dataset[name] === value));
+}
+
+/** @param {Overlay} overlay */
+function chooseOverlay(overlay) {
+  stage.overlay = overlay;
+  check(view.overlays, "overlay", overlay);
+  view.papers.hidden = overlay !== "paper";
+  view.scale.hidden = overlay !== "depth";
+  live?.redraw();
+}
+
+/** @param {Paper} paper */
+function choosePaper(paper) {
+  stage.paper = paper;
+  check(view.papers, "paper", paper);
+  live?.redraw();
+}
+
+/** Tells the stage what of it the controls cover. */
+function measureControls() {
+  const top = document.querySelector("#live .bar")?.getBoundingClientRect().bottom ?? 0;
+  const bottom = innerHeight - view.overlays.getBoundingClientRect().top;
+  stage?.setCovered(top, bottom);
+}
+
+/** @param {boolean} open */
+function openHud(open) {
+  byId("hud", HTMLElement).hidden = !open;
+  view.hudToggle.setAttribute("aria-expanded", String(open));
+}
+
+byId("use-camera", HTMLButtonElement).addEventListener("click", () => startVideo("camera", cameraSource));
+byId("use-clip", HTMLButtonElement).addEventListener("click", () => startVideo("clip", clipSource));
+byId("use-image", HTMLButtonElement).addEventListener("click", () => view.imageFile.click());
+view.imageFile.addEventListener("change", () => {
+  const [file] = view.imageFile.files ?? [];
+  view.imageFile.value = "";
+  if (file) startImage(file);
+});
+for (const id of ["back", "message-close"]) {
+  byId(id, HTMLButtonElement).addEventListener("click", () => {
+    leaveLive();
+    view.message.hidden = true;
+    showView("start");
+  });
+}
+byId("notice-close", HTMLButtonElement).addEventListener("click", () => (view.notice.hidden = true));
+view.overlays.addEventListener("click", ({ target }) => {
+  const overlay = target instanceof HTMLElement && target.closest("button")?.dataset.overlay;
+  if (overlay) chooseOverlay(/** @type {Overlay} */ (overlay));
+});
+view.papers.addEventListener("click", ({ target }) => {
+  const paper = target instanceof HTMLElement && target.closest("button")?.dataset.paper;
+  if (paper) choosePaper(/** @type {Paper} */ (paper));
+});
+view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
+view.calibrate.addEventListener("click", async () => {
+  if (source?.stream) calibration.start(source.stream, (await estimator()).template);
+});
+addEventListener("resize", () => {
+  measureControls();
+  live?.redraw();
+});
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  const [file] = event.dataTransfer?.files ?? [];
+  if (file) startImage(file);
+});
+openHud(matchMedia("(min-width: 760px)").matches);
+showView("start");

@@ -1,0 +1,98 @@
+// What a person reads when something is in the way, by error code, and what they can do next.
+
+import { DeepSftError } from "deepsft";
+
+/** @typedef {"retry" | "camera" | "clip" | "image" | "reload"} Remedy */
+
+/**
+ * @typedef {object} Message
+ * @property {string} title
+ * @property {string} advice
+ * @property {Remedy[]} remedies
+ */
+
+/** @type {Readonly<Record<string, Message>>} */
+const MESSAGES = {
+  "camera-denied": {
+    title: "The camera was not allowed",
+    advice: "Allow it for this page in the address bar, then try again. The picture stays on this device either way.",
+    remedies: ["retry", "clip", "image"],
+  },
+  "camera-not-found": {
+    title: "No camera found",
+    advice: "Plug one in and try again, or see how it works on the clip.",
+    remedies: ["retry", "clip", "image"],
+  },
+  "camera-busy": {
+    title: "The camera is busy",
+    advice: "Another program or tab is using it. Close that one, then try again.",
+    remedies: ["retry", "clip", "image"],
+  },
+  "camera-constraints": {
+    title: "This camera does not fit",
+    advice: "It offers no picture that can be used here.",
+    remedies: ["clip", "image"],
+  },
+  "camera-lost": {
+    title: "The camera went away",
+    advice: "It was unplugged, or its permission was withdrawn. Plug it in again and try again.",
+    remedies: ["retry", "clip", "image"],
+  },
+  "insecure-context": {
+    title: "No camera on this address",
+    advice: "Browsers give pages a camera only over https or from localhost. The clip and images work here too.",
+    remedies: ["clip", "image"],
+  },
+  "image-unreadable": {
+    title: "This picture could not be read",
+    advice: "It may be empty, broken, or of a kind this browser does not know. JPEG and PNG always work.",
+    remedies: ["image", "clip"],
+  },
+  "model-load": {
+    title: "The model could not be fetched",
+    advice: "Check the connection to the server this page came from, then try again.",
+    remedies: ["retry"],
+  },
+  "model-corrupt": {
+    title: "The model is damaged",
+    advice:
+      "What arrived is not what its maker sealed, so it is not used. Try again; if it stays so, the files on the server need replacing.",
+    remedies: ["retry"],
+  },
+  "model-version": {
+    title: "The model is newer than this page",
+    advice: "Reload the page to get the version that understands it.",
+    remedies: ["reload"],
+  },
+  "engine-load": {
+    title: "The engine could not be loaded",
+    advice: "Check the connection to the server this page came from, then try again.",
+    remedies: ["retry", "reload"],
+  },
+  "webgpu-unavailable": {
+    title: "No WebGPU here",
+    advice: "This page was asked to use WebGPU and nothing else, which this browser does not offer.",
+    remedies: ["reload"],
+  },
+  "gpu-lost": {
+    title: "The graphics processor gave up",
+    advice: "It was started again and failed again. Reloading the page usually helps.",
+    remedies: ["reload"],
+  },
+};
+
+/** @type {Message} */
+const UNEXPECTED = {
+  title: "Something broke",
+  advice: "That is a defect of this page. Reloading it may help.",
+  remedies: ["reload"],
+};
+
+/**
+ * @param {unknown} error
+ * @returns {Message & { code: string, detail: string }}
+ */
+export function messageFor(error) {
+  const code = error instanceof DeepSftError ? error.code : "internal";
+  return { ...(MESSAGES[code] ?? UNEXPECTED), code, detail: error instanceof Error ? error.message : String(error) };
+}

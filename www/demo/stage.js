@@ -1,0 +1,196 @@
+// The stage: the canvas on which frame and overlay are drawn.
+
+import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { createProgram, createTexture } from "./gl.js";
+import { heatRow } from "./heat.js";
+import { PAPERS } from "./papers.js";
+import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
+import { softMask } from "./soft-mask.js";
+import { FRAGMENT_SHADER, OVERLAY_NUMBERS, VERTEX_SHADER } from "./stage-shader.js";
+import { viewOf } from "./view.js";
+
+/** @import { Estimate, SourcedCamera } from "deepsft" */
+/** @import { Paper } from "./papers.js" */
+
+/** @typedef {keyof typeof OVERLAY_NUMBERS} Overlay */
+
+/** Canvas pixels a CSS pixel, at most: more cannot be seen and costs time. */
+const MOST_DENSITY = 2;
+/** Seconds in which an overlay appears after the sheet was found. */
+const APPEAR_SECONDS = 0.25;
+/** Texture units, in the order of the shader's samplers. */
+const SAMPLERS = /** @type {const} */ (["frame", "depth", "registration", "coverage", "shading", "heat"]);
+
+export class Stage {
+  #canvas;
+  #gl;
+  #program;
+  #textures;
+  /** @type {SourcedCamera | null} */
+  #camera = null;
+  #foundSince = Infinity;
+  #covered = { top: 0, bottom: 0 };
+  /** @type {[number, number]} */
+  #sheetMm = [1, 1];
+  /** @type {[number, number, number]} */
+  #tint = [1, 1, 1];
+  /** Near and far end and contour step of the depth scale, mm. */
+  depthScale = { near: 0, far: 1, step: 1 };
+  /** @type {Overlay} */
+  overlay = "paper";
+  /** Share of the screen's density to draw with, where drawing is slow. */
+  quality = 1;
+  /** @type {Paper} */
+  paper = "aurora";
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @throws {Error} when the browser has no WebGL 2
+   */
+  constructor(canvas) {
+    const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, powerPreference: "high-performance" });
+    if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
+    this.#canvas = canvas;
+    this.#gl = gl;
+    this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    const texture = (/** @type {number} */ filter) => createTexture(gl, filter);
+    this.#textures = {
+      frame: texture(gl.LINEAR_MIPMAP_LINEAR),
+      depth: texture(gl.NEAREST),
+      registration: texture(gl.NEAREST),
+      coverage: texture(gl.LINEAR),
+      shading: texture(gl.LINEAR),
+      heat: texture(gl.LINEAR),
+    };
+    const heat = heatRow(256);
+    gl.bindTexture(gl.TEXTURE_2D, this.#textures.heat);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, heat);
+  }
+
+  /** @param {{ widthMm: number, heightMm: number }} sheet */
+  setSheet({ widthMm, heightMm }) {
+    this.#sheetMm = [widthMm, heightMm];
+  }
+
+  /**
+   * What of the stage is covered by controls, CSS pixels.
+   *
+   * @param {number} top
+   * @param {number} bottom
+   */
+  setCovered(top, bottom) {
+    this.#covered = { top, bottom };
+  }
+
+  /**
+   * Takes over a frame with its maps; the estimate may be closed afterwards.
+   *
+   * @param {Estimate} estimate
+   * @param {{ shading: Float32Array, tint: [number, number, number] } | null} light null when nothing was found
+   */
+  show(estimate, light) {
+    const gl = this.#gl;
+    this.#camera = estimate.camera;
+    if (estimate.frame) {
+      gl.bindTexture(gl.TEXTURE_2D, this.#textures.frame);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, estimate.frame);
+      gl.generateMipmap(gl.TEXTURE_2D);
+    }
+    if (!light) {
+      this.#foundSince = Infinity;
+      return;
+    }
+    const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+    this.#tint = light.tint;
+    gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, w, h, 0, gl.RED, gl.FLOAT, estimate.depth.values());
+    gl.bindTexture(gl.TEXTURE_2D, this.#textures.registration);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG32F, w, h, 0, gl.RG, gl.FLOAT, estimate.registration.values());
+    gl.bindTexture(gl.TEXTURE_2D, this.#textures.coverage);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, w, h, 0, gl.RED, gl.UNSIGNED_BYTE, softMask(estimate.mask.values()));
+    gl.bindTexture(gl.TEXTURE_2D, this.#textures.shading);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, SHADING_WIDTH, SHADING_HEIGHT, 0, gl.RED, gl.FLOAT, light.shading);
+    if (this.#foundSince === Infinity) this.#foundSince = performance.now();
+  }
+
+  /** Whether there is a frame to draw. */
+  get busy() {
+    return this.#camera !== null;
+  }
+
+  /** Forgets the frame. */
+  clear() {
+    this.#camera = null;
+    this.#foundSince = Infinity;
+  }
+
+  /**
+   * Draws the newest frame.
+   *
+   * @param {number} seconds for papers that move
+   */
+  draw(seconds) {
+    const [gl, canvas, camera] = [this.#gl, this.#canvas, this.#camera];
+    const density = this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+    const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    gl.viewport(0, 0, width, height);
+    if (!camera) {
+      gl.clearColor(0.055, 0.063, 0.075, 1);
+      gl.clear(gl.COLOR_BUFFER_BIT);
+      return;
+    }
+    const { scale, left, top, region } = viewOf(
+      { width, height, top: this.#covered.top * density, bottom: this.#covered.bottom * density },
+      camera,
+    );
+    const { program, uniform } = this.#program;
+    gl.useProgram(program);
+    SAMPLERS.forEach((name, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, this.#textures[name]);
+      gl.uniform1i(uniform(`u_${name}`), unit);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform2f(uniform("u_canvasSize"), width, height);
+    gl.uniform3f(uniform("u_view"), left, top, scale);
+    gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
+    gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
+    gl.uniform1fv(uniform("u_distortion"), camera.distortion);
+    gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
+    gl.uniform3f(uniform("u_canonical"), CANONICAL_WIDTH, CANONICAL_HEIGHT, CANONICAL_FOCAL);
+    gl.uniform1i(uniform("u_overlay"), OVERLAY_NUMBERS[this.overlay]);
+    gl.uniform1i(uniform("u_paper"), PAPERS.get(this.paper) ?? 0);
+    gl.uniform1f(
+      uniform("u_strength"),
+      Math.min(1, Math.max(0, (performance.now() - this.#foundSince) / 1000 / APPEAR_SECONDS)),
+    );
+    gl.uniform1f(uniform("u_seconds"), seconds);
+    gl.uniform2f(uniform("u_sheetMm"), ...this.#sheetMm);
+    gl.uniform3f(uniform("u_tint"), ...this.#tint);
+    gl.uniform3f(uniform("u_depthScale"), this.depthScale.near, this.depthScale.far, this.depthScale.step);
+    gl.uniform3f(uniform("u_accent"), 0.25, 0.88, 0.72);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /**
+   * Where on the canvas, in CSS pixels, the network looks; null without a frame.
+   *
+   * @returns {{ left: number, top: number, width: number, height: number, partial: boolean } | null} partial: the image reaches beyond
+   */
+  regionOnCanvas() {
+    const camera = this.#camera;
+    if (!camera) return null;
+    const canvas = { width: this.#canvas.clientWidth, height: this.#canvas.clientHeight, ...this.#covered };
+    const { scale, left, top, region } = viewOf(canvas, camera);
+    const share = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
+    return {
+      left: left + region.left * scale,
+      top: top + region.top * scale,
+      width: (region.right - region.left) * scale,
+      height: (region.bottom - region.top) * scale,
+      partial: share < 0.95,
+    };
+  }
+}

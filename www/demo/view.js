@@ -1,0 +1,42 @@
+// Where the image lies on the canvas.
+
+import { visibleRegion } from "deepsft";
+
+/** @import { SourcedCamera } from "deepsft" */
+
+/** How much larger the image may be than would show all that the network sees, to cover the canvas. */
+const MOST_CUT = 1.12;
+
+/**
+ * Where the image lies on the canvas: canvas = image * scale + (left, top), in the canvas's pixels. It covers the
+ * canvas as far as that cuts little away of what the network sees.
+ *
+ * @param {{ width: number, height: number, top: number, bottom: number }} canvas its size, and what of it is covered by controls
+ * @param {SourcedCamera} camera
+ */
+export function viewOf(canvas, camera) {
+  const region = visibleRegion(camera);
+  const [regionWidth, regionHeight] = [region.right - region.left, region.bottom - region.top];
+  const free = canvas.height - canvas.top - canvas.bottom;
+  const cover = Math.max(canvas.width / camera.width, canvas.height / camera.height);
+  const fit = Math.min(canvas.width / regionWidth, Math.max(free, canvas.height / 2) / regionHeight);
+  const scale = Math.min(cover, MOST_CUT * fit);
+  const place = (
+    /** @type {number} */ size,
+    /** @type {number} */ length,
+    /** @type {number} */ from,
+    /** @type {number} */ to,
+    /** @type {number} */ centre,
+  ) => {
+    const start = centre - ((from + to) / 2) * scale;
+    // An image that is larger than the canvas leaves no border.
+    return length * scale >= size ? Math.min(0, Math.max(size - length * scale, start)) : start;
+  };
+  const centreY = canvas.top + free / 2;
+  return {
+    scale,
+    left: place(canvas.width, camera.width, region.left, region.right, canvas.width / 2),
+    top: place(canvas.height, camera.height, region.top, region.bottom, centreY),
+    region,
+  };
+}

@@ -1,0 +1,77 @@
+// One error class, stable codes, sentences a person understands.
+
+/**
+ * | code | when |
+ * |---|---|
+ * | `camera-denied` | the person or a policy refused the camera |
+ * | `camera-not-found` | no camera is attached |
+ * | `camera-busy` | another program or tab holds the camera |
+ * | `camera-constraints` | no camera meets the constraints, even relaxed |
+ * | `camera-lost` | the stream ended: unplugged, or permission withdrawn |
+ * | `camera-intrinsics` | intrinsics that are no camera: a focal length of 0, NaN, or for another image size |
+ * | `insecure-context` | the page is neither https nor localhost, so browsers offer no camera |
+ * | `image-unreadable` | an image that is empty, broken, or not ready yet |
+ * | `engine-load` | the WebAssembly module or the worker could not be loaded |
+ * | `model-load` | a file of the model could not be fetched |
+ * | `model-corrupt` | a file of the model is truncated or does not have the hash that `model.json` records |
+ * | `model-version` | the model needs a newer version of this package |
+ * | `webgpu-unavailable` | no WebGPU, no adapter, or a needed feature is missing (only with `device: "webgpu"`) |
+ * | `gpu-lost` | the GPU device was lost, and lost again after it had been re-created |
+ * | `closed` | the estimator was used after `close()` |
+ * | `internal` | a defect of this package |
+ *
+ * @typedef {"camera-denied" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
+ *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "engine-load" | "model-load"
+ *   | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "closed" | "internal"} DeepSftErrorCode
+ */
+
+/** @type {ReadonlySet<string>} */
+const CODES = new Set([
+  "camera-denied",
+  "camera-not-found",
+  "camera-busy",
+  "camera-constraints",
+  "camera-lost",
+  "camera-intrinsics",
+  "insecure-context",
+  "image-unreadable",
+  "engine-load",
+  "model-load",
+  "model-corrupt",
+  "model-version",
+  "webgpu-unavailable",
+  "gpu-lost",
+  "closed",
+  "internal",
+]);
+
+/** What every function of this package throws or rejects with (except the reason of an aborted signal). */
+export class DeepSftError extends Error {
+  /**
+   * @param {DeepSftErrorCode} code stable, for programs
+   * @param {string} message a sentence, for people
+   * @param {ErrorOptions} [options]
+   */
+  constructor(code, message, options) {
+    super(message, options);
+    this.name = "DeepSftError";
+    /** @type {DeepSftErrorCode} */
+    this.code = code;
+  }
+}
+
+/**
+ * The same error as a `DeepSftError`: one already, one that carries a known `code` (from the worker or the
+ * engine), or, for everything else, code `fallback`.
+ *
+ * @param {unknown} error
+ * @param {DeepSftErrorCode} [fallback]
+ * @returns {DeepSftError}
+ */
+export function asDeepSftError(error, fallback = "internal") {
+  if (error instanceof DeepSftError) return error;
+  const { code, message } = /** @type {{ code?: unknown, message?: unknown }} */ (Object(error));
+  const known = typeof code === "string" && CODES.has(code);
+  const text = typeof message === "string" && message !== "" ? message : String(error);
+  return new DeepSftError(known ? /** @type {DeepSftErrorCode} */ (code) : fallback, text, { cause: error });
+}

@@ -1,0 +1,112 @@
+// What an estimate holds.
+
+import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "./canonical.js";
+import { DeepSftError } from "./error.js";
+
+/** @import { SourcedCamera } from "./intrinsics.js" */
+/** @import { RawEstimate } from "./engine.js" */
+
+/**
+ * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
+ * `network`, `judge` (confidence), and `total`, from the call to the result.
+ *
+ * @typedef {object} EstimateTimes
+ * @property {number} captureMs
+ * @property {number} warpMs
+ * @property {number} networkMs
+ * @property {number} judgeMs
+ * @property {number} totalMs
+ */
+
+/**
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ *
+ * @template {Float32Array | Uint8Array} A
+ */
+export class EstimateMap {
+  /** @type {A | null} */
+  #values;
+
+  /**
+   * @param {A} values
+   * @param {number} channels
+   */
+  constructor(values, channels) {
+    this.#values = values;
+    /** Columns. */
+    this.width = CANONICAL_WIDTH;
+    /** Rows. */
+    this.height = CANONICAL_HEIGHT;
+    /** Values a pixel. */
+    this.channels = channels;
+    /**
+     * Where the values live.
+     *
+     * @type {"cpu"}
+     */
+    this.location = "cpu";
+  }
+
+  /**
+   * The values themselves, not a copy.
+   *
+   * @returns {A}
+   * @throws {DeepSftError} `closed`
+   */
+  values() {
+    if (this.#values === null) throw new DeepSftError("closed", "This map was used after close().");
+    return this.#values;
+  }
+
+  /**
+   * A copy of the values.
+   *
+   * @returns {Float32Array<ArrayBuffer>}
+   * @throws {DeepSftError} `closed`
+   */
+  toFloat32Array() {
+    return Float32Array.from(this.values());
+  }
+
+  /** Lets the memory go. */
+  close() {
+    this.#values = null;
+  }
+}
+
+/** What one frame shows of the template. */
+export class Estimate {
+  /**
+   * @param {RawEstimate} raw
+   * @param {SourcedCamera} camera
+   * @param {EstimateTimes} times
+   */
+  constructor(raw, camera, times) {
+    /** Whether the template was found; when not, the maps are best ignored. */
+    this.found = raw.found;
+    /** How well image and registered template agree, 0 to 1. */
+    this.confidence = raw.confidence;
+    /** Distance along the optical axis, mm; -1 outside the object. */
+    this.depth = new EstimateMap(raw.depth, 1);
+    /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
+    this.registration = new EstimateMap(raw.registration, 2);
+    /** 1 where the object is seen, else 0. */
+    this.mask = new EstimateMap(raw.mask, 1);
+    /** The canonical image the maps belong to. */
+    this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    /** The camera that was used, with its source. */
+    this.camera = camera;
+    this.times = times;
+    /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
+    this.frame = raw.bitmap;
+  }
+
+  /** Lets the maps and the frame go. */
+  close() {
+    this.depth.close();
+    this.registration.close();
+    this.mask.close();
+    this.frame?.close();
+    this.frame = null;
+  }
+}

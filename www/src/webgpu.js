@@ -1,0 +1,52 @@
+// Whether this browser's WebGPU can run the engine, found out before the engine tries: its kernels cannot
+// report a missing feature, they would stop the whole module.
+
+/**
+ * Features and limits the engine's kernels lean on. All but the time stamps are WebGPU's guaranteed minimum;
+ * they are checked because compatibility-mode adapters offer less.
+ */
+const NEEDED_FEATURE = "timestamp-query";
+const NEEDED_LIMITS = /** @type {const} */ ({
+  maxComputeInvocationsPerWorkgroup: 256,
+  maxComputeWorkgroupStorageSize: 16_384,
+  maxStorageBuffersPerShaderStage: 8,
+  maxStorageBufferBindingSize: 134_217_728,
+});
+
+/** Names under which CPU emulations of a GPU appear. */
+const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwarp\b|software/i;
+
+/**
+ * @typedef {object} WebGpuProbe
+ * @property {boolean} usable
+ * @property {boolean} software whether the adapter is emulated on the CPU
+ * @property {string} reason a sentence when not usable, else empty
+ */
+
+/**
+ * Asks for the adapter the engine would get.
+ *
+ * @returns {Promise<WebGpuProbe>}
+ */
+export async function probeWebGpu() {
+  const gpu = /** @type {any} */ (navigator).gpu;
+  const unusable = (/** @type {string} */ reason) => ({ usable: false, software: false, reason });
+  if (!gpu) return unusable("This browser has no WebGPU.");
+  let adapter;
+  try {
+    adapter = await gpu.requestAdapter({ powerPreference: "high-performance" });
+  } catch (error) {
+    return unusable(`This browser's WebGPU failed: ${error instanceof Error ? error.message : error}.`);
+  }
+  if (!adapter) return unusable("This browser has WebGPU but offers no graphics adapter.");
+  if (!adapter.features.has(NEEDED_FEATURE))
+    return unusable(`The graphics adapter lacks the WebGPU feature ${NEEDED_FEATURE}.`);
+  for (const [name, needed] of Object.entries(NEEDED_LIMITS)) {
+    if (!(adapter.limits[name] >= needed))
+      return unusable(`The graphics adapter's ${name} is ${adapter.limits[name]}; ${needed} is needed.`);
+  }
+  const { vendor = "", architecture = "", device = "", description = "", isFallbackAdapter } = adapter.info ?? {};
+  const software =
+    isFallbackAdapter === true || SOFTWARE_NAMES.test([vendor, architecture, device, description].join(" "));
+  return { usable: true, software, reason: "" };
+}

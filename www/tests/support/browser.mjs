@@ -1,0 +1,106 @@
+// Chromium, a page of the demo in it, and what every test wants to know about both.
+
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import { chromium } from "playwright-core";
+
+import { WWW, startServer } from "./server.mjs";
+
+/** The program and its flags: from `cargo xtask test`, or Debian's Chromium with a software WebGPU adapter. */
+const PROGRAM = process.env.DEEPSFT_CHROMIUM ?? "/usr/bin/chromium";
+const FLAGS = JSON.parse(process.env.DEEPSFT_CHROMIUM_FLAGS ?? "null") ?? [
+  "--headless=new",
+  "--no-sandbox",
+  "--enable-unsafe-webgpu",
+  "--use-webgpu-adapter=swiftshader",
+  "--enable-unsafe-swiftshader",
+];
+const WEBGPU_FLAGS = /webgpu/i;
+
+/** A software GPU on a machine that does other things takes seconds for a frame, and longer for the first. */
+export const SLOW_MS = 300_000;
+
+export const DESKTOP = { viewport: { width: 1440, height: 900 } };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
+
+const SCREENSHOTS = join(WWW, "tests", "screenshots");
+
+/**
+ * @param {object} [options]
+ * @param {boolean} [options.webgpu] whether there is an adapter
+ * @param {string} [options.camera] a .y4m file that the camera shows; no camera without
+ */
+export async function launch({ webgpu = true, camera } = {}) {
+  // A software GPU on a busy machine is slow, not hung.
+  const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
+  if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
+  if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
+  return chromium.launch({ executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 });
+}
+
+/**
+ * The demo page in a context of its own. Each request to another origin, each error on the console and each exception
+ * fails the test that calls `finish`.
+ *
+ * @param {import("playwright-core").Browser} browser
+ * @param {object} [options]
+ * @param {object} [options.device] DESKTOP or PHONE
+ * @param {string} [options.query] such as "?device=cpu"
+ * @param {string[]} [options.permissions]
+ * @param {RegExp[]} [options.expectedErrors] console errors that belong to the test
+ * @param {(context: import("playwright-core").BrowserContext) => Promise<void>} [options.prepare]
+ */
+export async function openDemo(
+  browser,
+  { device = DESKTOP, query = "", permissions = [], expectedErrors = [], prepare } = {},
+) {
+  const server = await startServer();
+  const context = await browser.newContext({ ...device, permissions });
+  context.setDefaultTimeout(SLOW_MS);
+  const requests = [];
+  const problems = [];
+  context.on("request", (request) => requests.push(request.url()));
+  context.on("console", (message) => {
+    if (message.type() === "error" && !expectedErrors.some((known) => known.test(message.text())))
+      problems.push(message.text());
+  });
+  context.on("weberror", (error) => problems.push(String(error.error())));
+  await prepare?.(context);
+  const page = await context.newPage();
+  await page.goto(`${server.origin}/${query}`);
+  return {
+    page,
+    context,
+    origin: server.origin,
+    /** @param {string} name */
+    async screenshot(name) {
+      mkdirSync(SCREENSHOTS, { recursive: true });
+      await page.screenshot({ path: join(SCREENSHOTS, `${name}.png`), timeout: SLOW_MS });
+    },
+    async finish() {
+      const foreign = requests.filter((url) => !/^(data|blob):/.test(url) && new URL(url).origin !== server.origin);
+      await context.close();
+      await server.close();
+      assert.deepEqual(foreign, [], "requests that left the page's origin");
+      assert.ok(requests.length > 5, "requests were watched");
+      assert.deepEqual(problems, [], "errors on the page");
+    },
+  };
+}
+
+/**
+ * Waits for the card that says what is in the way.
+ *
+ * @param {import("playwright-core").Page} page
+ * @returns {Promise<{ code: string, title: string, detail: string }>}
+ */
+export async function messageOf(page) {
+  await page.waitForSelector("#message:not([hidden])");
+  const text = (selector) => page.locator(selector).textContent();
+  return {
+    code: await text("#message-code"),
+    title: await text("#message-title"),
+    detail: await text("#message-detail"),
+  };
+}

@@ -1,0 +1,113 @@
+// The native program, as the browser's judge: it makes frames nobody has seen, with their truth, and estimates the
+// same pictures.
+
+import { execFile } from "node:child_process";
+import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
+import { join } from "node:path";
+import { promisify } from "node:util";
+
+import { decodePng } from "./png.mjs";
+import { readNpy } from "./npy.mjs";
+import { ROOT } from "./server.mjs";
+import { untar } from "./tar.mjs";
+
+const CLI = process.env.DEEPSFT_CLI ?? join(ROOT, "target", "release", "deepsft");
+export const MODEL = join(ROOT, "models", "poster-a4");
+
+/** Seed of the tests' frames. Training and the published figures use others. */
+const UNSEEN_SEED = 7_700_001;
+
+/** Least pixels of the object in a frame that is looked at: 1 % of the image. */
+const LEAST_AREA = 1300;
+
+/** @param {string[]} args */
+async function deepsft(...args) {
+  try {
+    await promisify(execFile)(CLI, args, { maxBuffer: 1 << 26 });
+  } catch (error) {
+    throw new Error(
+      `${CLI} ${args.join(" ")} failed (build it with cargo build --release -p deepsft-cli): ${error.stderr || error.message}`,
+      { cause: error },
+    );
+  }
+}
+
+/**
+ * @typedef {object} Frame
+ * @property {string} name
+ * @property {{ width: number, height: number, rgb: Uint8Array }} picture
+ * @property {Buffer} png
+ * @property {{ depth: Float32Array, registration: Float32Array }} truth
+ * @property {{ depth_rmse_mm: number, registration_rmse_mm: number, mask_iou: number, found: boolean }} native errors of the native estimator
+ */
+
+/**
+ * Synthetic frames that show the poster, with their truth and what `deepsft eval` says of them.
+ *
+ * @param {string} folder to work in
+ * @param {number} count
+ * @returns {Promise<Frame[]>}
+ */
+export async function unseenFrames(folder, count) {
+  const dataset = join(folder, "frames");
+  const report = join(folder, "eval.json");
+  // Some frames show no poster, and some only a corner of it.
+  await deepsft(
+    "synth",
+    "--template",
+    join(MODEL, "template"),
+    "--count",
+    String(2 * count),
+    "--seed",
+    String(UNSEEN_SEED),
+    "--out",
+    dataset,
+  );
+  await deepsft("eval", "--model", MODEL, "--dataset", dataset, "--json", report);
+  const { per_frame: measured } = JSON.parse(await readFile(report, "utf8"));
+  const files = new Map();
+  for (const shard of (await readdir(dataset)).filter((name) => name.endsWith(".tar")).sort()) {
+    for (const [name, content] of untar(await readFile(join(dataset, shard)))) files.set(name, content);
+  }
+  const frames = [];
+  const names = [...files.keys()]
+    .filter((name) => name.endsWith(".rgb.png"))
+    .map((name) => name.slice(0, -".rgb.png".length))
+    .sort();
+  for (const [index, name] of names.entries()) {
+    const truth = readTruth(files, name);
+    if (frames.length < count && truth.depth.filter((d) => d > 0).length >= LEAST_AREA) {
+      const png = files.get(`${name}.rgb.png`);
+      const { width, height, values } = decodePng(png);
+      frames.push({ name, png, picture: { width, height, rgb: values }, truth, native: measured[index] });
+    }
+  }
+  if (frames.length < count) throw new Error(`only ${frames.length} of ${2 * count} frames show the poster`);
+  return frames;
+}
+
+/**
+ * What the native estimator answers for pictures as the browser saw them.
+ *
+ * @param {string} folder to work in
+ * @param {{ name: string, png: Buffer }[]} pictures
+ * @param {object} camera
+ * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number }>>}
+ */
+export async function nativeEstimates(folder, pictures, camera) {
+  await mkdir(folder, { recursive: true });
+  const { width, height, fx, fy, cx, cy, distortion } = camera;
+  const cameraFile = join(folder, "camera.json");
+  await writeFile(cameraFile, JSON.stringify({ width, height, fx, fy, cx, cy, distortion }));
+  const images = pictures.map(({ name }) => join(folder, `${name}.png`));
+  await Promise.all(pictures.map(({ png }, i) => writeFile(images[i], png)));
+  await deepsft("reconstruct", "--model", MODEL, "--camera", cameraFile, "--out", join(folder, "out"), ...images);
+  const answers = new Map();
+  for (const { name } of pictures) {
+    const read = async (map) => (await readNpy(join(folder, "out", name, `${map}.npy`))).values;
+    const { found, confidence } = JSON.parse(await readFile(join(folder, "out", name, "report.json"), "utf8"));
+    const [depth, registration, mask] = await Promise.all(["depth", "registration", "mask"].map(read));
+    answers.set(name, { depth, registration, mask, found, confidence });
+  }
+  return answers;
+}

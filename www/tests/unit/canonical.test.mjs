@@ -1,0 +1,56 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { DeepSftError, canonicalFromImage, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
+import { cameraForImage } from "../../src/intrinsics.js";
+
+const near = (actual, expected, tolerance = 1e-9) =>
+  actual.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= tolerance, `${actual} is not ${expected}`));
+
+test("the optical axis is the middle of the canonical image, whatever the camera", () => {
+  const camera = { width: 1280, height: 720, fx: 900, fy: 910, cx: 650, cy: 340 };
+  near(imageFromCanonical(camera, 240, 135), [650, 340]);
+  near(canonicalFromImage(camera, 650, 340), [240, 135]);
+});
+
+test("a canonical pixel is fx / 380 image pixels wide", () => {
+  const camera = { width: 1280, height: 720, fx: 760, fy: 1140, cx: 640, cy: 360 };
+  near(imageFromCanonical(camera, 241, 136), [642, 363]);
+});
+
+test("a distorted position agrees with a hand-computed OpenCV value and comes back", () => {
+  // Ray (0.2, 0.1): r2 = 0.05, radial = 1 + 0.1 * 0.05 = 1.005;
+  // x = 0.201 + 2 * 0.01 * 0.02 + 0.02 * (0.05 + 0.08) = 0.204, y = 0.1005 + 0.01 * (0.05 + 0.02) + 2 * 0.02 * 0.02 = 0.102
+  const camera = { width: 100, height: 100, fx: 100, fy: 100, cx: 50, cy: 50, distortion: [0.1, 0, 0.01, 0.02, 0] };
+  near(imageFromCanonical(camera, 240 + 0.2 * 380, 135 + 0.1 * 380), [70.4, 60.2]);
+  near(canonicalFromImage(camera, 70.4, 60.2), [316, 173]);
+});
+
+test("of a phone's portrait image the network sees a band across the middle", () => {
+  // f = 0.79 * 1280 = 1011.2, so the canonical image is 480 / 380 * 1011.2 = 1277 wide, more than the image's 720, and
+  // 270 / 380 * 1011.2 = 718.5 high.
+  const { left, right, top, bottom } = visibleRegion(estimatedCamera(720, 1280));
+  near([left, right], [0, 720]);
+  near([top, bottom], [640 - 718.48421 / 2, 640 + 718.48421 / 2], 1e-4);
+});
+
+test("a camera for the same picture at half the size is scaled, one for another shape refused", () => {
+  const camera = { width: 1280, height: 720, fx: 1000, fy: 1010, cx: 630, cy: 350 };
+  const { fx, fy, cx, cy, source } = cameraForImage(camera, 640, 360);
+  assert.deepEqual([fx, fy, cx, cy, source], [500, 505, 315, 175, "given"]);
+  assert.throws(() => cameraForImage(camera, 720, 1280), {
+    name: "DeepSftError",
+    code: "camera-intrinsics",
+    message: /1280 x 720.*720 x 1280/,
+  });
+});
+
+test("a focal length of zero, NaN or text is refused by name", () => {
+  for (const fx of [0, -3, Number.NaN, Number.POSITIVE_INFINITY, "1000", undefined]) {
+    const camera = { width: 640, height: 480, fx, fy: 500, cx: 320, cy: 240 };
+    assert.throws(
+      () => cameraForImage(camera, 640, 480),
+      (error) => error instanceof DeepSftError && error.code === "camera-intrinsics" && /fx/.test(error.message),
+    );
+  }
+});

@@ -1,0 +1,31 @@
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { test } from "node:test";
+
+const WWW = fileURLToPath(new URL("../../", import.meta.url));
+
+test("the declarations in types/ are those of the sources (npm run types writes them)", () => {
+  const fresh = mkdtempSync(join(tmpdir(), "deepsft-types-"));
+  try {
+    // Complaints about the sources are for `npm run check`; declarations are written all the same.
+    const { error } = spawnSync(process.execPath, [
+      join(WWW, "node_modules", "typescript", "bin", "tsc"),
+      "-p",
+      join(WWW, "tsconfig.types.json"),
+      "--outDir",
+      fresh,
+    ]);
+    assert.equal(error, undefined);
+    const names = readdirSync(fresh).sort();
+    assert.ok(names.includes("index.d.ts"));
+    assert.deepEqual(readdirSync(join(WWW, "types")).sort(), names);
+    for (const name of names)
+      assert.equal(readFileSync(join(WWW, "types", name), "utf8"), readFileSync(join(fresh, name), "utf8"), name);
+  } finally {
+    rmSync(fresh, { recursive: true, force: true });
+  }
+});

@@ -1,0 +1,27 @@
+export type LoadProgress = {
+    phase: "engine" | "model" | "start";
+    loadedBytes: number;
+    totalBytes: number | null;
+};
+/**
+ * The body of a response, counted while it arrives.
+ *
+ * @param {Response} response
+ * @param {(bytes: number) => void} onBytes called with the length of each chunk
+ * @returns {ReadableStream<Uint8Array<ArrayBuffer>> | null}
+ */
+export declare function countedBody(response: Response, onBytes: (bytes: number) => void): ReadableStream<Uint8Array<ArrayBuffer>> | null;
+/**
+ * Fetches a bundle.
+ *
+ * @param {URL} folder ends in "/"
+ * @param {object} [options]
+ * @param {(progress: LoadProgress) => void} [options.onProgress]
+ * @param {AbortSignal} [options.signal]
+ * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
+ * @throws {DeepSftError} `model-load`, `model-corrupt`
+ */
+export declare function fetchBundle(folder: URL, { onProgress, signal }?: {
+    onProgress?: (progress: LoadProgress) => void;
+    signal?: AbortSignal;
+}): Promise<Map<string, Uint8Array>>;

@@ -1,0 +1,39 @@
+/** Columns of every map. */
+export declare const CANONICAL_WIDTH = 480;
+/** Rows of every map. */
+export declare const CANONICAL_HEIGHT = 270;
+/** Focal length of the canonical camera, pixels; its principal point is the image's centre. */
+export declare const CANONICAL_FOCAL = 380;
+import type { Camera } from "./intrinsics.js";
+/**
+ * Position in a camera's image, pixels, of a position in the canonical image, pixels.
+ *
+ * @param {Camera} camera
+ * @param {number} x
+ * @param {number} y
+ * @returns {[number, number]}
+ */
+export declare function imageFromCanonical(camera: Camera, x: number, y: number): [number, number];
+/**
+ * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
+ * {@link imageFromCanonical}, by fixed-point iteration where the lens distorts.
+ *
+ * @param {Camera} camera
+ * @param {number} x
+ * @param {number} y
+ * @returns {[number, number]}
+ */
+export declare function canonicalFromImage(camera: Camera, x: number, y: number): [number, number];
+/**
+ * The part of a camera's image that the network sees, pixels: the canonical image's rectangle (lens distortion
+ * left aside) cut to the image. A wide or a portrait image reaches beyond it.
+ *
+ * @param {Camera} camera
+ * @returns {{ left: number, top: number, right: number, bottom: number }}
+ */
+export declare function visibleRegion({ width, height, fx, fy, cx, cy }: Camera): {
+    left: number;
+    top: number;
+    right: number;
+    bottom: number;
+};

@@ -1,0 +1,141 @@
+import type { LoadProgress } from "./bundle.js";
+import type { DeepSftErrorCode } from "./error.js";
+export type EngineInfo = {
+    device: "webgpu" | "cpu";
+    /**
+     * the GPU adapter's name, or what runs on the CPU
+     */
+    adapterName: string;
+    /**
+     * whether a WebGPU adapter is emulated on the CPU
+     */
+    software: boolean;
+    modelName: string;
+    /**
+     * of the network
+     */
+    parameters: number;
+    /**
+     * of this package
+     */
+    version: string;
+    /**
+     * why `device: "auto"` took the CPU
+     */
+    fallback: {
+        code: DeepSftErrorCode;
+        message: string;
+    } | null;
+};
+export type EngineTimes = {
+    warpMs: number;
+    networkMs: number;
+    judgeMs: number;
+};
+export type RawEstimate = {
+    depth: Float32Array;
+    registration: Float32Array;
+    mask: Uint8Array;
+    canonical: Uint8ClampedArray;
+    found: boolean;
+    confidence: number;
+    times: EngineTimes;
+    /**
+     * time to read the frame's pixels
+     */
+    readMs: number;
+    /**
+     * the frame, handed back
+     */
+    bitmap: ImageBitmap | null;
+};
+export type EngineTemplate = {
+    width: number;
+    height: number;
+    rgba: Uint8ClampedArray<ArrayBuffer>;
+    sizeMm: [number, number];
+};
+export type StartRequest = {
+    module: WebAssembly.Module;
+    files: Map<string, Uint8Array>;
+    device: "auto" | "webgpu" | "cpu";
+};
+export type EstimateRequest = {
+    frame: ImageBitmap | ImageData;
+    intrinsics: number[];
+};
+/** @import { LoadProgress } from "./bundle.js" */
+/** @import { DeepSftErrorCode } from "./error.js" */
+/**
+ * What runs the network.
+ *
+ * @typedef {object} EngineInfo
+ * @property {"webgpu" | "cpu"} device
+ * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
+ * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
+ * @property {string} modelName
+ * @property {number} parameters of the network
+ * @property {string} version of this package
+ * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
+ */
+/**
+ * Milliseconds in the engine: canonical warp, network, confidence.
+ *
+ * @typedef {{ warpMs: number, networkMs: number, judgeMs: number }} EngineTimes
+ */
+/**
+ * The maps of one frame as they cross from the worker.
+ *
+ * @typedef {object} RawEstimate
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {Uint8Array} mask
+ * @property {Uint8ClampedArray} canonical
+ * @property {boolean} found
+ * @property {number} confidence
+ * @property {EngineTimes} times
+ * @property {number} readMs time to read the frame's pixels
+ * @property {ImageBitmap | null} bitmap the frame, handed back
+ */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number] }} EngineTemplate */
+/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[] }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/**
+ * Compiles the WebAssembly module while it downloads.
+ *
+ * @param {URL} url
+ * @param {object} [options]
+ * @param {(progress: LoadProgress) => void} [options.onProgress]
+ * @param {AbortSignal} [options.signal]
+ * @returns {Promise<WebAssembly.Module>}
+ * @throws {DeepSftError} `engine-load`
+ */
+export declare function compileEngine(url: URL, { onProgress, signal }?: {
+    onProgress?: (progress: LoadProgress) => void;
+    signal?: AbortSignal;
+}): Promise<WebAssembly.Module>;
+/** The worker that hosts the engine, as calls that return promises. */
+export declare class EngineWorker {
+    #private;
+    /** @param {URL | undefined} url address of worker.js where the bundler cannot find it itself */
+    constructor(url: URL | undefined);
+    /**
+     * @param {StartRequest} request
+     * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
+     */
+    start(request: StartRequest): Promise<{
+        info: EngineInfo;
+        template: EngineTemplate;
+    }>;
+    /**
+     * @param {EstimateRequest} request
+     * @returns {Promise<RawEstimate>}
+     */
+    estimate(request: EstimateRequest): Promise<RawEstimate>;
+    /**
+     * Ends the worker; what is under way, and every later call, rejects with `reason`.
+     *
+     * @param {unknown} reason
+     */
+    terminate(reason: unknown): void;
+}

@@ -1,0 +1,13 @@
+export type ImageInput = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob;
+/**
+ * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
+ *
+ * @param {ImageInput} image
+ * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller
+ * @throws {DeepSftError} `image-unreadable`
+ */
+export declare function transferableFrame(image: ImageInput): Promise<{
+    frame: ImageBitmap | ImageData;
+    width: number;
+    height: number;
+}>;

@@ -1,0 +1,89 @@
+export type Camera = {
+    /**
+     * image width, pixels
+     */
+    width: number;
+    /**
+     * image height, pixels
+     */
+    height: number;
+    /**
+     * focal length along x, pixels
+     */
+    fx: number;
+    /**
+     * focal length along y, pixels
+     */
+    fy: number;
+    /**
+     * principal point, pixels
+     */
+    cx: number;
+    /**
+     * principal point, pixels
+     */
+    cy: number;
+    /**
+     * (k1, k2, p1, p2, k3), OpenCV's order; none when absent
+     */
+    distortion?: readonly number[];
+};
+export type CameraSource = "given" | "calibrated" | "estimated";
+export type SourcedCamera = Camera & {
+    distortion: readonly number[];
+    source: CameraSource;
+};
+/**
+ * A pinhole camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
+ *
+ * @typedef {object} Camera
+ * @property {number} width image width, pixels
+ * @property {number} height image height, pixels
+ * @property {number} fx focal length along x, pixels
+ * @property {number} fy focal length along y, pixels
+ * @property {number} cx principal point, pixels
+ * @property {number} cy principal point, pixels
+ * @property {readonly number[]} [distortion] (k1, k2, p1, p2, k3), OpenCV's order; none when absent
+ */
+/**
+ * Where intrinsics come from: the caller, a calibration made in this browser, or the typical phone.
+ *
+ * @typedef {"given" | "calibrated" | "estimated"} CameraSource
+ */
+/** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
+/**
+ * Focal length of an unknown camera as a share of its image's long side: the median of a public table of 98
+ * phones. Four of five lie within 0.73 and 1.01, so depth from it may be off by a sixth.
+ */
+export declare const TYPICAL_FOCAL_SHARE = 0.79;
+/**
+ * The guess for an image of unknown origin: principal point at the centre, focal length
+ * {@link TYPICAL_FOCAL_SHARE} of the long side.
+ *
+ * @param {number} width pixels
+ * @param {number} height pixels
+ * @returns {SourcedCamera}
+ */
+export declare function estimatedCamera(width: number, height: number): SourcedCamera;
+/**
+ * A camera with square pixels and its principal point at the centre.
+ *
+ * @param {number} width pixels
+ * @param {number} height pixels
+ * @param {number} focal pixels
+ * @param {CameraSource} source
+ * @returns {SourcedCamera}
+ */
+export declare function centredCamera(width: number, height: number, focal: number, source: CameraSource): SourcedCamera;
+/**
+ * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled.
+ *
+ * @param {Camera & { source?: CameraSource }} camera
+ * @param {number} width of the image, pixels
+ * @param {number} height of the image, pixels
+ * @returns {SourcedCamera}
+ * @throws {DeepSftError} `camera-intrinsics` when a number is impossible or the image has another shape
+ */
+export declare function cameraForImage(camera: Camera & {
+    source?: CameraSource;
+}, width: number, height: number): SourcedCamera;

@@ -1,0 +1,23 @@
+export type WebGpuProbe = {
+    usable: boolean;
+    /**
+     * whether the adapter is emulated on the CPU
+     */
+    software: boolean;
+    /**
+     * a sentence when not usable, else empty
+     */
+    reason: string;
+};
+/**
+ * @typedef {object} WebGpuProbe
+ * @property {boolean} usable
+ * @property {boolean} software whether the adapter is emulated on the CPU
+ * @property {string} reason a sentence when not usable, else empty
+ */
+/**
+ * Asks for the adapter the engine would get.
+ *
+ * @returns {Promise<WebGpuProbe>}
+ */
+export declare function probeWebGpu(): Promise<WebGpuProbe>;
