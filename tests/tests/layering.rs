@@ -1,5 +1,5 @@
 //! The arrows between the crates, and what may never reach a browser.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,14 +10,26 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft", &["deepsft-geometry"]),
     ("deepsft-synth", &["deepsft-geometry"]),
     ("deepsft-train", &["deepsft", "deepsft-synth", "deepsft-geometry"]),
-    ("deepsft-cli", &["deepsft", "deepsft-synth", "deepsft-train", "deepsft-geometry"]),
+    (
+        "deepsft-cli",
+        &["deepsft", "deepsft-synth", "deepsft-train", "deepsft-geometry"],
+    ),
     ("deepsft-web", &["deepsft", "deepsft-geometry"]),
     ("xtask", &[]),
 ];
 
 /// Crates that must not be in the tree of the browser build.
-const NEVER_IN_THE_BROWSER: &[&str] =
-    &["deepsft-train", "deepsft-synth", "deepsft-cli", "clap", "anyhow", "rayon", "indicatif", "burn-autodiff", "burn-optim"];
+const NEVER_IN_THE_BROWSER: &[&str] = &[
+    "deepsft-train",
+    "deepsft-synth",
+    "deepsft-cli",
+    "clap",
+    "anyhow",
+    "rayon",
+    "indicatif",
+    "burn-autodiff",
+    "burn-optim",
+];
 
 /// The packages of the workspace as `cargo metadata` describes them.
 fn packages() -> Vec<Value> {
@@ -47,11 +59,16 @@ fn no_crate_uses_another_than_the_arrows_allow() {
     let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
     for package in packages.iter().filter(|p| text(p, "name") != "deepsft-tests") {
         let name = text(package, "name");
-        let arrows = allowed.get(name).unwrap_or_else(|| panic!("{name} is not in the map of crates"));
+        let arrows = allowed
+            .get(name)
+            .unwrap_or_else(|| panic!("{name} is not in the map of crates"));
         // The kind of a normal dependency is null.
         for dependency in dependencies(package).iter().filter(|d| d["kind"].is_null()) {
             let used = text(dependency, "name");
-            assert!(!ours.contains(used) || arrows.contains(&used), "{name} must not use {used}");
+            assert!(
+                !ours.contains(used) || arrows.contains(&used),
+                "{name} must not use {used}"
+            );
         }
     }
 }
@@ -62,8 +79,14 @@ fn every_dependency_is_pinned_exactly_and_none_comes_from_git() {
         for dependency in dependencies(package).iter().filter(|d| d["path"].is_null()) {
             let (name, used) = (text(package, "name"), text(dependency, "name"));
             let version = text(dependency, "req");
-            assert!(version.starts_with('='), "{used} of {name} is not pinned exactly: {version}");
-            assert!(!text(dependency, "source").starts_with("git"), "{used} of {name} comes from git");
+            assert!(
+                version.starts_with('='),
+                "{used} of {name} is not pinned exactly: {version}"
+            );
+            assert!(
+                !text(dependency, "source").starts_with("git"),
+                "{used} of {name} comes from git"
+            );
         }
     }
 }
@@ -72,14 +95,25 @@ fn every_dependency_is_pinned_exactly_and_none_comes_from_git() {
 fn the_browser_tree_holds_no_training_and_no_tools_of_the_terminal() {
     let output = std::process::Command::new(env!("CARGO"))
         .current_dir(deepsft_tests::root())
-        .args(["tree", "--offline", "--locked", "--package", "deepsft-web", "--target", "wasm32-unknown-unknown"])
+        .args([
+            "tree",
+            "--offline",
+            "--locked",
+            "--package",
+            "deepsft-web",
+            "--target",
+            "wasm32-unknown-unknown",
+        ])
         .args(["--edges", "normal", "--prefix", "none", "--format", "{p}"])
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let tree = String::from_utf8(output.stdout).unwrap();
     let names: BTreeSet<&str> = tree.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    assert!(names.contains("deepsft") && names.contains("burn"), "the tree was not read");
+    assert!(
+        names.contains("deepsft") && names.contains("burn"),
+        "the tree was not read"
+    );
     for name in NEVER_IN_THE_BROWSER {
         assert!(!names.contains(name), "{name} reaches the browser");
     }

@@ -1,5 +1,5 @@
 //! Every shipped model loads, and does on unseen frames what its card says.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -17,15 +17,20 @@ const SLACK: f64 = 1.5;
 
 fn bundles() -> Vec<(PathBuf, ModelBundle)> {
     let folders = std::fs::read_dir(deepsft_tests::root().join("models")).unwrap();
-    let folders: Vec<PathBuf> = folders.map(|e| e.unwrap().path()).filter(|p| p.join(MODEL_FILE).is_file()).collect();
+    let folders: Vec<PathBuf> = folders
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.join(MODEL_FILE).is_file())
+        .collect();
     assert!(!folders.is_empty(), "no model is shipped");
     folders
         .into_iter()
         .map(|folder| {
             let description = std::fs::read(folder.join(MODEL_FILE)).unwrap();
             let names = ModelBundle::file_names(&description).unwrap();
-            let mut files: BTreeMap<String, Vec<u8>> =
-                names.into_iter().map(|(name, _)| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect();
+            let mut files: BTreeMap<String, Vec<u8>> = names
+                .into_iter()
+                .map(|(name, _)| (name.clone(), std::fs::read(folder.join(name)).unwrap()))
+                .collect();
             files.insert(MODEL_FILE.to_owned(), description);
             let bundle = ModelBundle::from_files(&files).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
             (folder, bundle)
@@ -40,15 +45,23 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         let estimator = Estimator::new(&bundle, &device).unwrap();
         let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
         let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
-        let summary = Evaluation::run(&estimator, bundle.template(), samples, |_, _, _| {}).unwrap().summary();
+        let summary = Evaluation::run(&estimator, bundle.template(), samples, |_, _, _| {})
+            .unwrap()
+            .summary();
         let accuracy = &bundle.card().accuracy;
         let pixels = summary.median.registration_rmse_px.unwrap();
         let depth = summary.median.depth_rmse_mm.unwrap();
         let iou = summary.mean.mask_iou.unwrap();
         let name = folder.display();
-        assert!(pixels <= SLACK * accuracy.registration_rmse_px.unwrap(), "{name}: {pixels} px");
+        assert!(
+            pixels <= SLACK * accuracy.registration_rmse_px.unwrap(),
+            "{name}: {pixels} px"
+        );
         assert!(depth <= SLACK * accuracy.depth_rmse_mm.unwrap(), "{name}: {depth} mm");
-        assert!(1.0 - iou <= SLACK * (1.0 - accuracy.mask_iou.unwrap()), "{name}: IoU {iou}");
+        assert!(
+            1.0 - iou <= SLACK * (1.0 - accuracy.mask_iou.unwrap()),
+            "{name}: IoU {iou}"
+        );
     }
 }
 

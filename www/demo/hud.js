@@ -4,8 +4,8 @@ import { depthTicks, heatGradient } from "./heat.js";
 
 /** @import { EngineInfo, Estimate, SourcedCamera } from "deepsft" */
 
-/** Weight of the newest frame in the running means that are shown. */
-const NEWEST = 0.15;
+/** Seconds over which the figures are averaged, so that they can be read. */
+const MEAN_SECONDS = 1.5;
 
 /** Where intrinsics come from, in words. */
 const SOURCE_WORDS = {
@@ -35,14 +35,15 @@ function element(selector) {
 export class Hud {
   /** @type {Map<string, number>} running means by name */
   #means = new Map();
-  #lastFrame = Number.NaN;
+  #lastFrame = 0;
+  #frames = 0;
   /** @type {EngineInfo | null} */
   #engine = null;
 
   /** Forgets the means of the last source. */
   reset() {
     this.#means.clear();
-    this.#lastFrame = Number.NaN;
+    this.#frames = 0;
     element("#fps").textContent = "–";
     element("#state").dataset.state = "waiting";
     element("#state-text").textContent = "Warming up";
@@ -54,7 +55,7 @@ export class Hud {
     this.#engine = info;
     const kind = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
     element("#device").textContent = kind;
-    element("#adapter").textContent = info.adapterName;
+    element("#adapter").textContent = info.adapterName.replace(/^CPU \((.*)\)$/, "$1");
     element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
     element("#fallback").textContent = info.fallback ? info.fallback.message : "";
     element("#fallback-row").hidden = !info.fallback;
@@ -68,16 +69,20 @@ export class Hud {
     const { captureMs, warpMs, networkMs, judgeMs } = estimate.times;
     const stages = { capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs };
     const total = Object.values(stages).reduce((sum, ms) => sum + ms, 0);
+    const now = performance.now();
+    // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
+    const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
+    const weight = 1 - Math.exp(-interval / 1000 / MEAN_SECONDS);
     for (const [name, ms] of Object.entries(stages)) {
-      const mean = this.#mean(name, ms);
+      const mean = this.#mean(name, ms, weight);
       element(`#${name}-ms`).textContent = mean.toFixed(mean < 9.95 ? 1 : 0);
       element(`#${name}-bar`).style.flexGrow = String(ms / total);
     }
-    const now = performance.now();
-    if (Number.isFinite(this.#lastFrame)) {
-      const rate = 1000 / this.#mean("interval", now - this.#lastFrame);
+    if (this.#frames > 0) {
+      const rate = 1000 / this.#mean("interval", now - this.#lastFrame, weight);
       element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
     }
+    this.#frames++;
     this.#lastFrame = now;
     this.#showState(estimate);
     this.#showCamera(estimate.camera);
@@ -121,10 +126,11 @@ export class Hud {
   /**
    * @param {string} name
    * @param {number} value
+   * @param {number} weight of the value against the mean so far
    */
-  #mean(name, value) {
+  #mean(name, value, weight) {
     const before = this.#means.get(name) ?? value;
-    const mean = before + NEWEST * (value - before);
+    const mean = before + weight * (value - before);
     this.#means.set(name, mean);
     return mean;
   }

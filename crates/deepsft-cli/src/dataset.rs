@@ -148,7 +148,7 @@ mod tests {
         let place = above.path().join("set");
         written(&place, 2, 3);
         let description = open(&place).unwrap();
-        let last = |camera| self::samples(&place, &description, camera).last().unwrap().map(|_| ());
+        let last = |camera| samples(&place, &description, camera).last().unwrap().map(|_| ());
         let message = |error: anyhow::Error| crate::failure::message(&error);
         assert!(message(last(training_camera()).unwrap_err()).contains("hold 2 samples, its description says 3"));
         let other = training_camera().resized(960, 540).unwrap();

@@ -48,15 +48,41 @@ impl Camera {
     /// or a number that is not finite.
     pub fn pinhole(width: u32, height: u32, fx: f64, fy: f64, cx: f64, cy: f64) -> Result<Self, GeometryError> {
         let check = |parameter, actual: f64, valid, expected| {
-            if valid { Ok(()) } else { Err(GeometryError::CameraParameter { parameter, actual, expected }) }
+            if valid {
+                Ok(())
+            } else {
+                Err(GeometryError::CameraParameter {
+                    parameter,
+                    actual,
+                    expected,
+                })
+            }
         };
         check("width", f64::from(width), width > 0, "at least 1 pixel")?;
         check("height", f64::from(height), height > 0, "at least 1 pixel")?;
-        check("fx", fx, fx.is_finite() && fx > 0.0, "a positive finite focal length in pixels")?;
-        check("fy", fy, fy.is_finite() && fy > 0.0, "a positive finite focal length in pixels")?;
+        check(
+            "fx",
+            fx,
+            fx.is_finite() && fx > 0.0,
+            "a positive finite focal length in pixels",
+        )?;
+        check(
+            "fy",
+            fy,
+            fy.is_finite() && fy > 0.0,
+            "a positive finite focal length in pixels",
+        )?;
         check("cx", cx, cx.is_finite(), "a finite principal point in pixels")?;
         check("cy", cy, cy.is_finite(), "a finite principal point in pixels")?;
-        Ok(Self { width, height, fx, fy, cx, cy, distortion: [0.0; 5] })
+        Ok(Self {
+            width,
+            height,
+            fx,
+            fy,
+            cx,
+            cy,
+            distortion: [0.0; 5],
+        })
     }
 
     /// The same camera with OpenCV's distortion coefficients (k1, k2, p1, p2, k3).
@@ -66,7 +92,11 @@ impl Camera {
     pub fn with_distortion(mut self, distortion: [f64; 5]) -> Result<Self, GeometryError> {
         for (parameter, actual) in DISTORTION_NAMES.into_iter().zip(distortion) {
             if !actual.is_finite() {
-                return Err(GeometryError::CameraParameter { parameter, actual, expected: "a finite coefficient" });
+                return Err(GeometryError::CameraParameter {
+                    parameter,
+                    actual,
+                    expected: "a finite coefficient",
+                });
             }
         }
         self.distortion = distortion;
@@ -81,7 +111,14 @@ impl Camera {
     pub fn typical(width: u32, height: u32) -> Result<Self, GeometryError> {
         let focal = TYPICAL_FOCAL_SHARE * f64::from(width.max(height));
         let focal = if focal > 0.0 { focal } else { 1.0 };
-        Self::pinhole(width, height, focal, focal, f64::from(width) / 2.0, f64::from(height) / 2.0)
+        Self::pinhole(
+            width,
+            height,
+            focal,
+            focal,
+            f64::from(width) / 2.0,
+            f64::from(height) / 2.0,
+        )
     }
 
     /// The same camera for an image resized to `width` x `height`: intrinsics scale with the sides.
@@ -89,11 +126,15 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
     pub fn resized(&self, width: u32, height: u32) -> Result<Self, GeometryError> {
-        let (sx, sy) = (f64::from(width) / f64::from(self.width), f64::from(height) / f64::from(self.height));
+        let (sx, sy) = (
+            f64::from(width) / f64::from(self.width),
+            f64::from(height) / f64::from(self.height),
+        );
         if width == 0 || height == 0 {
             return Self::pinhole(width, height, self.fx, self.fy, self.cx, self.cy);
         }
-        Self::pinhole(width, height, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)?.with_distortion(self.distortion)
+        Self::pinhole(width, height, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)?
+            .with_distortion(self.distortion)
     }
 
     /// Image width, pixels.
@@ -178,12 +219,21 @@ mod tests {
             assert!(error.to_string().starts_with("camera fx is"), "{error}");
         }
         let camera = Camera::pinhole(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap();
-        assert!(camera.with_distortion([0.0, f64::NAN, 0.0, 0.0, 0.0]).unwrap_err().to_string().contains("k2"));
+        assert!(
+            camera
+                .with_distortion([0.0, f64::NAN, 0.0, 0.0, 0.0])
+                .unwrap_err()
+                .to_string()
+                .contains("k2")
+        );
     }
 
     #[test]
     fn undistorting_a_distorted_ray_gives_it_back() {
-        let camera = Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0).unwrap().with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01]).unwrap();
+        let camera = Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0)
+            .unwrap()
+            .with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01])
+            .unwrap();
         for (x, y) in [(0.0, 0.0), (0.3, -0.2), (-0.5, 0.4)] {
             let ray = DVec2::new(x, y);
             assert!((camera.ray_from_pixel(camera.pixel_from_ray(ray)) - ray).length() < 1e-9);
@@ -195,7 +245,10 @@ mod tests {
         // r2 = 0.04 + 0.01 = 0.05; radial = 1 + 0.1 * 0.05 = 1.005;
         // x' = 0.2 * 1.005 + 2 * 0.01 * 0.02 + 0.02 * (0.05 + 0.08) = 0.204
         // y' = 0.1 * 1.005 + 0.01 * (0.05 + 0.02) + 2 * 0.02 * 0.02 = 0.102
-        let camera = Camera::pinhole(100, 100, 100.0, 100.0, 50.0, 50.0).unwrap().with_distortion([0.1, 0.0, 0.01, 0.02, 0.0]).unwrap();
+        let camera = Camera::pinhole(100, 100, 100.0, 100.0, 50.0, 50.0)
+            .unwrap()
+            .with_distortion([0.1, 0.0, 0.01, 0.02, 0.0])
+            .unwrap();
         let pixel = camera.pixel_from_ray(DVec2::new(0.2, 0.1));
         assert!((pixel - DVec2::new(70.4, 60.2)).length() < 1e-12, "{pixel}");
     }

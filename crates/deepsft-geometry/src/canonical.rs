@@ -22,8 +22,15 @@ const MOST_TAPS: usize = 16;
 /// The camera K_train that synthetic data is rendered with: 480 x 270 pixels, f = 380, centred.
 pub fn training_camera() -> Camera {
     #[expect(clippy::expect_used, reason = "constants, checked by a test")]
-    Camera::pinhole(CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32, TRAINING_FOCAL, TRAINING_FOCAL, 240.0, 135.0)
-        .expect("constant intrinsics are valid")
+    Camera::pinhole(
+        CANONICAL_WIDTH as u32,
+        CANONICAL_HEIGHT as u32,
+        TRAINING_FOCAL,
+        TRAINING_FOCAL,
+        240.0,
+        135.0,
+    )
+    .expect("constant intrinsics are valid")
 }
 
 /// Where each pixel of the canonical image lies in a camera's image.
@@ -41,7 +48,11 @@ impl CanonicalWarp {
     /// The warp from `source` images to `canonical` ones.
     pub fn new(source: &Camera, canonical: &Camera) -> Self {
         let scale = (source.focal() / canonical.focal()).max_element();
-        Self { source: *source, canonical: *canonical, taps: (scale.ceil() as usize).clamp(1, MOST_TAPS) }
+        Self {
+            source: *source,
+            canonical: *canonical,
+            taps: (scale.ceil() as usize).clamp(1, MOST_TAPS),
+        }
     }
 
     /// The source camera.
@@ -77,20 +88,28 @@ impl CanonicalWarp {
         }
         let limit = DVec2::new(expected.0 as f64, expected.1 as f64);
         let step = 1.0 / self.taps as f64;
-        Ok(Picture::from_fn(self.canonical.width() as usize, self.canonical.height() as usize, |x, y| {
-            let mut sum = [0.0_f32; 3];
-            for tap in 0..self.taps * self.taps {
-                let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
-                let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
-                let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all();
-                let color = if inside { picture.sample(at.x, at.y) } else { [f32::from(OUTSIDE_IMAGE); 3] };
-                for (s, c) in sum.iter_mut().zip(color) {
-                    *s += c;
+        Ok(Picture::from_fn(
+            self.canonical.width() as usize,
+            self.canonical.height() as usize,
+            |x, y| {
+                let mut sum = [0.0_f32; 3];
+                for tap in 0..self.taps * self.taps {
+                    let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
+                    let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
+                    let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all();
+                    let color = if inside {
+                        picture.sample(at.x, at.y)
+                    } else {
+                        [f32::from(OUTSIDE_IMAGE); 3]
+                    };
+                    for (s, c) in sum.iter_mut().zip(color) {
+                        *s += c;
+                    }
                 }
-            }
-            let taps = (self.taps * self.taps) as f32;
-            sum.map(|s| (s / taps + 0.5) as u8)
-        }))
+                let taps = (self.taps * self.taps) as f32;
+                sum.map(|s| (s / taps + 0.5) as u8)
+            },
+        ))
     }
 }
 
@@ -123,7 +142,10 @@ mod tests {
         let warped = CanonicalWarp::new(&source, &camera).apply(&picture).unwrap();
         for (x, y) in [(0, 0), (479, 269), (17, 200)] {
             for k in 0..3 {
-                let sum: u32 = [(0, 0), (1, 0), (0, 1), (1, 1)].iter().map(|(i, j)| u32::from(picture.pixel(2 * x + i, 2 * y + j)[k])).sum();
+                let sum: u32 = [(0, 0), (1, 0), (0, 1), (1, 1)]
+                    .iter()
+                    .map(|(i, j)| u32::from(picture.pixel(2 * x + i, 2 * y + j)[k]))
+                    .sum();
                 assert_eq!(u32::from(warped.pixel(x, y)[k]), (sum + 2) / 4, "pixel ({x}, {y})");
             }
         }
@@ -143,7 +165,10 @@ mod tests {
 
     #[test]
     fn warping_there_and_back_is_the_identity() {
-        let source = Camera::pinhole(1280, 720, 1010.0, 1000.0, 650.0, 355.0).unwrap().with_distortion([-0.1, 0.02, 1e-3, -1e-3, 0.0]).unwrap();
+        let source = Camera::pinhole(1280, 720, 1010.0, 1000.0, 650.0, 355.0)
+            .unwrap()
+            .with_distortion([-0.1, 0.02, 1e-3, -1e-3, 0.0])
+            .unwrap();
         let warp = CanonicalWarp::new(&source, &training_camera());
         let p = DVec2::new(101.5, 44.5);
         assert!((warp.canonical_from_source(warp.source_from_canonical(p)) - p).length() < 1e-8);

@@ -16,6 +16,8 @@
 //!
 //! This crate opens no file, reads no clock and starts no thread.
 
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
 mod camera;
 mod canonical;
 mod error;

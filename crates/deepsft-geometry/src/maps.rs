@@ -19,20 +19,38 @@ impl Maps {
     /// Maps of `width` x `height` pixels in which nothing is seen.
     pub fn empty(width: usize, height: usize) -> Self {
         let pixels = width * height;
-        Self { width, height, depth: vec![OUTSIDE; pixels], registration: vec![[OUTSIDE; 2]; pixels] }
+        Self {
+            width,
+            height,
+            depth: vec![OUTSIDE; pixels],
+            registration: vec![[OUTSIDE; 2]; pixels],
+        }
     }
 
     /// Takes both maps, row-major.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when a map does not have `width * height` entries.
-    pub fn new(width: usize, height: usize, depth: Vec<f32>, registration: Vec<[f32; 2]>) -> Result<Self, GeometryError> {
+    pub fn new(
+        width: usize,
+        height: usize,
+        depth: Vec<f32>,
+        registration: Vec<[f32; 2]>,
+    ) -> Result<Self, GeometryError> {
         for length in [depth.len(), registration.len()] {
             if length != width * height {
-                return Err(GeometryError::MapSize { actual: (length, 1), expected: (width, height) });
+                return Err(GeometryError::MapSize {
+                    actual: (length, 1),
+                    expected: (width, height),
+                });
             }
         }
-        Ok(Self { width, height, depth, registration })
+        Ok(Self {
+            width,
+            height,
+            depth,
+            registration,
+        })
     }
 
     /// Columns.

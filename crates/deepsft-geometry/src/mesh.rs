@@ -19,19 +19,36 @@ impl TriangleMesh {
     /// # Errors
     /// [`GeometryError`] when the arrays differ in length, a number is not finite or a face names a
     /// vertex that is not there.
-    pub fn new(vertices: Vec<DVec3>, texture_coordinates: Vec<DVec2>, faces: Vec<[usize; 3]>) -> Result<Self, GeometryError> {
+    pub fn new(
+        vertices: Vec<DVec3>,
+        texture_coordinates: Vec<DVec2>,
+        faces: Vec<[usize; 3]>,
+    ) -> Result<Self, GeometryError> {
         if vertices.len() != texture_coordinates.len() {
-            return Err(GeometryError::TextureCoordinates { actual: texture_coordinates.len(), expected: vertices.len() });
+            return Err(GeometryError::TextureCoordinates {
+                actual: texture_coordinates.len(),
+                expected: vertices.len(),
+            });
         }
-        if let Some(vertex) = (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite()) {
+        if let Some(vertex) =
+            (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
+        {
             return Err(GeometryError::VertexNotFinite { vertex });
         }
         for (face, corners) in faces.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&v| v >= vertices.len()) {
-                return Err(GeometryError::FaceIndex { face, vertex, vertices: vertices.len() });
+                return Err(GeometryError::FaceIndex {
+                    face,
+                    vertex,
+                    vertices: vertices.len(),
+                });
             }
         }
-        Ok(Self { vertices, texture_coordinates, faces })
+        Ok(Self {
+            vertices,
+            texture_coordinates,
+            faces,
+        })
     }
 
     /// Vertex positions, mm, in the frame the owner names.

@@ -28,7 +28,12 @@ impl Picture {
         }
         let expected = 3 * width * height;
         if rgb.len() != expected {
-            return Err(GeometryError::PictureSize { width, height, actual: rgb.len(), expected });
+            return Err(GeometryError::PictureSize {
+                width,
+                height,
+                actual: rgb.len(),
+                expected,
+            });
         }
         Ok(Self { width, height, rgb })
     }

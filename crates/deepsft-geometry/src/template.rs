@@ -57,7 +57,14 @@ impl Template {
             }
         }
         let mesh = TriangleMesh::new(vertices, texture_coordinates, faces)?;
-        Ok(Self { width_mm, height_mm, columns, rows, mesh, texture })
+        Ok(Self {
+            width_mm,
+            height_mm,
+            columns,
+            rows,
+            mesh,
+            texture,
+        })
     }
 
     /// Width and height of the sheet, mm.
@@ -102,7 +109,10 @@ mod tests {
         let (columns, rows) = template.grid();
         assert_eq!(mesh.vertices().len(), columns * rows);
         assert_eq!(mesh.vertices()[0], DVec3::new(-148.5, -105.0, 0.0));
-        assert_eq!(template.point_template(DVec2::new(1.0, 0.5)), DVec3::new(148.5, 0.0, 0.0));
+        assert_eq!(
+            template.point_template(DVec2::new(1.0, 0.5)),
+            DVec3::new(148.5, 0.0, 0.0)
+        );
         let mut area = 0.0;
         for &[a, b, c] in mesh.faces() {
             let v = mesh.vertices();
@@ -117,7 +127,10 @@ mod tests {
     fn a_sheet_without_a_size_is_refused() {
         for width in [0.0, -3.0, f64::NAN, f64::INFINITY] {
             let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
-            assert!(matches!(Template::thin_shell(picture, width, 10.0), Err(GeometryError::TemplateSize { side: "width", .. })));
+            assert!(matches!(
+                Template::thin_shell(picture, width, 10.0),
+                Err(GeometryError::TemplateSize { side: "width", .. })
+            ));
         }
     }
 }

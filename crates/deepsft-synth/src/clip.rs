@@ -172,7 +172,11 @@ impl<'a> ClipMotion<'a> {
         let [near, far] = APEX_DIAGONALS.map(|diagonals| 2.0 * radius * diagonals);
         let distance = middle([near, far], self.apex.at(phase));
         let towards_apex = DVec2::from_angle(FRAC_PI_2 + self.config.max_ruling_rad * self.ruling.at(phase));
-        let rulings = Rulings::Conical { apex: towards_apex * distance, ray: -towards_apex, turn: 1.0 };
+        let rulings = Rulings::Conical {
+            apex: towards_apex * distance,
+            ray: -towards_apex,
+            turn: 1.0,
+        };
         // The rulings that meet the circle around the sheet.
         let reach = (radius / distance).asin();
         let (arch, wave) = (ONE_SIDED * self.arch.at(phase), (1.0 - ONE_SIDED) * self.wave.at(phase));
@@ -214,15 +218,24 @@ impl Swing {
     fn sample<R: Rng + ?Sized>(rng: &mut R) -> Self {
         let phases = HARMONICS.map(|_| between([0.0, TAU], rng));
         let mut swing = Self { phases, scale: 1.0 };
-        let peak = (0..PEAK_STEPS).map(|i| swing.at(i as f64 / PEAK_STEPS as f64).abs()).fold(0.0, f64::max);
+        let peak = (0..PEAK_STEPS)
+            .map(|i| swing.at(i as f64 / PEAK_STEPS as f64).abs())
+            .fold(0.0, f64::max);
         // The first harmonic is higher than the others together: the peak is not near zero.
         swing.scale = 1.0 / peak;
         swing
     }
 
     fn at(&self, phase: f64) -> f64 {
-        let harmonic = |(k, (height, start)): (usize, (&f64, &f64))| height * (TAU * (k + 1) as f64 * phase + start).sin();
-        self.scale * HARMONICS.iter().zip(&self.phases).enumerate().map(harmonic).sum::<f64>()
+        let harmonic =
+            |(k, (height, start)): (usize, (&f64, &f64))| height * (TAU * (k + 1) as f64 * phase + start).sin();
+        self.scale
+            * HARMONICS
+                .iter()
+                .zip(&self.phases)
+                .enumerate()
+                .map(harmonic)
+                .sum::<f64>()
     }
 }
 
@@ -255,13 +268,18 @@ mod tests {
 
     fn frames(template: &Template, seed: u64, count: usize) -> Vec<Vec<DVec3>> {
         let motion = ClipMotion::new(template, &training_camera(), ClipConfig::default(), seed);
-        (0..count).map(|k| motion.vertices_camera(k as f64 / count as f64)).collect()
+        (0..count)
+            .map(|k| motion.vertices_camera(k as f64 / count as f64))
+            .collect()
     }
 
     /// The longest way of a vertex from a frame to the next, the last frame's next being the first.
     fn longest_step(frames: &[Vec<DVec3>]) -> f64 {
         let next = frames.iter().cycle().skip(1);
-        let steps = frames.iter().zip(next).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.distance(*b)));
+        let steps = frames
+            .iter()
+            .zip(next)
+            .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.distance(*b)));
         steps.fold(0.0, f64::max)
     }
 
@@ -271,7 +289,10 @@ mod tests {
         for seed in seeds() {
             for (k, vertices) in frames(&template, seed, FRAMES / 4).iter().enumerate() {
                 let change = edge_length_change(template.mesh(), vertices);
-                assert!(change.median < 0.01 && change.p95 < 0.03, "seed {seed}, frame {k}: {change:?}");
+                assert!(
+                    change.median < 0.01 && change.p95 < 0.03,
+                    "seed {seed}, frame {k}: {change:?}"
+                );
             }
         }
     }
@@ -297,7 +318,10 @@ mod tests {
             let mut in_view = 0.0;
             for vertices in frames(&template, seed, FRAMES / 4) {
                 let centroid = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
-                assert!((near - 1e-9..far + 1e-9).contains(&centroid.z), "seed {seed}: {centroid}");
+                assert!(
+                    (near - 1e-9..far + 1e-9).contains(&centroid.z),
+                    "seed {seed}: {centroid}"
+                );
                 let share = crate::share_in_view(&camera, &vertices, &DAffine3::IDENTITY);
                 assert!(share > 0.75, "seed {seed}: {share}");
                 in_view += share / (FRAMES / 4) as f64;
@@ -321,14 +345,19 @@ mod tests {
             let mut reliefs = Vec::new();
             for k in 0..FRAMES / 4 {
                 let mut vertices = template.mesh().vertices().to_vec();
-                motion.bend(k as f64 / 40.0).apply(template.mesh().vertices(), &mut vertices);
+                motion
+                    .bend(k as f64 / 40.0)
+                    .apply(template.mesh().vertices(), &mut vertices);
                 face_front(template.mesh(), &mut vertices);
                 let mean = |i: usize| (0..rows).map(|j| vertices[j * columns + i].z).sum::<f64>() / rows as f64;
                 reliefs.push(mean(columns / 2) - (mean(0) + mean(columns - 1)) / 2.0);
             }
             let bent = reliefs.iter().filter(|relief| relief.abs() > 5.0).count();
             assert!(bent > 24, "seed {seed}: bent in {bent} of 40 frames: {reliefs:.1?}");
-            assert!(reliefs.iter().any(|r| *r > 5.0) && reliefs.iter().any(|r| *r < -5.0), "seed {seed}: {reliefs:.1?}");
+            assert!(
+                reliefs.iter().any(|r| *r > 5.0) && reliefs.iter().any(|r| *r < -5.0),
+                "seed {seed}: {reliefs:.1?}"
+            );
         }
     }
 
@@ -345,7 +374,9 @@ mod tests {
         let mut rng = generator(FIRST_CLIP_SEED, 1, Stream::Motion);
         for _ in 0..50 {
             let swing = Swing::sample(&mut rng);
-            let peak = (0..5000).map(|i| swing.at(f64::from(i) / 5000.0).abs()).fold(0.0, f64::max);
+            let peak = (0..5000)
+                .map(|i| swing.at(f64::from(i) / 5000.0).abs())
+                .fold(0.0, f64::max);
             assert!((1.0..1.001).contains(&peak), "{peak}");
             assert!((swing.at(0.3) - swing.at(1.3)).abs() < 1e-12);
         }

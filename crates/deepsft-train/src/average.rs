@@ -15,12 +15,20 @@ pub struct WeightAverage {
 impl WeightAverage {
     /// An average that starts at `network`; `decay` a step in the long run.
     pub fn new<M: Module>(network: &M, decay: f64) -> Self {
-        Self { decay, steps: 0, values: weights(network) }
+        Self {
+            decay,
+            steps: 0,
+            values: weights(network),
+        }
     }
 
     /// Continues an average that was saved as a network after `steps` steps.
     pub fn resume<M: Module>(average: &M, decay: f64, steps: u64) -> Self {
-        Self { decay, steps, values: weights(average) }
+        Self {
+            decay,
+            steps,
+            values: weights(average),
+        }
     }
 
     /// Takes in the weights after a step.
@@ -37,7 +45,9 @@ impl WeightAverage {
 
     /// `network` with the averaged weights.
     pub fn apply<M: Module>(&self, network: M) -> M {
-        network.map(&mut Replace { values: self.values.iter() })
+        network.map(&mut Replace {
+            values: self.values.iter(),
+        })
     }
 }
 

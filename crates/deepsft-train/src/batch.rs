@@ -19,13 +19,21 @@ pub struct BatchShape {
 impl BatchShape {
     /// Whole frames: 480 x 270 padded to 480 x 272.
     pub const fn whole_frames(frames: usize) -> Self {
-        Self { frames, width: 480, height: 272 }
+        Self {
+            frames,
+            width: 480,
+            height: 272,
+        }
     }
 
     /// Windows that are cut from one synthetic frame: two of a window well smaller than the frame
     /// (rendering is a large part of the cost of a small window), one otherwise.
     pub const fn windows_a_frame(&self) -> u64 {
-        if 2 * self.width * self.height <= 480 * 270 { 2 } else { 1 }
+        if 2 * self.width * self.height <= 480 * 270 {
+            2
+        } else {
+            1
+        }
     }
 }
 
@@ -88,7 +96,11 @@ impl Batch {
         for channel in 0..3 {
             for y in top..top + height {
                 for x in left..left + width {
-                    let value = if inside(x, y) { image.rgb()[3 * (y * image.width() + x) + channel] } else { 0 };
+                    let value = if inside(x, y) {
+                        image.rgb()[3 * (y * image.width() + x) + channel]
+                    } else {
+                        0
+                    };
                     self.images.push(f32::from(value) / 255.0);
                 }
             }
@@ -128,7 +140,8 @@ impl Batch {
         let n = self.frames();
         let BatchShape { width, height, .. } = self.shape;
         let (h, w) = (height / PIXELS_PER_CELL, width / PIXELS_PER_CELL);
-        let tensor = |values: Vec<f32>, shape: [usize; 4]| Tensor::<4>::from_data(TensorData::new(values, shape), device);
+        let tensor =
+            |values: Vec<f32>, shape: [usize; 4]| Tensor::<4>::from_data(TensorData::new(values, shape), device);
         let [u, v, d] = self.bin_targets;
         let bins = |values, k: usize| tensor(values, [n, self.bins[k], h / 2, w / 2]);
         BatchTensors {

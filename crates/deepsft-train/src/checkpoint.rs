@@ -71,7 +71,9 @@ impl CheckpointFolder {
 
     /// The newest whole checkpoint, if there is one.
     fn existing(&self) -> Option<PathBuf> {
-        [self.folder.clone(), self.beside(".old")].into_iter().find(|f| f.join(STATE).is_file())
+        [self.folder.clone(), self.beside(".old")]
+            .into_iter()
+            .find(|f| f.join(STATE).is_file())
     }
 
     /// Saves a checkpoint.
@@ -99,13 +101,18 @@ impl CheckpointFolder {
         ];
         for (name, bytes) in files {
             let path = fresh.join(name);
-            let bytes = bytes.map_err(|reason| TrainError::Checkpoint { reason, path: path.clone() })?;
+            let bytes = bytes.map_err(|reason| TrainError::Checkpoint {
+                reason,
+                path: path.clone(),
+            })?;
             fs::write(&path, &bytes[..]).map_err(|e| failure("cannot write", &e, &path))?;
         }
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
-        let json = serde_json::to_vec_pretty(state)
-            .map_err(|e| TrainError::Checkpoint { reason: e.to_string(), path: path.clone() })?;
+        let json = serde_json::to_vec_pretty(state).map_err(|e| TrainError::Checkpoint {
+            reason: e.to_string(),
+            path: path.clone(),
+        })?;
         fs::write(&path, json).map_err(|e| failure("cannot write", &e, &path))?;
         if old.exists() {
             fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
@@ -134,18 +141,30 @@ impl CheckpointFolder {
             let path = folder.join(name);
             fs::read(&path).map_err(|e| failure("cannot read", &e, &path))
         };
-        let broken = |name: &str, reason: String| TrainError::Checkpoint { reason, path: folder.join(name) };
+        let broken = |name: &str, reason: String| TrainError::Checkpoint {
+            reason,
+            path: folder.join(name),
+        };
         let state: Checkpoint = serde_json::from_slice(&bytes(STATE)?).map_err(|e| broken(STATE, e.to_string()))?;
         if state.fingerprint != fingerprint {
-            return Err(TrainError::CheckpointMismatch { what: "template or configuration", path: folder });
+            return Err(TrainError::CheckpointMismatch {
+                what: "template or configuration",
+                path: folder,
+            });
         }
         if state.seed != seed {
-            return Err(TrainError::CheckpointMismatch { what: "seed", path: folder });
+            return Err(TrainError::CheckpointMismatch {
+                what: "seed",
+                path: folder,
+            });
         }
         let load = |name: &str| -> Result<Network, TrainError> {
             let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
             let record = record.map_err(|e| broken(name, e.to_string()))?;
-            network.clone().try_load_record(record).map_err(|e| broken(name, e.to_string()))
+            network
+                .clone()
+                .try_load_record(record)
+                .map_err(|e| broken(name, e.to_string()))
         };
         let (loaded, average) = (load(NETWORK)?, load(AVERAGE)?);
         let optimizer = optimizer
@@ -156,5 +175,8 @@ impl CheckpointFolder {
 }
 
 fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
-    TrainError::Checkpoint { reason: format!("{what}: {error}"), path: path.to_path_buf() }
+    TrainError::Checkpoint {
+        reason: format!("{what}: {error}"),
+        path: path.to_path_buf(),
+    }
 }

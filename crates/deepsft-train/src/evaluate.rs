@@ -3,8 +3,8 @@
 use crate::TrainError;
 use burn::tensor::Device;
 use deepsft::{Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
-use deepsft_geometry::{Template, photometric_error};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_geometry::{Template, photometric_error};
 use deepsft_synth::{Sample, Synthesizer};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -104,7 +104,11 @@ impl Evaluation {
         let shown = self.shown().count();
         let empty = self.frames.len() - shown;
         let found = self.shown().filter(|f| f.judgement.found).count();
-        let flagged = self.frames.iter().filter(|f| !f.has_template && !f.judgement.found).count();
+        let flagged = self
+            .frames
+            .iter()
+            .filter(|f| !f.has_template && !f.judgement.found)
+            .count();
         let figures = |pick: fn(Summary) -> f64| {
             let of = |metric: fn(&FrameMetrics) -> Option<f64>| self.summary_of(metric).map(pick);
             Figures {
@@ -152,7 +156,10 @@ impl FrameResult {
 
 /// Samples `0..count` of `seed`, made on all cores.
 pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
-    (0..count).into_par_iter().map(|index| synthesizer.sample(seed, index)).collect()
+    (0..count)
+        .into_par_iter()
+        .map(|index| synthesizer.sample(seed, index))
+        .collect()
 }
 
 /// Metrics of a bare network on each sample that shows the template: what a training watches.
@@ -163,7 +170,12 @@ pub(crate) fn watch(network: &Network, samples: &[Sample], device: &Device) -> R
         let output = network.forward(images_to_tensor(&[&sample.image], device));
         let read = read_maps(network, output, sample.image.width(), sample.image.height());
         for maps in pollster::block_on(read)? {
-            frames.push(frame_metrics(&maps, &sample.truth, &sample.camera, [width, height].into())?);
+            frames.push(frame_metrics(
+                &maps,
+                &sample.truth,
+                &sample.camera,
+                [width, height].into(),
+            )?);
         }
     }
     Ok(frames)

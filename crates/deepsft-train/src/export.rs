@@ -65,7 +65,10 @@ pub fn export_bundle(
 fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
     let confidences = |with: bool| -> Vec<f64> {
         let counted = evaluation.frames.iter().filter(|f| f.has_template == with);
-        counted.filter(|f| f64::from(f.judgement.area) >= least_area).map(|f| f64::from(f.judgement.confidence)).collect()
+        counted
+            .filter(|f| f64::from(f.judgement.area) >= least_area)
+            .map(|f| f64::from(f.judgement.confidence))
+            .collect()
     };
     let (with, without) = (confidences(true), confidences(false));
     let frames_without = evaluation.frames.iter().filter(|f| !f.has_template).count().max(1) as f64;
@@ -74,7 +77,10 @@ fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
         let invented = without.iter().filter(|&&c| c >= t).count() as f64 / frames_without;
         missed + invented
     };
-    let thresholds: Vec<f64> = (0..=80).map(|i| f64::from(i) / 100.0).filter(|&t| t >= LEAST_CONFIDENCE).collect();
+    let thresholds: Vec<f64> = (0..=80)
+        .map(|i| f64::from(i) / 100.0)
+        .filter(|&t| t >= LEAST_CONFIDENCE)
+        .collect();
     let best = thresholds.iter().map(|&t| cost(t)).fold(f64::INFINITY, f64::min);
     let optimal: Vec<f64> = thresholds.into_iter().filter(|&t| cost(t) <= best + 1e-9).collect();
     optimal.get(optimal.len() / 2).copied().unwrap_or(LEAST_CONFIDENCE)
@@ -90,7 +96,11 @@ mod tests {
         FrameResult {
             index: 0,
             has_template,
-            judgement: Judgement { found: false, confidence, area },
+            judgement: Judgement {
+                found: false,
+                confidence,
+                area,
+            },
             metrics: Default::default(),
             photometric_error: None,
         }
@@ -98,7 +108,12 @@ mod tests {
 
     #[test]
     fn the_threshold_lies_in_the_middle_of_the_gap() {
-        let frames = vec![frame(true, 0.8, 0.2), frame(true, 0.6, 0.2), frame(false, 0.2, 0.1), frame(false, 0.0, 0.0)];
+        let frames = vec![
+            frame(true, 0.8, 0.2),
+            frame(true, 0.6, 0.2),
+            frame(false, 0.2, 0.1),
+            frame(false, 0.0, 0.0),
+        ];
         let t = separating_confidence(&Evaluation { frames }, 0.002);
         assert!((t - 0.4).abs() < 0.02, "{t}");
     }
@@ -107,6 +122,6 @@ mod tests {
     fn a_frame_whose_mask_is_too_small_does_not_count() {
         let frames = vec![frame(true, 0.5, 0.2), frame(false, 0.9, 0.0001)];
         let t = separating_confidence(&Evaluation { frames }, 0.002);
-        assert!(t < 0.5 && t >= LEAST_CONFIDENCE, "{t}");
+        assert!((LEAST_CONFIDENCE..0.5).contains(&t), "{t}");
     }
 }

@@ -12,6 +12,9 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 /// Batches a worker may be ahead.
 const AHEAD: usize = 2;
 
+/// Sets the random stream of the windows apart from that of the samples.
+const WINDOW_STREAM: u64 = 0x7769_6e64;
+
 /// Share of the windows that are centred near a pixel of the object.
 const CENTRED_SHARE: f64 = 0.8;
 
@@ -48,7 +51,12 @@ impl Loader {
             requests.push(request_sender);
             batches.push(batch_receiver);
         }
-        Self { requests, batches, asked: 0, taken: 0 }
+        Self {
+            requests,
+            batches,
+            asked: 0,
+            taken: 0,
+        }
     }
 
     /// Batches that should be asked for before the next one is taken.
@@ -63,7 +71,9 @@ impl Loader {
     pub fn ask(&mut self, first_sample: u64, shape: BatchShape) -> Result<(), TrainError> {
         let worker = self.asked % self.requests.len();
         self.asked += 1;
-        self.requests[worker].send(Request { first_sample, shape }).map_err(|_| TrainError::WorkerStopped)
+        self.requests[worker]
+            .send(Request { first_sample, shape })
+            .map_err(|_| TrainError::WorkerStopped)
     }
 
     /// The next batch in the order of asking.
@@ -96,15 +106,23 @@ fn make_batch(synthesizer: &Synthesizer, network: &NetworkConfig, seed: u64, req
 /// Corner of window number `index` in its sample: mostly around a random pixel of the object, so that
 /// little work goes into empty background, sometimes anywhere.
 fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (usize, usize) {
-    let (spare_x, spare_y) =
-        (sample.image.width().saturating_sub(shape.width), sample.image.height().saturating_sub(shape.height));
-    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x77_69_6e_64);
+    let (spare_x, spare_y) = (
+        sample.image.width().saturating_sub(shape.width),
+        sample.image.height().saturating_sub(shape.height),
+    );
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ WINDOW_STREAM);
     let area = sample.truth.area();
     if area > 0 && rng.random_bool(CENTRED_SHARE) {
         let chosen = rng.random_range(0..area);
-        let pixel = (0..sample.truth.depth().len()).filter(|&p| sample.truth.inside(p)).nth(chosen).unwrap_or(0);
+        let pixel = (0..sample.truth.depth().len())
+            .filter(|&p| sample.truth.inside(p))
+            .nth(chosen)
+            .unwrap_or(0);
         let (x, y) = (pixel % sample.truth.width(), pixel / sample.truth.width());
-        return (x.saturating_sub(shape.width / 2).min(spare_x), y.saturating_sub(shape.height / 2).min(spare_y));
+        return (
+            x.saturating_sub(shape.width / 2).min(spare_x),
+            y.saturating_sub(shape.height / 2).min(spare_y),
+        );
     }
     (rng.random_range(0..=spare_x), rng.random_range(0..=spare_y))
 }

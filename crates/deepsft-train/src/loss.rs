@@ -22,7 +22,13 @@ pub struct LossWeights {
 
 impl Default for LossWeights {
     fn default() -> Self {
-        Self { refined: 4.0, main: 2.0, bins: 0.25, mask: 1.5, beta: 0.01 }
+        Self {
+            refined: 4.0,
+            main: 2.0,
+            bins: 0.25,
+            mask: 1.5,
+            beta: 0.01,
+        }
     }
 }
 
@@ -56,7 +62,13 @@ pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &Loss
         + main.clone() * weights.main
         + bins.clone() * weights.bins
         + mask.clone() * weights.mask;
-    Losses { total, refined, main, bins, mask }
+    Losses {
+        total,
+        refined,
+        main,
+        bins,
+        mask,
+    }
 }
 
 /// |e| - beta / 2 beyond beta, e^2 / (2 beta) within, elementwise.

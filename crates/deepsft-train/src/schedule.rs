@@ -27,7 +27,11 @@ impl Default for Schedule {
             end_share: 0.02,
             warm_up: 100,
             window_share: 0.6,
-            windows: BatchShape { frames: 16, width: 256, height: 160 },
+            windows: BatchShape {
+                frames: 16,
+                width: 256,
+                height: 160,
+            },
             frames: BatchShape::whole_frames(8),
         }
     }
@@ -43,6 +47,10 @@ impl Schedule {
 
     /// Shape of the batches at `progress`.
     pub fn shape(&self, progress: f64) -> BatchShape {
-        if progress < self.window_share { self.windows } else { self.frames }
+        if progress < self.window_share {
+            self.windows
+        } else {
+            self.frames
+        }
     }
 }

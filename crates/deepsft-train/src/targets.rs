@@ -8,6 +8,7 @@
 
 use deepsft::{DepthRange, PIXELS_PER_CELL};
 use deepsft_geometry::Maps;
+use deepsft_geometry::glam::DVec3;
 
 /// Fewest visible pixels around a cell that the object covers.
 const FEWEST_INSIDE: f64 = 12.0;
@@ -18,7 +19,7 @@ const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
 const OUTSIDE_WEIGHT: f32 = 0.5;
 /// Damping of the slopes, as a share of the number of pixels times one pixel squared.
-const SLOPE_DAMPING: f64 = 0.05;
+const SLOPE_DAMPING: f64 = 0.005;
 
 /// Targets of the cells of one frame, row-major, `columns` x `rows`.
 pub struct CellTargets {
@@ -41,26 +42,24 @@ struct Moments {
     xx: f64,
     xy: f64,
     yy: f64,
-    q: [f64; 3],
-    qx: [f64; 3],
-    qy: [f64; 3],
-    qq: [f64; 3],
+    q: DVec3,
+    qx: DVec3,
+    qy: DVec3,
+    qq: DVec3,
 }
 
 impl Moments {
-    fn add_pixel(&mut self, x: f64, y: f64, q: [f64; 3]) {
+    fn add_pixel(&mut self, x: f64, y: f64, q: DVec3) {
         self.n += 1.0;
         self.x += x;
         self.y += y;
         self.xx += x * x;
         self.xy += x * y;
         self.yy += y * y;
-        for k in 0..3 {
-            self.q[k] += q[k];
-            self.qx[k] += q[k] * x;
-            self.qy[k] += q[k] * y;
-            self.qq[k] += q[k] * q[k];
-        }
+        self.q += q;
+        self.qx += q * x;
+        self.qy += q * y;
+        self.qq += q * q;
     }
 
     fn add(&mut self, other: &Self) {
@@ -70,12 +69,10 @@ impl Moments {
         self.xx += other.xx;
         self.xy += other.xy;
         self.yy += other.yy;
-        for k in 0..3 {
-            self.q[k] += other.q[k];
-            self.qx[k] += other.qx[k];
-            self.qy[k] += other.qy[k];
-            self.qq[k] += other.qq[k];
-        }
+        self.q += other.q;
+        self.qx += other.qx;
+        self.qy += other.qy;
+        self.qq += other.qq;
     }
 
     /// Affine fit of each q read at (`cx`, `cy`), and the largest RMS residual.
@@ -86,17 +83,13 @@ impl Moments {
         let b = self.xy - self.n * mx * my;
         let c = self.yy - self.n * my * my + damping;
         let determinant = a * c - b * b;
-        let mut values = [0.0; 3];
-        let mut residual = 0.0_f64;
-        for k in 0..3 {
-            let mean = self.q[k] / self.n;
-            let (sx, sy) = (self.qx[k] - self.n * mx * mean, self.qy[k] - self.n * my * mean);
-            let (gx, gy) = ((c * sx - b * sy) / determinant, (a * sy - b * sx) / determinant);
-            values[k] = (mean + gx * (cx - mx) + gy * (cy - my)) as f32;
-            let spread = self.qq[k] - self.n * mean * mean;
-            residual = residual.max(((spread - gx * sx - gy * sy) / self.n).max(0.0).sqrt());
-        }
-        (values, residual)
+        let mean = self.q / self.n;
+        let (sx, sy) = (self.qx - mean * (self.n * mx), self.qy - mean * (self.n * my));
+        let (gx, gy) = ((sx * c - sy * b) / determinant, (sy * a - sx * b) / determinant);
+        let values = mean + gx * (cx - mx) + gy * (cy - my);
+        let spread = self.qq - mean * mean * self.n;
+        let variance = ((spread - gx * sx - gy * sy) / self.n).max_element();
+        (values.as_vec3().to_array(), variance.max(0.0).sqrt())
     }
 }
 
@@ -112,7 +105,11 @@ impl CellTargets {
                 if truth.inside(pixel) {
                     let [u, v] = truth.registration()[pixel].map(f64::from);
                     let d = range.normalise(f64::from(truth.depth()[pixel]));
-                    moments[(y / cell) * columns + x / cell].add_pixel(x as f64 + 0.5, y as f64 + 0.5, [u, v, d]);
+                    moments[(y / cell) * columns + x / cell].add_pixel(
+                        x as f64 + 0.5,
+                        y as f64 + 0.5,
+                        DVec3::new(u, v, d),
+                    );
                 }
             }
         }
@@ -139,7 +136,12 @@ impl CellTargets {
                 }
             }
         }
-        Self { columns, rows, coordinates, weight }
+        Self {
+            columns,
+            rows,
+            coordinates,
+            weight,
+        }
     }
 
     /// Targets of the coarse cells, two by two of these: the weighted mean of the four and the mean
@@ -149,15 +151,18 @@ impl CellTargets {
         (0..columns * rows)
             .map(|i| {
                 let corner = 2 * (i / columns) * self.columns + 2 * (i % columns);
-                let mut sum = [0.0; 3];
-                let mut weight = 0.0;
-                for j in [corner, corner + 1, corner + self.columns, corner + self.columns + 1] {
-                    weight += self.weight[j];
-                    for k in 0..3 {
-                        sum[k] += self.weight[j] * self.coordinates[j][k];
-                    }
+                let four = [corner, corner + 1, corner + self.columns, corner + self.columns + 1];
+                let weight: f32 = four.iter().map(|&j| self.weight[j]).sum();
+                if weight <= 0.0 {
+                    return ([0.0; 3], 0.0);
                 }
-                if weight > 0.0 { (sum.map(|s| s / weight), weight / 4.0) } else { ([0.0; 3], 0.0) }
+                let mean = |k: usize| {
+                    four.iter()
+                        .map(|&j| self.weight[j] * self.coordinates[j][k])
+                        .sum::<f32>()
+                        / weight
+                };
+                ([mean(0), mean(1), mean(2)], weight / 4.0)
             })
             .collect()
     }
@@ -177,7 +182,10 @@ pub fn two_bins(t: f32, bins: usize, mut set: impl FnMut(usize, f32)) {
 mod tests {
     use super::*;
 
-    const RANGE: DepthRange = DepthRange { near_mm: 100.0, far_mm: 1000.0 };
+    const RANGE: DepthRange = DepthRange {
+        near_mm: 100.0,
+        far_mm: 1000.0,
+    };
 
     /// u = x / 100, v = y / 200, depth constant, visible left of column `edge`.
     fn slope(edge: usize) -> Maps {
@@ -198,7 +206,10 @@ mod tests {
             assert_eq!(cells.weight[i], weight, "column {column}");
             if weight > 0.0 {
                 let [u, v, d] = cells.coordinates[i];
-                assert!((u - (column as f32 * 8.0 + 4.0) / 100.0).abs() < 4e-3, "column {column}: {u}");
+                assert!(
+                    (u - (column as f32 * 8.0 + 4.0) / 100.0).abs() < 4e-3,
+                    "column {column}: {u}"
+                );
                 assert!((v - 12.0 / 200.0).abs() < 2e-3);
                 // ln 4 / ln 10
                 assert!((d - 0.602_06).abs() < 1e-4);

@@ -1,12 +1,12 @@
 //! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly.
 
+use crate::TrainError;
 use crate::average::WeightAverage;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::evaluate::{held_out, watch};
 use crate::loader::Loader;
 use crate::loss::{LossWeights, step_one_loss};
 use crate::schedule::Schedule;
-use crate::TrainError;
 use burn::grad_clipping::GradientClippingConfig;
 use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
@@ -134,7 +134,11 @@ pub fn train(
     let mut optimizer = optimizer();
     let folder = CheckpointFolder::new(&config.checkpoint);
     let fingerprint = fingerprint(synthesizer, network_config);
-    let mut state = Checkpoint { fingerprint: fingerprint.clone(), seed: config.seed, ..Checkpoint::default() };
+    let mut state = Checkpoint {
+        fingerprint: fingerprint.clone(),
+        seed: config.seed,
+        ..Checkpoint::default()
+    };
     let mut average = WeightAverage::new(&network, config.average_decay);
     if config.resume
         && let Some((saved, loaded, averaged, loaded_optimizer)) =
@@ -142,7 +146,10 @@ pub fn train(
     {
         average = WeightAverage::resume(&averaged, config.average_decay, saved.step);
         (network, optimizer, state) = (loaded, loaded_optimizer, saved);
-        report(Progress::Resumed { samples: state.samples, seconds: state.seconds });
+        report(Progress::Resumed {
+            samples: state.samples,
+            seconds: state.seconds,
+        });
     }
 
     let validation = held_out(synthesizer, config.held_out_seed, config.held_out_frames);
@@ -156,11 +163,17 @@ pub fn train(
     loop {
         let share = config.budget.progress(&state);
         let finished = share >= 1.0;
-        if finished || state.seconds - last_evaluation >= config.evaluate_every {
+        // A training that goes on from a checkpoint was measured there already.
+        let measured = state.curve.last().is_some_and(|p| p.samples == state.samples);
+        if !measured && (finished || state.seconds - last_evaluation >= config.evaluate_every) {
             let pause = Instant::now();
             let plain = average.apply(network.valid());
             let watched = watch(&plain, &validation, device)?;
-            let loss = if loss_count > 0 { loss_sum / loss_count as f64 } else { 0.0 };
+            let loss = if loss_count > 0 {
+                loss_sum / loss_count as f64
+            } else {
+                0.0
+            };
             let point = curve_point(&state, loss, config.schedule.learning_rate(state.step, share), &watched);
             state.curve.push(point);
             folder.save(&state, &network.valid(), &plain, &optimizer)?;
@@ -184,7 +197,10 @@ pub fn train(
         let losses = step_one_loss(output, &tensors, &config.loss);
         let loss = f64::from(losses.total.clone().into_scalar::<f32>());
         if !loss.is_finite() {
-            return Err(TrainError::Diverged { loss, samples: state.samples });
+            return Err(TrainError::Diverged {
+                loss,
+                samples: state.samples,
+            });
         }
         let gradients = GradientsParams::from_grads(losses.total.backward(), &network);
         network = optimizer.step(config.schedule.learning_rate(state.step, share), network, gradients);
@@ -194,7 +210,12 @@ pub fn train(
         state.seconds = before + clock.elapsed().as_secs_f64() - paused;
         loss_sum += loss;
         loss_count += 1;
-        report(Progress::Step { share, samples: state.samples, seconds: state.seconds, loss });
+        report(Progress::Step {
+            share,
+            samples: state.samples,
+            seconds: state.seconds,
+            loss,
+        });
     }
     let network = average.apply(network.valid()).fold();
     Ok(Trained { network, state })
@@ -227,6 +248,10 @@ fn fingerprint(synthesizer: &Synthesizer, network: &NetworkConfig) -> String {
     use sha2::{Digest, Sha256};
     let mut hash = Sha256::new();
     hash.update(synthesizer.template().texture().rgb());
-    hash.update(format!("{:?} {network:?} {:?}", synthesizer.template().size_mm(), synthesizer.config()));
+    hash.update(format!(
+        "{:?} {network:?} {:?}",
+        synthesizer.template().size_mm(),
+        synthesizer.config()
+    ));
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

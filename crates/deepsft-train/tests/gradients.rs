@@ -1,5 +1,5 @@
 //! The gradients of the loss against central differences, in double precision.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use deepsft::NetworkOutput;
@@ -15,7 +15,9 @@ fn values(count: usize, scale: f64, seed: u64) -> Vec<f64> {
     let mut state = seed;
     (0..count)
         .map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
             let sign = if state & (1 << 7) == 0 { 1.0 } else { -1.0 };
             sign * scale * (0.1 + 0.9 * unit)
@@ -47,12 +49,20 @@ fn parts() -> Vec<(Vec<f64>, [usize; 4])> {
 }
 
 fn batch(device: &Device) -> BatchTensors {
-    let positive = |shape, seed| values(count(shape), 1.0, seed).iter().map(|v| v.abs()).collect::<Vec<_>>();
+    let positive = |shape, seed| {
+        values(count(shape), 1.0, seed)
+            .iter()
+            .map(|v| v.abs())
+            .collect::<Vec<_>>()
+    };
     let soft = |seed| {
         let raw = tensor(&positive(BINS, seed), BINS, device);
         raw.clone() / raw.sum_dim(1)
     };
-    let mask: Vec<f64> = values(count(PIXELS), 1.0, 11).iter().map(|v| f64::from(*v > 0.0)).collect();
+    let mask: Vec<f64> = values(count(PIXELS), 1.0, 11)
+        .iter()
+        .map(|v| f64::from(*v > 0.0))
+        .collect();
     BatchTensors {
         images: Tensor::zeros([1, 3, 16, 32], device),
         mask: tensor(&mask, PIXELS, device),
@@ -78,13 +88,18 @@ fn the_gradient_of_every_term_of_the_loss_agrees_with_central_differences() {
     let device = Device::flex();
     let tracked = device.clone().autodiff();
     let parts = parts();
-    let leaves: Vec<Tensor<4>> = parts.iter().map(|(v, s)| tensor(v, *s, &tracked).require_grad()).collect();
+    let leaves: Vec<Tensor<4>> = parts
+        .iter()
+        .map(|(v, s)| tensor(v, *s, &tracked).require_grad())
+        .collect();
     let loss = step_one_loss(output(&leaves), &batch(&tracked), &LossWeights::default());
     let gradients = loss.total.backward();
 
     let value = |parts: &[(Vec<f64>, [usize; 4])]| {
         let tensors: Vec<Tensor<4>> = parts.iter().map(|(v, s)| tensor(v, *s, &device)).collect();
-        step_one_loss(output(&tensors), &batch(&device), &LossWeights::default()).total.into_scalar::<f64>()
+        step_one_loss(output(&tensors), &batch(&device), &LossWeights::default())
+            .total
+            .into_scalar::<f64>()
     };
     let mut largest = 0.0_f64;
     for (part, leaf) in leaves.iter().enumerate() {
@@ -96,7 +111,11 @@ fn the_gradient_of_every_term_of_the_loss_agrees_with_central_differences() {
                 value(&moved)
             };
             let numeric = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-            assert!((gradient[i] - numeric).abs() < TOLERANCE, "part {part}, entry {i}: {} and {numeric}", gradient[i]);
+            assert!(
+                (gradient[i] - numeric).abs() < TOLERANCE,
+                "part {part}, entry {i}: {} and {numeric}",
+                gradient[i]
+            );
             largest = largest.max(gradient[i].abs());
         }
     }

@@ -36,7 +36,10 @@ pub struct FoundRule {
 
 impl Default for FoundRule {
     fn default() -> Self {
-        Self { least_area: 0.002, least_confidence: 0.3 }
+        Self {
+            least_area: 0.002,
+            least_confidence: 0.3,
+        }
     }
 }
 
@@ -121,7 +124,12 @@ impl ModelBundle {
     /// Puts a bundle together. `network` is folded and moved to the CPU.
     pub fn new(network: Network, template: Template, camera: Camera, card: ModelCard) -> Self {
         let network = network.valid().fold().fork(&Device::flex());
-        Self { network, template, camera, card }
+        Self {
+            network,
+            template,
+            camera,
+            card,
+        }
     }
 
     /// Reads a bundle from its files by name (`model.json`, `weights.bpk`, `template/template.json`, ...).
@@ -143,7 +151,10 @@ impl ModelBundle {
                 Err(DeepSftError::BundleFileMissing { file: name.to_owned() })
             }
         };
-        let content = |file: &str, reason: String| DeepSftError::BundleContent { file: file.to_owned(), reason };
+        let content = |file: &str, reason: String| DeepSftError::BundleContent {
+            file: file.to_owned(),
+            reason,
+        };
         manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
         let camera = parse_camera(manifest.training_camera.to_string().as_bytes())?;
         let description = TemplateFile::parse(listed(&format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
@@ -154,9 +165,27 @@ impl ModelBundle {
         let network = network
             .try_load_record(record.cast_to_module_dtype())
             .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
-        let Manifest { name, licence, found, provenance, accuracy, .. } = manifest;
-        let card = ModelCard { name, licence, found, provenance, accuracy };
-        Ok(Self { network, template, camera, card })
+        let Manifest {
+            name,
+            licence,
+            found,
+            provenance,
+            accuracy,
+            ..
+        } = manifest;
+        let card = ModelCard {
+            name,
+            licence,
+            found,
+            provenance,
+            accuracy,
+        };
+        Ok(Self {
+            network,
+            template,
+            camera,
+            card,
+        })
     }
 
     /// Names of the files that the description `model_json` lists, with their sizes in bytes: what a
@@ -165,7 +194,11 @@ impl ModelBundle {
     /// # Errors
     /// As [`ModelBundle::from_files`] for the description.
     pub fn file_names(model_json: &[u8]) -> Result<Vec<(String, u64)>, DeepSftError> {
-        Ok(read_manifest(model_json)?.files.into_iter().map(|(name, entry)| (name, entry.size)).collect())
+        Ok(read_manifest(model_json)?
+            .files
+            .into_iter()
+            .map(|(name, entry)| (name, entry.size))
+            .collect())
     }
 
     /// The bundle's files by name: what an estimator needs and the description that lists it. Whatever
@@ -175,15 +208,24 @@ impl ModelBundle {
     /// # Errors
     /// [`DeepSftError::BundleContent`] when something cannot be encoded.
     pub fn to_files(&self) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
-        let content = |file: &str, reason: String| DeepSftError::BundleContent { file: file.to_owned(), reason };
+        let content = |file: &str, reason: String| DeepSftError::BundleContent {
+            file: file.to_owned(),
+            reason,
+        };
         let mut files = BTreeMap::new();
         let half = self.network.clone().map(&mut Half);
-        let weights = half.into_record().into_bytes().map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
+        let weights = half
+            .into_record()
+            .into_bytes()
+            .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
         files.insert(WEIGHTS_FILE.to_owned(), weights.to_vec());
         for (name, bytes) in template_to_files(&self.template)? {
             files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
         }
-        let entries = files.iter().map(|(name, bytes)| (name.clone(), FileEntry::of(bytes))).collect();
+        let entries = files
+            .iter()
+            .map(|(name, bytes)| (name.clone(), FileEntry::of(bytes)))
+            .collect();
         let training_camera = serde_json::from_str(&camera_to_json(&self.camera));
         let manifest = Manifest {
             format_version: FORMAT_VERSION,
@@ -234,14 +276,23 @@ impl ModelBundle {
 }
 
 fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
-    files.get(name).map(Vec::as_slice).ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
+    files
+        .get(name)
+        .map(Vec::as_slice)
+        .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
-    let malformed = |e: serde_json::Error| DeepSftError::BundleContent { file: MODEL_FILE.to_owned(), reason: e.to_string() };
+    let malformed = |e: serde_json::Error| DeepSftError::BundleContent {
+        file: MODEL_FILE.to_owned(),
+        reason: e.to_string(),
+    };
     let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
     if actual != FORMAT_VERSION {
-        return Err(DeepSftError::BundleVersion { actual, expected: FORMAT_VERSION });
+        return Err(DeepSftError::BundleVersion {
+            actual,
+            expected: FORMAT_VERSION,
+        });
     }
     serde_json::from_slice(json).map_err(malformed)
 }
@@ -249,7 +300,11 @@ fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
 fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError> {
     let actual = FileEntry::of(bytes);
     if actual.size != entry.size {
-        return Err(DeepSftError::BundleFileSize { file: name.to_owned(), actual: actual.size, expected: entry.size });
+        return Err(DeepSftError::BundleFileSize {
+            file: name.to_owned(),
+            actual: actual.size,
+            expected: entry.size,
+        });
     }
     if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
         return Err(DeepSftError::BundleFileHash { file: name.to_owned() });
@@ -260,7 +315,10 @@ fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError
 impl FileEntry {
     fn of(bytes: &[u8]) -> Self {
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Self { size: bytes.len() as u64, sha256 }
+        Self {
+            size: bytes.len() as u64,
+            sha256,
+        }
     }
 }
 
@@ -273,7 +331,6 @@ impl ModuleMapper for Half {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -281,7 +338,8 @@ mod tests {
 
     fn files() -> BTreeMap<String, Vec<u8>> {
         let network = NetworkConfig::compact([297.0, 210.0], 380.0).init(&Device::flex());
-        let template = Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
+        let template =
+            Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
         let card = ModelCard {
             name: "test".to_owned(),
             licence: "MIT OR Apache-2.0".to_owned(),
@@ -289,7 +347,9 @@ mod tests {
             provenance: Provenance::default(),
             accuracy: Accuracy::default(),
         };
-        ModelBundle::new(network, template, training_camera(), card).to_files().unwrap()
+        ModelBundle::new(network, template, training_camera(), card)
+            .to_files()
+            .unwrap()
     }
 
     fn refusal(files: &BTreeMap<String, Vec<u8>>) -> String {
@@ -323,7 +383,11 @@ mod tests {
     fn truncated_weights_are_refused_by_their_size() {
         let mut files = files();
         files.get_mut(WEIGHTS_FILE).unwrap().truncate(1000);
-        assert!(refusal(&files).starts_with("weights.bpk of the model bundle has 1000 bytes"), "{}", refusal(&files));
+        assert!(
+            refusal(&files).starts_with("weights.bpk of the model bundle has 1000 bytes"),
+            "{}",
+            refusal(&files)
+        );
     }
 
     #[test]
@@ -336,15 +400,25 @@ mod tests {
     #[test]
     fn a_newer_bundle_is_called_newer_even_if_the_rest_is_unknown() {
         let mut files = files();
-        files.insert(MODEL_FILE.to_owned(), br#"{"format_version": 2, "something": "else"}"#.to_vec());
-        assert_eq!(refusal(&files), "model bundle has format version 2, this program reads version 1");
+        files.insert(
+            MODEL_FILE.to_owned(),
+            br#"{"format_version": 2, "something": "else"}"#.to_vec(),
+        );
+        assert_eq!(
+            refusal(&files),
+            "model bundle has format version 2, this program reads version 1"
+        );
     }
 
     #[test]
     fn a_network_of_another_shape_than_the_weights_is_refused() {
         let mut files = files();
         edit(&mut files, "\"blocks_at_32\": 2", "\"blocks_at_32\": 3");
-        assert!(refusal(&files).starts_with("weights.bpk of the model bundle cannot be used"), "{}", refusal(&files));
+        assert!(
+            refusal(&files).starts_with("weights.bpk of the model bundle cannot be used"),
+            "{}",
+            refusal(&files)
+        );
     }
 
     #[test]

@@ -52,7 +52,10 @@ impl Estimator {
         let size = (bundle.camera().width() as usize, bundle.camera().height() as usize);
         if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
             let reason = format!("the training camera's image has {size:?} pixels, expected 480 x 270");
-            return Err(DeepSftError::BundleContent { file: MODEL_FILE.to_owned(), reason });
+            return Err(DeepSftError::BundleContent {
+                file: MODEL_FILE.to_owned(),
+                reason,
+            });
         }
         Ok(Self {
             network: bundle.network().clone().fork(device),
@@ -108,9 +111,17 @@ impl Estimator {
             return Err(GeometryError::MapSize { actual, expected }.into());
         }
         let area = maps.area() as f64 / (actual.0 * actual.1) as f64;
-        let confidence = self.template.consistency(canonical, maps).unwrap_or(0.0).clamp(0.0, 1.0);
+        let confidence = self
+            .template
+            .consistency(canonical, maps)
+            .unwrap_or(0.0)
+            .clamp(0.0, 1.0);
         let found = area >= self.found.least_area && confidence >= self.found.least_confidence;
-        Ok(Judgement { found, confidence: confidence as f32, area: area as f32 })
+        Ok(Judgement {
+            found,
+            confidence: confidence as f32,
+            area: area as f32,
+        })
     }
 
     /// All stages.
@@ -121,6 +132,10 @@ impl Estimator {
         let canonical = self.canonical_image(image, camera)?;
         let maps = self.infer(&canonical).await?;
         let judgement = self.judge(&canonical, &maps)?;
-        Ok(Estimate { maps, canonical, judgement })
+        Ok(Estimate {
+            maps,
+            canonical,
+            judgement,
+        })
     }
 }

@@ -107,7 +107,11 @@ impl TemplateLuminance {
 impl Luminance {
     fn of(picture: &Picture) -> Self {
         let values = picture.rgb().as_chunks::<3>().0.iter().map(|&c| luminance(c)).collect();
-        Self { width: picture.width(), height: picture.height(), values }
+        Self {
+            width: picture.width(),
+            height: picture.height(),
+            values,
+        }
     }
 
     /// Bilinear value at texture position (u, v), edges repeated.
@@ -179,14 +183,18 @@ mod tests {
     fn the_template_itself_under_other_light_is_consistent() {
         let template = blobs();
         let dim = Picture::from_fn(96, 96, |x, y| template.pixel(x, y).map(|v| v / 3 + 40));
-        let c = TemplateLuminance::new(&template).consistency(&dim, &identity(96)).unwrap();
+        let c = TemplateLuminance::new(&template)
+            .consistency(&dim, &identity(96))
+            .unwrap();
         assert!(c > 0.95, "{c}");
     }
 
     #[test]
     fn another_picture_is_not_consistent() {
         let other = noise(96, 99);
-        let c = TemplateLuminance::new(&blobs()).consistency(&other, &identity(96)).unwrap();
+        let c = TemplateLuminance::new(&blobs())
+            .consistency(&other, &identity(96))
+            .unwrap();
         assert!(c.abs() < 0.15, "{c}");
     }
 

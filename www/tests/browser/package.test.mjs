@@ -33,8 +33,11 @@ before(
   { timeout: SLOW_MS },
 );
 after(async () => {
-  await demo?.finish();
-  await browser?.close();
+  try {
+    await demo?.finish();
+  } finally {
+    await browser?.close();
+  }
 });
 
 test("loading reports its progress to the last byte and says what runs where", async () => {
@@ -60,13 +63,14 @@ test("every kind of image is accepted and gives maps of 480 x 270", { timeout: S
     await image.decode();
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [640, 480];
+    const videoFrame = new VideoFrame(picture, { timestamp: 0 });
     const inputs = {
       OffscreenCanvas: picture,
       HTMLCanvasElement: canvas,
       HTMLImageElement: image,
       ImageBitmap: await createImageBitmap(picture),
       ImageData: picture.getContext("2d").getImageData(0, 0, 640, 480),
-      VideoFrame: new VideoFrame(picture, { timestamp: 0 }),
+      VideoFrame: videoFrame,
       Blob: blob,
     };
     const sizes = {};
@@ -80,6 +84,7 @@ test("every kind of image is accepted and gives maps of 480 x 270", { timeout: S
         times.totalMs > 0,
       ];
     }
+    videoFrame.close();
     return sizes;
   });
   assert.equal(Object.keys(kinds).length, 7);

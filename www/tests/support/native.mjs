@@ -86,6 +86,27 @@ export async function unseenFrames(folder, count) {
   return frames;
 }
 
+/** Unit of the dataset's depth images, mm, and the value that stands for u = 1 or v = 1. */
+const DEPTH_UNIT_MM = 0.1;
+const UV_ONE = 65535;
+
+/**
+ * The true maps of a frame: depth in tenths of a millimetre, 0 outside; u and v in red and green, blue 0 outside.
+ *
+ * @param {Map<string, Buffer>} files
+ * @param {string} name
+ */
+function readTruth(files, name) {
+  const depths = decodePng(files.get(`${name}.depth.png`)).values;
+  const uvs = decodePng(files.get(`${name}.uv.png`)).values;
+  const depth = Float32Array.from(depths, (d) => (d === 0 ? -1 : d * DEPTH_UNIT_MM));
+  const registration = new Float32Array(2 * depth.length);
+  for (let i = 0; i < depth.length; i++) {
+    for (let k = 0; k < 2; k++) registration[2 * i + k] = depths[i] === 0 ? -1 : uvs[3 * i + k] / UV_ONE;
+  }
+  return { depth, registration };
+}
+
 /**
  * What the native estimator answers for pictures as the browser saw them.
  *

@@ -159,7 +159,7 @@ fn print(report: &Report) {
         columns(&format!("network alone, {}", rival.name), &|i| {
             ms(i.rival.as_ref()?.network_alone.median_ms)
         });
-        columns(&format!("DeepSfT's time in {}'s", rival.name), &|i| {
+        columns(&format!("  ratio, DeepSfT : {}", rival.name), &|i| {
             Some(format!("{:.2}", i.rival.as_ref()?.ratio))
         });
     }

@@ -110,7 +110,7 @@ pub fn photometric_difference(title: &str, image: &Picture, texture: &Picture, m
     let bar = ColorBar {
         colors: ColorMap::Inferno,
         range: [0.0, MOST_DIFFERENCE],
-        unit: "of 255",
+        unit: "levels",
     };
     values(title, maps, bar, |pixel| {
         let difference = |k: usize| {

@@ -62,10 +62,12 @@ pub fn sheet(rows: &[Row]) -> Option<Picture> {
     // Text is to be legible beside a panel of full size and to fit beside a small one.
     let scale = if panel_width >= 400 { 2 } else { 1 };
     let (line, gap) = ((CHARACTER + GAP) * scale, GAP * scale);
-    let any_bar = rows.iter().flat_map(|row| &row.panels).any(|panel| panel.bar.is_some());
-    let bar_height = if any_bar { line + CHARACTER * scale + gap } else { 0 };
+    let bar_height = |row: &Row| {
+        let any = row.panels.iter().any(|panel| panel.bar.is_some());
+        if any { line + CHARACTER * scale + gap } else { 0 }
+    };
     let caption_height = |row: &Row| if row.caption.is_empty() { 0 } else { line };
-    let row_height = |row: &Row| caption_height(row) + line + panel_height + bar_height + 2 * gap;
+    let row_height = |row: &Row| caption_height(row) + line + panel_height + bar_height(row) + 2 * gap;
 
     let width = columns * (panel_width + gap) + gap;
     let height = rows.iter().map(row_height).sum::<usize>() + gap;

@@ -47,7 +47,11 @@ impl Convolution {
     }
 
     fn plain([inputs, outputs]: [usize; 2], kernel: usize, stride: usize, deviation: f64, device: &Device) -> Self {
-        let weight = Tensor::random([outputs, inputs, kernel, kernel], Distribution::Normal(0.0, deviation), device);
+        let weight = Tensor::random(
+            [outputs, inputs, kernel, kernel],
+            Distribution::Normal(0.0, deviation),
+            device,
+        );
         Self {
             weight: Param::from_tensor(weight),
             gain: None,
@@ -91,7 +95,12 @@ impl Convolution {
     /// The same function with the standardisation baked into the filters.
     pub fn fold(self) -> Self {
         let weight = Param::from_tensor(self.effective_weight().detach());
-        Self { weight, gain: None, bias: self.bias, stride: self.stride }
+        Self {
+            weight,
+            gain: None,
+            bias: self.bias,
+            stride: self.stride,
+        }
     }
 }
 
@@ -124,7 +133,10 @@ impl ResidualBlock {
 
     /// See [`Convolution::fold`].
     pub fn fold(self) -> Self {
-        Self { first: self.first.fold(), second: self.second.fold() }
+        Self {
+            first: self.first.fold(),
+            second: self.second.fold(),
+        }
     }
 }
 
@@ -135,7 +147,11 @@ pub fn upsample_nearest(x: Tensor<4>, height: usize, width: usize) -> Tensor<4> 
     // [N, C, h, 1, w, 1] -> [N, C, h, 2, w, 2]
     let spread: Tensor<6> = x.reshape([n, c, h, 1, w, 1]).expand([n, c, h, 2, w, 2]);
     let doubled: Tensor<4> = spread.reshape([n, c, 2 * h, 2 * w]);
-    if (2 * h, 2 * w) == (height, width) { doubled } else { doubled.slice([0..n, 0..c, 0..height, 0..width]) }
+    if (2 * h, 2 * w) == (height, width) {
+        doubled
+    } else {
+        doubled.slice([0..n, 0..c, 0..height, 0..width])
+    }
 }
 
 /// Bilinear up-sampling by an integer factor, cells' centres kept, edges repeated:
@@ -170,7 +186,9 @@ pub fn space_to_depth(x: Tensor<4>, block: usize) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let (rows, columns) = (h / block, w / block);
     let split: Tensor<6> = x.reshape([n, c, rows, block, columns, block]);
-    split.permute([0, 1, 3, 5, 2, 4]).reshape([n, c * block * block, rows, columns])
+    split
+        .permute([0, 1, 3, 5, 2, 4])
+        .reshape([n, c * block * block, rows, columns])
 }
 
 /// Depth to space, the inverse of [`space_to_depth`]:
@@ -179,7 +197,9 @@ pub fn depth_to_space(x: Tensor<4>, block: usize) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let channels = c / (block * block);
     let split: Tensor<6> = x.reshape([n, channels, block, block, h, w]);
-    split.permute([0, 1, 4, 2, 5, 3]).reshape([n, channels, h * block, w * block])
+    split
+        .permute([0, 1, 4, 2, 5, 3])
+        .reshape([n, channels, h * block, w * block])
 }
 
 #[cfg(test)]
@@ -225,14 +245,20 @@ mod tests {
     #[test]
     fn bilinear_upsampling_reproduces_a_ramp_between_centres() {
         // Cells hold 0, 1, 2, 3; by 2 the inner samples lie a quarter cell off: 0.25, 0.75, 1.25, ...
-        let y = upsample_bilinear(ramp([1, 1, 1, 4]), 2).into_data().try_to_vec::<f32>().unwrap();
+        let y = upsample_bilinear(ramp([1, 1, 1, 4]), 2)
+            .into_data()
+            .try_to_vec::<f32>()
+            .unwrap();
         let row = [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0];
         assert_eq!(y, [row, row].concat());
     }
 
     #[test]
     fn nearest_upsampling_repeats_and_crops() {
-        let y = upsample_nearest(ramp([1, 1, 2, 2]), 3, 4).into_data().try_to_vec::<f32>().unwrap();
+        let y = upsample_nearest(ramp([1, 1, 2, 2]), 3, 4)
+            .into_data()
+            .try_to_vec::<f32>()
+            .unwrap();
         assert_eq!(y, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     }
 }

@@ -49,7 +49,9 @@ impl MainBlock {
             down16: conv([c8, c16], 3, 2),
             encode16: ResidualBlock::new(c16, device),
             down32: conv([c16, c32], 3, 2),
-            encode32: (0..config.blocks_at_32).map(|_| ResidualBlock::new(c32, device)).collect(),
+            encode32: (0..config.blocks_at_32)
+                .map(|_| ResidualBlock::new(c32, device))
+                .collect(),
             lateral16: conv([c32, c16], 1, 1),
             decode16: ResidualBlock::new(c16, device),
             bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, device)),
@@ -72,10 +74,18 @@ impl MainBlock {
         let at16 = self.decode16.forward(at16);
         let read = scaled_relu(at16.clone());
         let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
-        let coarse = Tensor::cat(bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(), 1);
+        let coarse = Tensor::cat(
+            bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
+            1,
+        );
         let features = self.decode8.forward(at8.clone() + up(&self.lateral8, at16, &at8));
         let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(scaled_relu(features.clone()));
-        MainBlockOutput { patches, features, bins, coordinates }
+        MainBlockOutput {
+            patches,
+            features,
+            bins,
+            coordinates,
+        }
     }
 
     /// See [`Convolution::fold`].

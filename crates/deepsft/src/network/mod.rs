@@ -84,7 +84,10 @@ impl NetworkConfig {
             mask_channels: 24,
             template_size_mm,
             focal,
-            depth_range: DepthRange { near_mm: 150.0, far_mm: 1200.0 },
+            depth_range: DepthRange {
+                near_mm: 150.0,
+                far_mm: 1200.0,
+            },
         }
     }
 
@@ -106,7 +109,12 @@ impl NetworkConfig {
         self.bins.iter().try_for_each(|&b| within("bins", b, 2, 512))?;
         within("refinement_channels", self.refinement_channels, 1, 512)?;
         within("mask_channels", self.mask_channels, 1, 512)?;
-        let lengths = [self.template_size_mm[0], self.template_size_mm[1], self.focal, self.depth_range.near_mm];
+        let lengths = [
+            self.template_size_mm[0],
+            self.template_size_mm[1],
+            self.focal,
+            self.depth_range.near_mm,
+        ];
         if !lengths.iter().all(|l| l.is_finite() && *l > 0.0) {
             return Err("template_size_mm, focal and depth_range must be positive and finite".to_owned());
         }
@@ -179,7 +187,12 @@ impl Network {
         let coarse = upsample_nearest(self.mask_coarse.forward(features), 2 * h, 2 * w);
         let fine = self.mask_fine.forward(scaled_relu(main.patches));
         let mask = depth_to_space(self.mask.forward(scaled_relu(coarse + fine)), PATCH);
-        NetworkOutput { bins: main.bins, main: main.coordinates, refined, mask }
+        NetworkOutput {
+            bins: main.bins,
+            main: main.coordinates,
+            refined,
+            mask,
+        }
     }
 
     /// Coordinates of cells [N, 3, h, w] at every pixel, [N, 3, 8 h, 8 w].

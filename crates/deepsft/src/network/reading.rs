@@ -38,8 +38,15 @@ pub async fn read_maps(
     let [n, _, rows, columns] = output.mask.dims();
     debug_assert_eq!(output.refined.dims()[2] * PIXELS_PER_CELL, rows);
     let together = Tensor::cat(vec![Network::at_pixels(output.refined), output.mask], 1); // [N, 4, H, W]
-    let data = together.into_data_async().await.map_err(|error| DeepSftError::Execution { reason: format!("{error:?}") })?;
-    let values = data.try_to_vec::<f32>().map_err(|error| DeepSftError::Execution { reason: format!("{error:?}") })?;
+    let data = together
+        .into_data_async()
+        .await
+        .map_err(|error| DeepSftError::Execution {
+            reason: format!("{error:?}"),
+        })?;
+    let values = data.try_to_vec::<f32>().map_err(|error| DeepSftError::Execution {
+        reason: format!("{error:?}"),
+    })?;
     let range = network.config().depth_range;
     let plane = rows * columns;
     let maps = (0..n).map(|frame| {

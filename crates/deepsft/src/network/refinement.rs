@@ -42,7 +42,11 @@ impl RefinementBlock {
 
     /// See [`Convolution::fold`].
     pub fn fold(self) -> Self {
-        Self { entry: self.entry.fold(), middle: self.middle.fold(), correction: self.correction.fold() }
+        Self {
+            entry: self.entry.fold(),
+            middle: self.middle.fold(),
+            correction: self.correction.fold(),
+        }
     }
 }
 
@@ -63,11 +67,25 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
     let v = maps.slice([0..n, 1..2]) * height_mm;
     let pixels = super::PIXELS_PER_CELL as f64;
     let across = |m: &Tensor<4>| {
-        let padded = Tensor::cat(vec![m.clone().slice([0..n, 0..1, 0..h, 0..1]), m.clone(), m.clone().slice([0..n, 0..1, 0..h, w - 1..w])], 3);
+        let padded = Tensor::cat(
+            vec![
+                m.clone().slice([0..n, 0..1, 0..h, 0..1]),
+                m.clone(),
+                m.clone().slice([0..n, 0..1, 0..h, w - 1..w]),
+            ],
+            3,
+        );
         (padded.clone().slice([0..n, 0..1, 0..h, 2..w + 2]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
     };
     let down = |m: &Tensor<4>| {
-        let padded = Tensor::cat(vec![m.clone().slice([0..n, 0..1, 0..1, 0..w]), m.clone(), m.clone().slice([0..n, 0..1, h - 1..h, 0..w])], 2);
+        let padded = Tensor::cat(
+            vec![
+                m.clone().slice([0..n, 0..1, 0..1, 0..w]),
+                m.clone(),
+                m.clone().slice([0..n, 0..1, h - 1..h, 0..w]),
+            ],
+            2,
+        );
         (padded.clone().slice([0..n, 0..1, 2..h + 2, 0..w]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
     };
     let (ux, uy, vx, vy) = (across(&u), down(&u), across(&v), down(&v));

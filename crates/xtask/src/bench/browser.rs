@@ -107,7 +107,7 @@ pub fn print(figures: &Value) -> Result<()> {
             &format!("the same network stage, {name}"),
             format!("{:.2}", network.median_ms),
         );
-        row("DeepSfT's time in onnxruntime-web's", format!("{ratio:.2}"));
+        row("  ratio, DeepSfT : onnxruntime-web", format!("{ratio:.2}"));
         row("loading onnxruntime-web and the network", format!("{load_ms:.0}"));
         let depth = difference
             .depth_mm

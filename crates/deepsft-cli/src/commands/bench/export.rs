@@ -103,3 +103,17 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     );
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_lie_one_after_the_other_and_offsets_count_values() {
+        let mut values = Values::default();
+        let first = values.add("a", vec![2, 3], &[0.0; 6]);
+        let second = values.add("b", vec![1], &[7.0]);
+        assert_eq!((first.offset, second.offset), (0, 6));
+        assert_eq!(values.0[second.offset], 7.0);
+    }
+}

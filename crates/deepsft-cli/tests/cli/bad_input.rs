@@ -1,10 +1,6 @@
 //! Bad input: every refusal names the file and the cause, with the documented exit code.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
-use common::{deepsft, write_bundle, write_photograph, write_template};
+use crate::common::{Run, deepsft, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
 use deepsft_geometry::Picture;
 use std::fs;
@@ -31,7 +27,7 @@ fn announcing(side: u32) -> Vec<u8> {
     [&small[..12], &header, &crc.to_be_bytes(), &small[33..]].concat()
 }
 
-fn reconstruct(folder: &Path, extra: &[&str]) -> common::Run {
+fn reconstruct(folder: &Path, extra: &[&str]) -> Run {
     deepsft(
         folder,
         &[&["reconstruct", "--model", "model", "--out", "results"], extra].concat(),

@@ -1,10 +1,6 @@
 //! The commands on good input: what they write, and that each reads what the one before it wrote.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
-use common::{art, deepsft, write_bundle, write_photograph, write_template};
+use crate::common::{art, deepsft, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
 use serde_json::Value;
 use std::fs;

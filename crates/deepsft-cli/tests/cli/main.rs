@@ -1,0 +1,7 @@
+//! The `deepsft` command from outside: what it writes, what it says, how it exits.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_input;
+mod commands;
+mod common;
