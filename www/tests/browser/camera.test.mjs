@@ -84,8 +84,8 @@ for (const { device, wanted, different } of [
       const browser = await launch({ camera: cameraFile });
       try {
         // A small page: on this machine the processor draws it too.
-      const size = { viewport: { width: 480, height: 400 } };
-      const demo = await openDemo(browser, { device: size, query: `?device=${device}`, permissions: ["camera"] });
+        const size = { viewport: { width: 480, height: 400 } };
+        const demo = await openDemo(browser, { device: size, query: `?device=${device}`, permissions: ["camera"] });
         await collectEstimates(demo.page);
         await demo.page.click("#use-camera");
         let estimates = [];

@@ -10,6 +10,12 @@ import { DESKTOP, PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support
 import { y4m } from "../support/y4m.mjs";
 import { MODEL } from "../support/native.mjs";
 
+/** A picture of one pixel. */
+const DOT_PNG = Buffer.from(
+  "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg==",
+  "base64",
+);
+
 let folder;
 let cameraFile;
 
@@ -155,7 +161,7 @@ for (const [what, file, change, code] of [
       {},
       { query: "?device=cpu", prepare: changed(file, change), expectedErrors: [/404/] },
       async ({ page, screenshot }) => {
-        await page.click("#use-clip");
+        await page.setInputFiles("#image-file", { name: "dot.png", mimeType: "image/png", buffer: DOT_PNG });
         assert.equal((await messageOf(page)).code, code);
         await screenshot(`desktop-${what.replaceAll(" ", "-")}`);
       },

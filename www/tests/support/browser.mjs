@@ -19,7 +19,7 @@ const FLAGS = JSON.parse(process.env.DEEPSFT_CHROMIUM_FLAGS ?? "null") ?? [
 const WEBGPU_FLAGS = /webgpu/i;
 
 /** A software GPU on a machine that does other things takes seconds for a frame, and longer for the first. */
-export const SLOW_MS = 300_000;
+export const SLOW_MS = 600_000;
 
 export const DESKTOP = { viewport: { width: 1440, height: 900 } };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true };

@@ -2,10 +2,15 @@
 
 use super::rivals::{self, Rivals};
 use crate::{manifest::Manifest, tools};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde_json::Value;
 use std::{path::Path, process::Command};
+
+/// Most by which two programs that run the same network on the same image may differ: where they round differently, a
+/// pixel at the mask's edge may change sides, and depths in a few places where two bins are equally likely.
+const MOST_MASK_SHARE: f64 = 1e-3;
+const MOST_MEDIAN_DEPTH_MM: f64 = 0.05;
 
 #[derive(Deserialize)]
 struct Times {
@@ -41,7 +46,7 @@ struct Difference {
 /// Measures in the browser.
 ///
 /// # Errors
-/// When there is no Chromium, no built package, or the page fails.
+/// When there is no Chromium, no built package, the page fails, or onnxruntime-web computes something else.
 pub fn measure(
     root: &Path,
     manifest: &Manifest,
@@ -63,7 +68,23 @@ pub fn measure(
         None => command.args(["-", "-"]),
     };
     let printed = rivals::printed_by(command.arg(runs.to_string())).context("measuring in the browser")?;
-    serde_json::from_str(&printed).context("reading what browser.mjs printed")
+    let figures: Value = serde_json::from_str(&printed).context("reading what browser.mjs printed")?;
+    check(&Figures::deserialize(&figures)?)?;
+    Ok(figures)
+}
+
+/// Times of programs that do not compute the same are not worth comparing.
+fn check(figures: &Figures) -> Result<()> {
+    let Some(Rival { name, difference, .. }) = &figures.rival else {
+        return Ok(());
+    };
+    let depth_mm = difference.depth_mm.unwrap_or(0.0);
+    ensure!(
+        difference.mask_share <= MOST_MASK_SHARE && depth_mm <= MOST_MEDIAN_DEPTH_MM,
+        "{name} and DeepSfT do not compute the same: masks differ on {:.2} % of the pixels, depths by {depth_mm} mm (median)",
+        100.0 * difference.mask_share,
+    );
+    Ok(())
 }
 
 /// Prints what [`measure`] gave.
@@ -118,4 +139,36 @@ pub fn print(figures: &Value) -> Result<()> {
         );
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_rival_that_computes_something_else_is_no_comparison() {
+        let figures = |mask_share: f64, depth_mm: Option<f64>| {
+            let times = json!({"median_ms": 10.0});
+            let rival = json!({
+                "name": "other", "load_ms": 1.0, "network": times, "ratio": 1.0,
+                "difference": {"mask_share": mask_share, "depth_mm": depth_mm},
+            });
+            let figures = json!({
+                "runs": 5, "load_ms": 1.0, "canonical_warp": times, "network": times, "confidence": times,
+                "frame": times, "rival": rival,
+            });
+            Figures::deserialize(figures).unwrap()
+        };
+        assert!(check(&figures(1e-4, Some(1e-3))).is_ok());
+        assert!(check(&figures(0.0, None)).is_ok());
+        // As measured with the weights of two different trainings.
+        assert!(
+            check(&figures(2e-3, Some(2.5)))
+                .unwrap_err()
+                .to_string()
+                .contains("0.20 %")
+        );
+        assert!(check(&figures(0.0, Some(2.5))).is_err());
+    }
 }
