@@ -167,6 +167,32 @@ impl Camera {
         (p_camera.z > 0.0).then(|| self.pixel_from_ray(p_camera.truncate() / p_camera.z))
     }
 
+    /// [`Camera::project`] and the gradients of both image coordinates with respect to the point, pixels per mm;
+    /// `None` at or behind the camera's plane.
+    pub fn project_with_gradients(&self, p_camera: DVec3) -> Option<(DVec2, [DVec3; 2])> {
+        let pixel = self.project(p_camera)?;
+        let ray = p_camera.truncate() / p_camera.z;
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let r2 = ray.length_squared();
+        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        // d radial / d ray = slope * ray.
+        let slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));
+        let mixed = slope * ray.x * ray.y + 2.0 * (p1 * ray.x + p2 * ray.y);
+        let rows = [
+            DVec2::new(
+                radial + slope * ray.x * ray.x + 2.0 * p1 * ray.y + 6.0 * p2 * ray.x,
+                mixed,
+            ),
+            DVec2::new(
+                mixed,
+                radial + slope * ray.y * ray.y + 6.0 * p1 * ray.y + 2.0 * p2 * ray.x,
+            ),
+        ];
+        // d ray / d p = (1, 0, -x) / z and (0, 1, -y) / z.
+        let chain = |row: DVec2, focal: f64| row.extend(-row.dot(ray)) * (focal / p_camera.z);
+        Some((pixel, [chain(rows[0], self.fx), chain(rows[1], self.fy)]))
+    }
+
     /// Image position in pixels of the ray (x, y, 1), distortion applied.
     pub fn pixel_from_ray(&self, ray: DVec2) -> DVec2 {
         self.distort(ray) * self.focal() + self.principal_point()
@@ -238,6 +264,26 @@ mod tests {
             let ray = DVec2::new(x, y);
             assert!((camera.ray_from_pixel(camera.pixel_from_ray(ray)) - ray).length() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_gradients_of_the_projection_are_its_finite_differences() {
+        let camera = Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0)
+            .unwrap()
+            .with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01])
+            .unwrap();
+        for p in [DVec3::new(100.0, -70.0, 400.0), DVec3::new(-150.0, 120.0, 350.0)] {
+            let (pixel, gradients) = camera.project_with_gradients(p).unwrap();
+            assert_eq!(camera.project(p), Some(pixel));
+            for axis in DVec3::AXES {
+                // h^2 times the third derivative (1e-6 px / mm^3) plus rounding / h: below 1e-8 px / mm.
+                let moved = |by: f64| camera.project(p + by * axis).unwrap();
+                let numeric = (moved(1e-2) - moved(-1e-2)) / 2e-2;
+                assert!((numeric.x - gradients[0].dot(axis)).abs() < 1e-8);
+                assert!((numeric.y - gradients[1].dot(axis)).abs() < 1e-8);
+            }
+        }
+        assert_eq!(camera.project_with_gradients(DVec3::new(0.0, 0.0, -1.0)), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// What is wrong with a camera, a mesh, a picture or a pair of maps.
+/// What is wrong with a camera, a mesh, a picture, a pair of maps or a fit.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
@@ -59,6 +59,75 @@ pub enum GeometryError {
     VertexNotFinite {
         /// Index of the vertex.
         vertex: usize,
+    },
+    /// A measurement names a vertex that is not there.
+    #[error("measurement of vertex {vertex}, the mesh has {vertices}")]
+    VertexIndex {
+        /// The vertex it names.
+        vertex: usize,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A measurement names a face that is not there.
+    #[error("measurement on face {face}, the mesh has {faces}")]
+    FaceOutOfRange {
+        /// The face it names.
+        face: usize,
+        /// Number of faces.
+        faces: usize,
+    },
+    /// A weight, deviation or robust scale is not a number it can be.
+    #[error(
+        "{term} has a weight or scale of {actual}, expected a finite number that is not negative (scales: positive)"
+    )]
+    Weight {
+        /// Name of the term.
+        term: &'static str,
+        /// The value met.
+        actual: f64,
+    },
+    /// A mesh has no edge of positive length, so nothing to measure by.
+    #[error("mesh has no edge of positive length")]
+    MeshWithoutExtent,
+    /// A start shape does not have the template's number of vertices.
+    #[error("start has {actual} vertices, the template {expected}")]
+    StartLength {
+        /// Vertices met.
+        actual: usize,
+        /// Vertices of the template.
+        expected: usize,
+    },
+    /// A term is not defined at the start shape (a measured point behind the camera).
+    #[error("{term} has the energy {energy} at the start, expected a finite one")]
+    StartEnergy {
+        /// Name of the term.
+        term: &'static str,
+        /// Its energy.
+        energy: f64,
+    },
+    /// A term couples vertices that the solver was not prepared for.
+    #[error("{term} couples vertices that the solver was not made for, or that are not there")]
+    Coupling {
+        /// Name of the term.
+        term: &'static str,
+    },
+    /// No vertex is visible: nothing says where the object is.
+    #[error("no vertex is visible ({ignored} points are not finite)")]
+    NoVisibleVertex {
+        /// Points left out because they are not finite.
+        ignored: usize,
+    },
+    /// A matrix that must be positive definite is not, numerically.
+    #[error("system of {unknowns} unknowns is numerically singular")]
+    Singular {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// The symbolic factorisation did not fit into memory.
+    #[error("factorisation of {unknowns} unknowns does not fit into memory")]
+    OutOfMemory {
+        /// Number of unknowns.
+        unknowns: usize,
     },
     /// Per-vertex arrays differ in length.
     #[error("mesh has {actual} texture coordinates, expected one for each of {expected} vertices")]

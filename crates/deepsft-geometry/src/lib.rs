@@ -1,4 +1,4 @@
-//! Cameras, meshes, templates, maps and metrics of Shape-from-Template: pure maths.
+//! Cameras, meshes, templates, maps, the mesh solver and metrics of Shape-from-Template: pure maths.
 //!
 //! # Conventions, fixed once for the whole project
 //!
@@ -20,20 +20,26 @@
 
 mod camera;
 mod canonical;
+mod completion;
 mod error;
 mod maps;
 mod mesh;
 pub mod metrics;
 mod photometric;
 mod picture;
+mod rigid_alignment;
+mod rotation;
+pub mod solver;
 mod template;
 
 pub use camera::{Camera, PAPER_CAMERAS};
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
+pub use completion::{ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport};
 pub use error::GeometryError;
 pub use glam;
 pub use maps::{Maps, OUTSIDE};
 pub use mesh::TriangleMesh;
 pub use photometric::{draw_template, photometric_error};
 pub use picture::Picture;
+pub use rigid_alignment::RigidMotion;
 pub use template::Template;

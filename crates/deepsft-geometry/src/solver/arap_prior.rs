@@ -1,0 +1,188 @@
+//! As-rigid-as-possible cells of a template: what the ARAP term and ARAP completion share.
+
+use super::bending::DEGENERATE_FACE;
+use crate::TriangleMesh;
+use crate::rotation::nearest_rotation;
+use glam::{DMat3, DQuat, DVec3};
+
+/// Cotangent weights are kept between these. The lower bound keeps obtuse and degenerate faces from
+/// making the energy indefinite or a vertex loose (a square grid's diagonals have weight 0); the upper one
+/// is a needle of half a degree.
+const WEIGHT_BOUNDS: [f64; 2] = [1e-3, 1e2];
+
+/// The cells of Sorkine and Alexa 2007: each vertex with its edges, cotangent weights and rest
+/// edges, with E_arap and E_smooth of the paper on them:
+///
+/// * E_arap = sum over i, sum over neighbours j of w_ij |e_ij - R_i q_ij|^2 with e_ij = p_i - p_j and q_ij
+///   the same at rest,
+/// * E_smooth = sum over i of (1 / d_i) |sum over j of w_ij (e_ij - R_i q_ij)|^2 with d_i the sum of w_ij:
+///   the deviation of the cotangent Laplacian, hence of the mean curvature normal, from the template's,
+///   rotated along. The paper names such a term and not its formula; this is our choice. By
+///   Cauchy-Schwarz it is at most E_arap.
+///
+/// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
+#[derive(Clone, Debug)]
+pub(crate) struct ArapPrior {
+    /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
+    starts: Vec<usize>,
+    neighbours: Vec<usize>,
+    weights: Vec<f64>,
+    rest: Vec<DVec3>,
+    /// d_i.
+    degrees: Vec<f64>,
+    pub(crate) arap: f64,
+    pub(crate) smoothness: f64,
+}
+
+/// Energies without their weights.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct CellEnergy {
+    pub arap: f64,
+    pub smoothness: f64,
+}
+
+impl ArapPrior {
+    /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
+    pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
+        let v = template.vertices();
+        let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
+        for &[a, b, c] in template.faces() {
+            for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
+                let half = 0.5 * cotangent(v[k], v[i], v[j]);
+                half_edges.extend([([i, j], half), ([j, i], half)]);
+            }
+        }
+        half_edges.retain(|([i, j], _)| i != j);
+        half_edges.sort_unstable_by_key(|h| h.0);
+        let mut starts = vec![0; v.len() + 1];
+        let (mut neighbours, mut weights, mut rest) = (vec![], vec![], vec![]);
+        for same in half_edges.chunk_by(|a, b| a.0 == b.0) {
+            let [i, j] = same[0].0;
+            let sum: f64 = same.iter().map(|h| h.1).sum();
+            starts[i + 1] += 1;
+            neighbours.push(j);
+            weights.push(sum.clamp(WEIGHT_BOUNDS[0], WEIGHT_BOUNDS[1]));
+            rest.push(v[i] - v[j]);
+        }
+        for i in 0..v.len() {
+            starts[i + 1] += starts[i];
+        }
+        let degrees = (0..v.len())
+            .map(|i| weights[starts[i]..starts[i + 1]].iter().sum())
+            .collect();
+        Self {
+            starts,
+            neighbours,
+            weights,
+            rest,
+            degrees,
+            arap,
+            smoothness,
+        }
+    }
+
+    /// Number of vertices.
+    pub(crate) fn vertices(&self) -> usize {
+        self.degrees.len()
+    }
+
+    /// Neighbours of a vertex and the weights of the edges to them.
+    pub(crate) fn neighbours(&self, i: usize) -> impl ExactSizeIterator<Item = (usize, f64)> + '_ {
+        let edges = self.starts[i]..self.starts[i + 1];
+        edges.map(|k| (self.neighbours[k], self.weights[k]))
+    }
+
+    /// d_i: the sum of a vertex's weights.
+    pub(crate) fn degree(&self, i: usize) -> f64 {
+        self.degrees[i]
+    }
+
+    /// The best rotation of cell `i`, searched from `guess`.
+    fn rotation(&self, i: usize, vertices: &[DVec3], guess: DQuat) -> DQuat {
+        let mut covariance = DMat3::ZERO;
+        let (mut rest_sum, mut edge_sum) = (DVec3::ZERO, DVec3::ZERO);
+        for k in self.starts[i]..self.starts[i + 1] {
+            let (q, weight) = (self.rest[k], self.weights[k]);
+            let e = weight * (vertices[i] - vertices[self.neighbours[k]]);
+            covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
+            rest_sum += weight * q;
+            edge_sum += e;
+        }
+        covariance *= self.arap;
+        if self.smoothness > 0.0 && self.degrees[i] > 0.0 {
+            let e = edge_sum * (self.smoothness / self.degrees[i]);
+            covariance += DMat3::from_cols(e * rest_sum.x, e * rest_sum.y, e * rest_sum.z);
+        }
+        nearest_rotation(covariance, guess)
+    }
+
+    /// Calls `visit` with every vertex and the residuals e_ij - R_i q_ij of its cell, in the order of its
+    /// neighbours, and returns the energies. `guesses` has one rotation a vertex to start the search from
+    /// and is left with the best ones; without it each cell starts from the one before.
+    pub(crate) fn cells(
+        &self,
+        vertices: &[DVec3],
+        mut guesses: Option<&mut [DQuat]>,
+        mut visit: impl FnMut(usize, &[DVec3], DVec3),
+    ) -> CellEnergy {
+        let mut energy = CellEnergy::default();
+        let mut residuals = Vec::new();
+        let mut rotation = DQuat::IDENTITY;
+        for i in 0..self.vertices() {
+            if let Some(guesses) = &guesses {
+                rotation = guesses[i];
+            }
+            rotation = self.rotation(i, vertices, rotation);
+            if let Some(guesses) = &mut guesses {
+                guesses[i] = rotation;
+            }
+            let matrix = DMat3::from_quat(rotation);
+            residuals.clear();
+            let mut sum = DVec3::ZERO;
+            for k in self.starts[i]..self.starts[i + 1] {
+                let residual = vertices[i] - vertices[self.neighbours[k]] - matrix * self.rest[k];
+                energy.arap += self.weights[k] * residual.length_squared();
+                sum += self.weights[k] * residual;
+                residuals.push(residual);
+            }
+            if self.degrees[i] > 0.0 {
+                energy.smoothness += sum.length_squared() / self.degrees[i];
+            }
+            visit(i, &residuals, sum);
+        }
+        energy
+    }
+
+    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient` and returns the energies.
+    pub(crate) fn add_gradient(
+        &self,
+        vertices: &[DVec3],
+        rotations: &mut [DQuat],
+        gradient: &mut [DVec3],
+    ) -> CellEnergy {
+        self.cells(vertices, Some(rotations), |i, residuals, sum| {
+            let mean = if self.degrees[i] > 0.0 {
+                sum * (self.smoothness / self.degrees[i])
+            } else {
+                DVec3::ZERO
+            };
+            for ((j, weight), residual) in self.neighbours(i).zip(residuals) {
+                let pull = weight * (self.arap * *residual + mean);
+                gradient[i] += pull;
+                gradient[j] -= pull;
+            }
+        })
+    }
+}
+
+/// Cotangent of the angle at `a`; 0 in a face without area.
+fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (e, f) = (b - a, c - a);
+    let doubled = e.cross(f).length();
+    let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
+    if doubled > DEGENERATE_FACE * longest {
+        e.dot(f) / doubled
+    } else {
+        0.0
+    }
+}

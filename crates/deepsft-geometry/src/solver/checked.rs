@@ -1,0 +1,27 @@
+//! What every term checks of its measurements.
+
+use crate::GeometryError;
+
+pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<(), GeometryError> {
+    if weight.is_finite() && weight >= 0.0 {
+        Ok(())
+    } else {
+        Err(GeometryError::Weight { term, actual: weight })
+    }
+}
+
+pub(crate) fn vertex_in(vertex: usize, vertices: usize) -> Result<(), GeometryError> {
+    if vertex < vertices {
+        Ok(())
+    } else {
+        Err(GeometryError::VertexIndex { vertex, vertices })
+    }
+}
+
+pub(crate) fn check_scale(term: &'static str, scale: f64) -> Result<(), GeometryError> {
+    if scale.is_finite() && scale > 0.0 {
+        Ok(())
+    } else {
+        Err(GeometryError::Weight { term, actual: scale })
+    }
+}

@@ -1,0 +1,192 @@
+//! Sparse Cholesky factorisation with the symbolic work done once.
+
+use crate::GeometryError;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+
+/// The Cholesky factorisation of symmetric matrices that all have one pattern. Ordering and symbolic
+/// analysis happen in [`new`](Self::new), numbers in [`factorize`](Self::factorize). One thread.
+pub(crate) struct SparseCholesky {
+    column_starts: Vec<usize>,
+    rows: Vec<usize>,
+    symbolic: SymbolicCholesky<usize>,
+    factor: Vec<f64>,
+    scratch: MemBuffer,
+}
+
+impl std::fmt::Debug for SparseCholesky {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "SparseCholesky({} unknowns, {} in the factor)",
+            self.dimension(),
+            self.factor.len()
+        )
+    }
+}
+
+impl SparseCholesky {
+    /// Analyses the pattern of the lower triangle in compressed columns: `rows` of column `j` are
+    /// `rows[column_starts[j]..column_starts[j + 1]]`, ascending, the diagonal first.
+    pub(crate) fn new(column_starts: Vec<usize>, rows: Vec<usize>) -> Result<Self, GeometryError> {
+        let n = column_starts.len() - 1;
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &column_starts, None, &rows);
+        let symbolic = factorize_symbolic_cholesky(
+            pattern,
+            Side::Lower,
+            SymmetricOrdering::Amd,
+            CholeskySymbolicParams::default(),
+        )
+        .map_err(|_| GeometryError::OutOfMemory { unknowns: n })?;
+        let factor = vec![0.0; symbolic.len_val()];
+        let scratch = MemBuffer::new(
+            symbolic
+                .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
+                .or(symbolic.solve_in_place_scratch::<f64>(3, Par::Seq)),
+        );
+        Ok(Self {
+            column_starts,
+            rows,
+            symbolic,
+            factor,
+            scratch,
+        })
+    }
+
+    /// Number of rows of the matrix.
+    pub(crate) fn dimension(&self) -> usize {
+        self.column_starts.len() - 1
+    }
+
+    /// Where each column's entries start.
+    pub(crate) fn column_starts(&self) -> &[usize] {
+        &self.column_starts
+    }
+
+    /// Position of entry (`row`, `column`) of the lower triangle among the values.
+    pub(crate) fn position(&self, row: usize, column: usize) -> Option<usize> {
+        let (start, end) = (self.column_starts[column], self.column_starts[column + 1]);
+        self.rows[start..end].binary_search(&row).ok().map(|k| start + k)
+    }
+
+    /// Factorises the matrix whose lower triangle has `values`, in the pattern's order. False when it
+    /// is not positive definite; then there is nothing to [`solve`](Self::solve) with.
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> bool {
+        let n = self.dimension();
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows);
+        let matrix = SparseColMatRef::new(pattern, values);
+        let stack = MemStack::new(&mut self.scratch);
+        self.symbolic
+            .factorize_numeric_llt(
+                &mut self.factor,
+                matrix,
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                stack,
+                Default::default(),
+            )
+            .is_ok()
+    }
+
+    /// Solves for the right-hand sides in `columns` (one to three vectors, one after the other) in place.
+    pub(crate) fn solve(&mut self, columns: &mut [f64]) {
+        let n = self.dimension();
+        let right_hand_sides = MatMut::from_column_major_slice_mut(columns, n, columns_of(columns.len(), n));
+        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            right_hand_sides,
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+    }
+
+    /// Number of pivots of the last factorisation of `values` that are at most `share` of their diagonal
+    /// entries: the directions that nothing holds, as far as elimination without pivoting shows them.
+    pub(crate) fn weak_pivots(&self, values: &[f64], share: f64) -> usize {
+        // Column of the factor -> column of the matrix.
+        let matrix_column = |k: usize| self.symbolic.perm().map_or(k, |p| p.arrays().0[k]);
+        let weak = |k: usize, pivot_root: f64| {
+            let diagonal = values[self.column_starts[matrix_column(k)]];
+            usize::from(pivot_root * pivot_root <= share * diagonal)
+        };
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(simplicial) => {
+                let starts = simplicial.col_ptr();
+                (0..self.dimension()).map(|k| weak(k, self.factor[starts[k]])).sum()
+            }
+            SymbolicCholeskyRaw::Supernodal(supernodal) => {
+                let blocks = SupernodalLltRef::new(supernodal, &self.factor);
+                (0..supernodal.n_supernodes())
+                    .map(|s| {
+                        let block = blocks.supernode(s);
+                        (0..block.val().ncols())
+                            .map(|c| weak(block.start() + c, block.val()[(c, c)]))
+                            .sum::<usize>()
+                    })
+                    .sum()
+            }
+        }
+    }
+}
+
+fn columns_of(length: usize, rows: usize) -> usize {
+    length.checked_div(rows).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tridiagonal matrix of a chain of `n` springs, `ground` added to the first diagonal entry.
+    fn chain(n: usize, ground: f64) -> (SparseCholesky, Vec<f64>) {
+        let (mut starts, mut rows, mut values) = (vec![0], vec![], vec![]);
+        for j in 0..n {
+            let ends = if j == 0 || j == n - 1 { 1.0 } else { 2.0 };
+            rows.push(j);
+            values.push(ends + if j == 0 { ground } else { 0.0 });
+            if j + 1 < n {
+                rows.push(j + 1);
+                values.push(-1.0);
+            }
+            starts.push(rows.len());
+        }
+        (SparseCholesky::new(starts, rows).unwrap(), values)
+    }
+
+    #[test]
+    fn three_right_hand_sides_of_a_chain_are_solved_and_a_new_matrix_needs_no_new_analysis() {
+        // A unit force at the free end stretches every spring by one and the ground by 1 / ground.
+        let n = 200;
+        for ground in [1.0, 0.25] {
+            let (mut cholesky, values) = chain(n, ground);
+            assert!(cholesky.factorize(&values));
+            let mut columns = vec![0.0; 3 * n];
+            for k in 0..3 {
+                columns[k * n + n - 1] = k as f64;
+            }
+            cholesky.solve(&mut columns);
+            for k in 0..3 {
+                for i in 0..n {
+                    let expected = k as f64 * (i as f64 + 1.0 / ground);
+                    assert!((columns[k * n + i] - expected).abs() < 1e-8);
+                }
+            }
+            assert_eq!(cholesky.weak_pivots(&values, 1e-12), 0);
+        }
+    }
+
+    #[test]
+    fn a_direction_that_nothing_holds_shows_as_a_weak_pivot_or_is_refused() {
+        let (mut cholesky, mut values) = chain(50, 0.0);
+        values[0] += 1e-15;
+        assert!(!cholesky.factorize(&values) || cholesky.weak_pivots(&values, 1e-12) == 1);
+        values[0] = -1.0;
+        assert!(!cholesky.factorize(&values));
+    }
+}

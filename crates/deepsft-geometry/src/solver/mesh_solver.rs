@@ -1,0 +1,309 @@
+//! Levenberg-Marquardt over the vertices of a template.
+
+use super::energy::Energy;
+use super::normal_equations::NormalEquations;
+use crate::{GeometryError, TriangleMesh};
+use glam::DVec3;
+
+/// First damping, as a share of the diagonal of J^T W J (Marquardt's scaling, which makes the steps
+/// independent of units).
+const FIRST_DAMPING: f64 = 1e-3;
+
+/// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
+/// of a step where it is not.
+const LEAST_DAMPING: f64 = 1e-9;
+
+/// Damping beyond which no step is worth trying.
+const MOST_DAMPING: f64 = 1e12;
+
+/// Damping with which rank is judged. Spread over N unknowns, an undetermined direction leaves a pivot of
+/// about N times this share of its diagonal.
+const RANK_DAMPING: f64 = 1e-13;
+
+/// The template's mean rest edge length, by which the lengths in all terms are divided.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct LengthScale(f64);
+
+impl LengthScale {
+    /// The mean edge length of `template`, in its unit.
+    ///
+    /// # Errors
+    /// [`GeometryError::MeshWithoutExtent`] when the mesh has no edge of positive length.
+    pub fn of(template: &TriangleMesh) -> Result<Self, GeometryError> {
+        let edges = template.edges();
+        let v = template.vertices();
+        let sum: f64 = edges.iter().map(|&[a, b]| v[a].distance(v[b])).sum();
+        let mean = sum / edges.len() as f64;
+        if mean.is_finite() && mean > 0.0 {
+            Ok(Self(mean))
+        } else {
+            Err(GeometryError::MeshWithoutExtent)
+        }
+    }
+
+    /// The length, in the template's unit.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveOptions {
+    /// Accepted steps at most. Default 50; a warm start in video needs one to three.
+    pub max_iterations: usize,
+    /// Converged when no vertex moves further than this share of the mean edge length. Default 1e-6 (a
+    /// hundred-thousandth of a millimetre on a sheet of paper).
+    pub step_tolerance: f64,
+    /// Converged when a step lowers the energy by less than this share. Default 1e-9.
+    pub energy_tolerance: f64,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        Self {
+            max_iterations: 50,
+            step_tolerance: 1e-6,
+            energy_tolerance: 1e-9,
+        }
+    }
+}
+
+/// One term's energy before and after.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TermEnergy {
+    /// The term's name.
+    pub name: &'static str,
+    /// At the start.
+    pub initial_energy: f64,
+    /// At the result.
+    pub final_energy: f64,
+}
+
+/// How a solve went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Whether a tolerance was met. Otherwise the iterations ran out, or no damping gave a step that
+    /// lowers the energy.
+    pub converged: bool,
+    /// Accepted steps.
+    pub iterations: usize,
+    /// Energies of the terms, in the order they were given.
+    pub terms: Vec<TermEnergy>,
+    /// Directions at the result that no term holds to first order (pivots that vanish in elimination). A
+    /// solve with no measurement has six for each component: its rigid motions. The result keeps
+    /// its start along them.
+    pub undetermined_directions: usize,
+}
+
+impl SolveReport {
+    /// Sum of the terms' energies at the start.
+    pub fn initial_energy(&self) -> f64 {
+        self.terms.iter().map(|t| t.initial_energy).sum()
+    }
+
+    /// Sum of the terms' energies at the result.
+    pub fn final_energy(&self) -> f64 {
+        self.terms.iter().map(|t| t.final_energy).sum()
+    }
+}
+
+/// What a solve gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// Vertex positions, in the frame and unit of the start.
+    pub vertices: Vec<DVec3>,
+    /// How it went.
+    pub report: SolveReport,
+}
+
+/// Minimises sums of [`Energy`] terms over the n vertices of one template (3n unknowns) by
+/// Levenberg-Marquardt with sparse Cholesky. The symbolic work is done once, in [`new`](Self::new); every
+/// [`solve`](Self::solve) after it only factorises numbers, whatever is measured in that frame.
+///
+/// ```
+/// use deepsft_geometry::solver::{Isometry, LengthScale, MeshSolver, PointData, SolveOptions, VertexPoint};
+/// use deepsft_geometry::{Picture, Template, glam::DVec3};
+/// let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
+/// let mesh = template.mesh();
+/// let scale = LengthScale::of(mesh)?;
+/// let isometry = Isometry::new(mesh, scale, 1.0)?;
+/// let mut solver = MeshSolver::new(mesh, &[&isometry])?;
+/// // Every vertex is seen half a metre in front of the camera.
+/// let seen = |(vertex, p): (usize, &DVec3)| VertexPoint { vertex, p_camera: *p + 500.0 * DVec3::Z, weight: 1.0 };
+/// let points: Vec<_> = mesh.vertices().iter().enumerate().map(seen).collect();
+/// let points = PointData::new(mesh, scale, &points)?;
+/// let solution = solver.solve(&[&points, &isometry], mesh.vertices(), &SolveOptions::default())?;
+/// assert!(solution.report.converged);
+/// assert!((solution.vertices[0].z - 500.0).abs() < 1e-6);
+/// # Ok::<(), deepsft_geometry::GeometryError>(())
+/// ```
+#[derive(Debug)]
+pub struct MeshSolver {
+    equations: NormalEquations,
+    scale: LengthScale,
+}
+
+impl MeshSolver {
+    /// Prepares for the vertices of `template`. Terms over single vertices, edges and faces are always
+    /// provided for; `structure` are terms that couple more (bending, ARAP with smoothness).
+    ///
+    /// # Errors
+    /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length.
+    pub fn new(template: &TriangleMesh, structure: &[&dyn Energy]) -> Result<Self, GeometryError> {
+        let mut pairs = template.edges();
+        for term in structure {
+            term.stencils(&mut |stencil| {
+                for (k, &a) in stencil.iter().enumerate() {
+                    pairs.extend(stencil[k + 1..].iter().map(|&b| [a, b]));
+                }
+            });
+        }
+        Ok(Self {
+            equations: NormalEquations::new(template.vertices().len(), pairs)?,
+            scale: LengthScale::of(template)?,
+        })
+    }
+
+    /// Minimises the sum of `terms` from `start` (one position a vertex: the rest shape moved to where
+    /// the object is, or the last frame's result).
+    ///
+    /// # Errors
+    /// [`GeometryError::StartLength`] when `start` does not have the template's vertices,
+    /// [`GeometryError::StartEnergy`] when a term's energy is not finite there,
+    /// [`GeometryError::Coupling`] when a term couples vertices that the solver was not prepared for.
+    pub fn solve(
+        &mut self,
+        terms: &[&dyn Energy],
+        start: &[DVec3],
+        options: &SolveOptions,
+    ) -> Result<Solution, GeometryError> {
+        self.check(terms, start)?;
+        let energies = |vertices: &[DVec3]| -> Vec<f64> { terms.iter().map(|t| t.energy(vertices)).collect() };
+        let initial = energies(start);
+        if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
+            return Err(GeometryError::StartEnergy {
+                term: term.name(),
+                energy,
+            });
+        }
+        let mut vertices = start.to_vec();
+        let mut current = initial.clone();
+        let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
+        let (mut converged, mut iterations) = (false, 0);
+        while !converged && iterations < options.max_iterations {
+            self.linearize(terms, &vertices);
+            let energy: f64 = current.iter().sum();
+            let accepted = loop {
+                let added = self.added(damping);
+                if self.equations.factorize(&added) {
+                    let step = self.equations.step();
+                    let length = step.iter().fold(0.0_f64, |m, s| m.max(s.length()));
+                    let candidate: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
+                    let reached = energies(&candidate);
+                    let decrease = energy - reached.iter().sum::<f64>();
+                    let small = length <= options.step_tolerance * self.scale.get();
+                    if decrease > 0.0 {
+                        // Nielsen's rule: less damping the better the model foretold the decrease.
+                        let foretold: f64 = (step.iter().zip(self.equations.gradient()).zip(&added))
+                            .map(|((s, g), a)| s.dot(*a * *s - *g))
+                            .sum();
+                        let gain = decrease / foretold.max(f64::MIN_POSITIVE);
+                        damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
+                        damping = damping.max(LEAST_DAMPING);
+                        growth = 2.0;
+                        (vertices, current) = (candidate, reached);
+                        converged = small || decrease <= options.energy_tolerance * energy;
+                        break true;
+                    }
+                    if small {
+                        // Nothing lower within the tolerance: this is the minimum.
+                        converged = true;
+                        break false;
+                    }
+                }
+                damping *= growth;
+                growth *= 2.0;
+                if damping > MOST_DAMPING {
+                    break false;
+                }
+            };
+            if !accepted {
+                break;
+            }
+            iterations += 1;
+        }
+        let terms_energy = terms.iter().zip(initial.iter().zip(&current));
+        let report = SolveReport {
+            converged,
+            iterations,
+            terms: terms_energy
+                .map(|(term, (&initial_energy, &final_energy))| TermEnergy {
+                    name: term.name(),
+                    initial_energy,
+                    final_energy,
+                })
+                .collect(),
+            undetermined_directions: self.undetermined_directions(terms, &vertices),
+        };
+        Ok(Solution { vertices, report })
+    }
+
+    fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {
+        let vertices = self.equations.gradient().len();
+        if start.len() != vertices {
+            return Err(GeometryError::StartLength {
+                actual: start.len(),
+                expected: vertices,
+            });
+        }
+        for term in terms {
+            let mut held = true;
+            term.stencils(&mut |stencil| {
+                held &= stencil.iter().all(|&v| v < vertices) && self.equations.holds(stencil)
+            });
+            if !held {
+                return Err(GeometryError::Coupling { term: term.name() });
+            }
+        }
+        Ok(())
+    }
+
+    fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) {
+        self.equations.clear();
+        for term in terms {
+            term.linearize(vertices, &mut self.equations);
+        }
+        debug_assert!(!self.equations.outside(), "a residual outside its term's stencils");
+    }
+
+    /// What damping adds to the diagonal. A coordinate that no residual touches stays where it is.
+    fn added(&self, damping: f64) -> Vec<DVec3> {
+        let unit = 1.0 / (self.scale.get() * self.scale.get());
+        let one = |d: f64| if d > 0.0 { damping * d } else { unit };
+        self.equations
+            .diagonal()
+            .map(|d| DVec3::new(one(d.x), one(d.y), one(d.z)))
+            .collect()
+    }
+
+    fn undetermined_directions(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> usize {
+        self.linearize(terms, vertices);
+        let untouched = self
+            .equations
+            .diagonal()
+            .flat_map(|d| d.to_array())
+            .filter(|&d| d <= 0.0)
+            .count();
+        let mut damping = RANK_DAMPING;
+        // Rounding may take a vanishing pivot below zero; each decade more lifts it again.
+        while !self.equations.factorize(&self.added(damping)) {
+            damping *= 10.0;
+            if damping > 1.0 {
+                return self.equations.gradient().len() * 3;
+            }
+        }
+        let unknowns = 3 * self.equations.gradient().len();
+        untouched + self.equations.weak_pivots(10.0 * unknowns as f64 * damping)
+    }
+}
