@@ -24,7 +24,6 @@ mod occluder;
 mod photometry;
 mod pose;
 mod poster;
-mod raster;
 mod relaxation;
 mod sampling;
 mod scene;

@@ -1,10 +1,10 @@
 //! A bent printed sheet in the image: its exact maps, and its picture with antialiased edges.
 
 use crate::frame::Frame;
-use crate::raster::{ImageTriangle, Visibility, Window, project_mesh};
 use crate::shading::{Lighting, Paper};
 use crate::texture::Texture;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec3};
+use deepsft_geometry::raster::{ImageTriangle, Visibility, VisibleSurface};
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
 
 /// Sample positions of antialiasing: the rotated grid, in which no two share a row or a column.
@@ -15,79 +15,47 @@ const SUBSAMPLES: [DVec2; 4] = [
     DVec2::new(0.625, 0.875),
 ];
 
-const CENTRE: DVec2 = DVec2::new(0.5, 0.5);
-
 /// Depths of two samples of a pixel that differ by less than this share from one plane are one surface.
 const SAME_SURFACE: f64 = 0.004;
 
 /// A mesh as the camera sees it.
-pub(crate) struct ImageSheet {
-    triangles: Vec<Option<ImageTriangle>>,
-    window: Window,
-    centres: Visibility,
-    camera: Camera,
-}
+pub(crate) struct ImageSheet(VisibleSurface);
 
 impl ImageSheet {
     /// Projects `mesh` with its vertices at `vertices_camera` (mm) and finds what each pixel centre sees.
     pub(crate) fn new(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Self {
-        let triangles = project_mesh(mesh, vertices_camera, camera);
-        let window = Window::of(&triangles, camera.width() as usize, camera.height() as usize);
-        let centres = Visibility::new(&triangles, &window, CENTRE);
-        Self {
-            triangles,
-            window,
-            centres,
-            camera: *camera,
-        }
-    }
-
-    /// The pixels (column, row) whose centre sees the front, with the triangle they see.
-    fn front(&self) -> impl Iterator<Item = (usize, usize, &ImageTriangle)> {
-        self.window.pixels().filter_map(|(index, column, row)| {
-            let triangle = self.triangles[self.centres.triangle(index)?].as_ref()?;
-            triangle.front.then_some((column, row, triangle))
-        })
+        Self(VisibleSurface::new(mesh, vertices_camera, camera))
     }
 
     /// Exact depth and registration of the front at the pixel centres.
     pub(crate) fn maps(&self) -> Maps {
-        let width = self.camera.width() as usize;
-        let mut maps = Maps::empty(width, self.camera.height() as usize);
-        for (column, row, triangle) in self.front() {
-            let at = self.centres.position(column, row);
-            let point = triangle.surface_point(at.x, at.y);
-            maps.set(
-                row * width + column,
-                point.depth_mm as f32,
-                point.uv.as_vec2().to_array(),
-            );
-        }
-        maps
+        self.0.maps()
     }
 
     /// Number of pixels whose centre sees the front and for which `counts(column, row)` holds.
     pub(crate) fn front_area(&self, counts: impl Fn(usize, usize) -> bool) -> usize {
-        self.front().filter(|&(column, row, _)| counts(column, row)).count()
+        self.0.front().filter(|&(column, row, ..)| counts(column, row)).count()
     }
 
     /// Paints the sheet over `frame`: the texture on the front, blank paper on the back. Pixels inside a surface are
     /// shaded once with a filtered texture, pixels on an outline once a subsample.
     pub(crate) fn paint(&self, frame: &mut Frame, texture: &Texture, paper: &Paper, light: &Lighting) {
-        let subsamples = SUBSAMPLES.map(|offset| Visibility::new(&self.triangles, &self.window, offset));
-        let shade = |index: usize, at: DVec2| match &self.triangles[index] {
+        let subsamples = SUBSAMPLES.map(|offset| Visibility::new(self.0.triangles(), self.0.window(), offset));
+        let shade = |index: usize, at: DVec2| match &self.0.triangles()[index] {
             Some(triangle) => self.shade(triangle, at, texture, paper, light),
             None => Vec3::ZERO,
         };
-        for (index, column, row) in self.window.pixels() {
+        for (index, column, row) in self.0.window().pixels() {
             let seen = [0, 1, 2, 3].map(|k| subsamples[k].triangle(index));
             if seen.iter().all(Option::is_none) {
                 continue;
             }
             let pixel = row * frame.width + column;
             let at = |k: usize| subsamples[k].position(column, row);
-            let color = match self.centres.triangle(index) {
-                Some(centre) if self.one_surface(centre, seen, at) => shade(centre, self.centres.position(column, row)),
+            let color = match self.0.centres().triangle(index) {
+                Some(centre) if self.one_surface(centre, seen, at) => {
+                    shade(centre, self.0.centres().position(column, row))
+                }
                 _ => {
                     let behind = frame.color(pixel);
                     let one = |k: usize| seen[k].map_or(behind, |triangle| shade(triangle, at(k)));
@@ -105,7 +73,7 @@ impl ImageSheet {
             if index == centre {
                 return true;
             }
-            let (Some(here), Some(there)) = (&self.triangles[centre], &self.triangles[index]) else {
+            let (Some(here), Some(there)) = (&self.0.triangles()[centre], &self.0.triangles()[index]) else {
                 return false;
             };
             let at = at(k);
@@ -116,7 +84,7 @@ impl ImageSheet {
 
     fn shade(&self, triangle: &ImageTriangle, at: DVec2, texture: &Texture, paper: &Paper, light: &Lighting) -> Vec3 {
         let albedo = if triangle.front {
-            let point = triangle.surface_point(at.x, at.y);
+            let point = triangle.seen_point(at.x, at.y);
             let (duv_dx, duv_dy) = (point.duv_dx.as_vec2(), point.duv_dy.as_vec2());
             texture.anisotropic(point.uv.as_vec2(), duv_dx, duv_dy) * paper.white
         } else {
@@ -126,7 +94,7 @@ impl ImageSheet {
             paper,
             albedo,
             triangle.normal(at.x, at.y),
-            self.camera.ray_from_pixel(at).as_vec2(),
+            self.0.camera().ray_from_pixel(at).as_vec2(),
         )
     }
 }

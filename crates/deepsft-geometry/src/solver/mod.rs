@@ -31,7 +31,7 @@ mod mesh_solver;
 mod normal_equations;
 mod point_data;
 mod reprojection;
-mod surface_point;
+pub(crate) mod surface_point;
 
 pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
 pub use bending::Bending;

@@ -1,8 +1,8 @@
 //! Z-buffered rasterisation of a triangle mesh: which triangle is seen at each sample position, and the
 //! perspective-correct depth and texture coordinates there.
 
-use deepsft_geometry::glam::{DVec2, DVec3, Vec3};
-use deepsft_geometry::{Camera, TriangleMesh};
+use crate::{Camera, Maps, TriangleMesh};
+use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
 
 /// Triangles with a corner nearer than this are not drawn, mm: closer than any camera focuses.
@@ -14,7 +14,7 @@ const EDGE_TOLERANCE: f64 = 1e-9;
 
 /// An affine function of the image position: `x`, `y` in pixels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
+struct Plane {
     dx: f64,
     dy: f64,
     origin: f64,
@@ -28,44 +28,45 @@ impl Plane {
 
 /// A triangle in the image. Over a flat triangle 1/z, u/z and v/z are affine in the image position.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ImageTriangle {
+pub struct ImageTriangle {
     corners: [DVec2; 3],
     barycentric: [Plane; 3],
+    corner_depths: [f64; 3],
     inverse_depth: Plane,
     u_over_depth: Plane,
     v_over_depth: Plane,
     /// Corner normals divided by the corner's depth.
     normal_over_depth: [Vec3; 3],
     /// The printed side looks at the camera.
-    pub(crate) front: bool,
+    pub front: bool,
 }
 
 /// What is seen at one image position of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfacePoint {
+pub struct SeenPoint {
     /// Camera-frame z, mm.
-    pub(crate) depth_mm: f64,
+    pub depth_mm: f64,
     /// Texture coordinates, clamped to the unit square against rounding.
-    pub(crate) uv: DVec2,
+    pub uv: DVec2,
     /// Change of (u, v) for one pixel to the right.
-    pub(crate) duv_dx: DVec2,
+    pub duv_dx: DVec2,
     /// Change of (u, v) for one pixel down.
-    pub(crate) duv_dy: DVec2,
+    pub duv_dy: DVec2,
 }
 
 impl ImageTriangle {
     /// Depth in mm at an image position.
-    pub(crate) fn depth_mm(&self, x: f64, y: f64) -> f64 {
+    pub fn depth_mm(&self, x: f64, y: f64) -> f64 {
         1.0 / self.inverse_depth.at(x, y)
     }
 
     /// Depth, texture coordinates and their change a pixel at an image position.
-    pub(crate) fn surface_point(&self, x: f64, y: f64) -> SurfacePoint {
+    pub fn seen_point(&self, x: f64, y: f64) -> SeenPoint {
         let depth_mm = self.depth_mm(x, y);
         let uv = DVec2::new(self.u_over_depth.at(x, y), self.v_over_depth.at(x, y)) * depth_mm;
         // d(u) = d(u/z z) = (d(u/z) - u d(1/z)) z
         let change = |u: f64, v: f64, w: f64| (DVec2::new(u, v) - uv * w) * depth_mm;
-        SurfacePoint {
+        SeenPoint {
             depth_mm,
             uv: uv.clamp(DVec2::ZERO, DVec2::ONE),
             duv_dx: change(self.u_over_depth.dx, self.v_over_depth.dx, self.inverse_depth.dx),
@@ -73,9 +74,15 @@ impl ImageTriangle {
         }
     }
 
+    /// Weights of the face's corners for the point of the triangle at an image position; they sum to 1.
+    pub fn barycentric(&self, x: f64, y: f64) -> [f64; 3] {
+        let depth = self.depth_mm(x, y);
+        [0, 1, 2].map(|k| self.barycentric[k].at(x, y) / self.corner_depths[k] * depth)
+    }
+
     /// Unit normal at an image position, interpolated between the corners' and turned to the camera's side
     /// when the back is seen.
-    pub(crate) fn normal(&self, x: f64, y: f64) -> Vec3 {
+    pub fn normal(&self, x: f64, y: f64) -> Vec3 {
         let mut normal = Vec3::ZERO;
         for (plane, corner) in self.barycentric.iter().zip(self.normal_over_depth) {
             normal += corner * plane.at(x, y) as f32;
@@ -87,11 +94,7 @@ impl ImageTriangle {
 
 /// The triangles of `mesh`'s topology with its vertices at `vertices_camera` (mm), as the camera sees them,
 /// with smooth normals. Index k belongs to face k; `None` where a face is too near or seen edge-on.
-pub(crate) fn project_mesh(
-    mesh: &TriangleMesh,
-    vertices_camera: &[DVec3],
-    camera: &Camera,
-) -> Vec<Option<ImageTriangle>> {
+pub fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Vec<Option<ImageTriangle>> {
     let normals = vertex_normals(mesh.faces(), vertices_camera);
     let pixels: Vec<DVec2> = vertices_camera
         .iter()
@@ -129,6 +132,7 @@ pub(crate) fn project_mesh(
             Some(ImageTriangle {
                 corners,
                 barycentric,
+                corner_depths: depth,
                 inverse_depth: interpolate([1.0; 3]),
                 u_over_depth: interpolate(uv.map(|t| t.x)),
                 v_over_depth: interpolate(uv.map(|t| t.y)),
@@ -154,14 +158,16 @@ fn vertex_normals(faces: &[[usize; 3]], vertices: &[DVec3]) -> Vec<DVec3> {
 
 /// The columns and rows of the image that a mesh can touch.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Window {
-    pub(crate) columns: Range<usize>,
-    pub(crate) rows: Range<usize>,
+pub struct Window {
+    /// Columns of the image.
+    pub columns: Range<usize>,
+    /// Rows of the image.
+    pub rows: Range<usize>,
 }
 
 impl Window {
     /// The window of some triangles in an image of `width` x `height` pixels.
-    pub(crate) fn of(triangles: &[Option<ImageTriangle>], width: usize, height: usize) -> Self {
+    pub fn of(triangles: &[Option<ImageTriangle>], width: usize, height: usize) -> Self {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for corner in triangles.iter().flatten().flat_map(|triangle| triangle.corners) {
             (low, high) = (low.min(corner), high.max(corner));
@@ -177,7 +183,7 @@ impl Window {
     }
 
     /// The window's pixels: (index within the window, column, row).
-    pub(crate) fn pixels(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
+    pub fn pixels(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
         let columns = self.columns.clone();
         self.rows
             .clone()
@@ -188,7 +194,7 @@ impl Window {
 }
 
 /// The nearest triangle at one sample position in every pixel of a window.
-pub(crate) struct Visibility {
+pub struct Visibility {
     window: Window,
     offset: DVec2,
     /// Triangle index a pixel of the window, [`Visibility::NONE`] where nothing is seen.
@@ -197,10 +203,11 @@ pub(crate) struct Visibility {
 }
 
 impl Visibility {
+    /// No triangle.
     const NONE: u32 = u32::MAX;
 
     /// Rasterises at position `offset` in every pixel ((0.5, 0.5) is the centre).
-    pub(crate) fn new(triangles: &[Option<ImageTriangle>], window: &Window, offset: DVec2) -> Self {
+    pub fn new(triangles: &[Option<ImageTriangle>], window: &Window, offset: DVec2) -> Self {
         let pixels = window.columns.len() * window.rows.len();
         let mut visibility = Self {
             window: window.clone(),
@@ -247,14 +254,83 @@ impl Visibility {
     }
 
     /// Index of the triangle seen at the sample of the window's pixel `index`.
-    pub(crate) fn triangle(&self, index: usize) -> Option<usize> {
+    pub fn triangle(&self, index: usize) -> Option<usize> {
         let triangle = self.triangle[index];
         (triangle != Self::NONE).then_some(triangle as usize)
     }
 
     /// Image position of the sample of a pixel.
-    pub(crate) fn position(&self, column: usize, row: usize) -> DVec2 {
+    pub fn position(&self, column: usize, row: usize) -> DVec2 {
         DVec2::new(column as f64, row as f64) + self.offset
+    }
+}
+
+/// The surface of a mesh that a camera sees at its pixel centres.
+pub struct VisibleSurface {
+    triangles: Vec<Option<ImageTriangle>>,
+    window: Window,
+    centres: Visibility,
+    camera: Camera,
+}
+
+impl VisibleSurface {
+    /// Projects `mesh` with its vertices at `vertices_camera` (mm) and finds what each pixel centre sees.
+    pub fn new(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Self {
+        let triangles = project_mesh(mesh, vertices_camera, camera);
+        let window = Window::of(&triangles, camera.width() as usize, camera.height() as usize);
+        let centres = Visibility::new(&triangles, &window, DVec2::splat(0.5));
+        Self {
+            triangles,
+            window,
+            centres,
+            camera: *camera,
+        }
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The triangles, one a face; `None` where a face is too near or seen edge-on.
+    pub fn triangles(&self) -> &[Option<ImageTriangle>] {
+        &self.triangles
+    }
+
+    /// The part of the image that the mesh can touch.
+    pub fn window(&self) -> &Window {
+        &self.window
+    }
+
+    /// What the pixel centres of the window see.
+    pub fn centres(&self) -> &Visibility {
+        &self.centres
+    }
+
+    /// The pixels (column, row) whose centre sees the front, with the face they see and its triangle. Where the back
+    /// is nearer nothing is seen.
+    pub fn front(&self) -> impl Iterator<Item = (usize, usize, usize, &ImageTriangle)> {
+        self.window.pixels().filter_map(|(index, column, row)| {
+            let face = self.centres.triangle(index)?;
+            let triangle = self.triangles[face].as_ref()?;
+            triangle.front.then_some((column, row, face, triangle))
+        })
+    }
+
+    /// Exact depth and registration of the front at the pixel centres.
+    pub fn maps(&self) -> Maps {
+        let width = self.camera.width() as usize;
+        let mut maps = Maps::empty(width, self.camera.height() as usize);
+        for (column, row, _, triangle) in self.front() {
+            let at = self.centres.position(column, row);
+            let point = triangle.seen_point(at.x, at.y);
+            maps.set(
+                row * width + column,
+                point.depth_mm as f32,
+                point.uv.as_vec2().to_array(),
+            );
+        }
+        maps
     }
 }
 
