@@ -43,6 +43,8 @@ pub struct Batch {
     bins: [usize; 3],
     /// [N, 3, H, W], 0..=1.
     images: Vec<f32>,
+    /// Pixel (x, y) of the frame where each window begins, [N, 2].
+    corners: Vec<f32>,
     /// [N, 1, H, W], 0 or 1.
     mask: Vec<f32>,
     /// [N, 3, h, w] with h = H / 8.
@@ -59,6 +61,8 @@ pub struct Batch {
 pub struct BatchTensors {
     /// [N, 3, H, W], 0..=1.
     pub images: Tensor<4>,
+    /// Pixel (x, y) of the frame where each window begins, [N, 2, 1, 1].
+    pub corners: Tensor<4>,
     /// [N, 1, H, W], 0 or 1.
     pub mask: Tensor<4>,
     /// (u, v, d) at the cells' centres, [N, 3, h, w].
@@ -78,6 +82,7 @@ impl Batch {
             shape,
             bins: network.bins,
             images: Vec::with_capacity(shape.frames * 3 * shape.width * shape.height),
+            corners: Vec::with_capacity(2 * shape.frames),
             mask: Vec::with_capacity(shape.frames * shape.width * shape.height),
             cells: Vec::new(),
             cell_weight: Vec::new(),
@@ -105,6 +110,7 @@ impl Batch {
                 }
             }
         }
+        self.corners.extend([left as f32, top as f32]);
         for y in top..top + height {
             for x in left..left + width {
                 let seen = inside(x, y) && truth.inside(y * truth.width() + x);
@@ -146,6 +152,7 @@ impl Batch {
         let bins = |values, k: usize| tensor(values, [n, self.bins[k], h / 2, w / 2]);
         BatchTensors {
             images: tensor(self.images, [n, 3, height, width]),
+            corners: tensor(self.corners, [n, 2, 1, 1]),
             mask: tensor(self.mask, [n, 1, height, width]),
             cells: tensor(self.cells, [n, 3, h, w]),
             cell_weight: tensor(self.cell_weight, [n, 1, h, w]),
