@@ -48,3 +48,14 @@ export function createTexture(gl, filter) {
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
   return texture;
 }
+
+/**
+ * Whether the processor does the drawing, going by the renderer's name, where the browser tells it.
+ *
+ * @param {WebGL2RenderingContext} gl
+ */
+export function drawsInSoftware(gl) {
+  const names = gl.getExtension("WEBGL_debug_renderer_info");
+  const renderer = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
+}

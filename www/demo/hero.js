@@ -1,7 +1,7 @@
 // The sheet on the start screen: a bending A4 page, drawn to show what the page is about.
 
 import { animate, prefersStillness } from "./animation.js";
-import { createProgram, createTexture } from "./gl.js";
+import { createProgram, createTexture, drawsInSoftware } from "./gl.js";
 import { PAPERS_GLSL } from "./papers.js";
 
 const COLUMNS = 56;
@@ -125,7 +125,7 @@ void main() {
 
 export class Hero {
   #canvas;
-  /** @type {{ gl: WebGL2RenderingContext, program: ReturnType<typeof createProgram>, indices: number } | null} */
+  /** @type {{ gl: WebGL2RenderingContext, program: ReturnType<typeof createProgram>, indices: number, software: boolean } | null} */
   #sheet = null;
   /** @type {() => void} */
   #stop = () => undefined;
@@ -156,7 +156,7 @@ export class Hero {
     gl.enableVertexAttribArray(location);
     gl.vertexAttribPointer(location, 2, gl.FLOAT, false, 0, 0);
     gl.enable(gl.DEPTH_TEST);
-    this.#sheet = { gl, program, indices: indices.length };
+    this.#sheet = { gl, program, indices: indices.length, software: drawsInSoftware(gl) };
     void this.#loadPoster(gl);
   }
 
@@ -176,7 +176,7 @@ export class Hero {
 
   start() {
     this.stop();
-    if (prefersStillness()) {
+    if (this.#sheet?.software || prefersStillness()) {
       this.#still = true;
       requestAnimationFrame(() => this.#draw(STILL_SECONDS));
       return;

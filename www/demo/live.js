@@ -11,8 +11,9 @@ import { TemplateLight, shadingOf } from "./shading.js";
 
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
-/** Coarsest drawing: canvas pixels a CSS pixel, at density 1. */
+/** Canvas pixels a CSS pixel: the fewest on slow machines, and those where the processor draws. */
 const LEAST_QUALITY = 0.5;
+const SOFTWARE_QUALITY = 0.7;
 
 /** Fired on the document for each estimate, before it is closed, for those who script the page. */
 export class EstimateEvent extends Event {
@@ -78,10 +79,13 @@ export class Live {
    * Shows one picture.
    *
    * @param {Blob} image
+   * @param {() => boolean} wanted whether it still is, once it is there
    */
-  async show(image) {
-    this.#take(await this.#started().estimate(image));
+  async show(image, wanted) {
+    const estimate = await this.#started().estimate(image);
+    if (!wanted()) return estimate.close();
     this.#animate();
+    this.#take(estimate);
   }
 
   /** Ends what goes on and clears the stage. */
@@ -135,23 +139,26 @@ export class Live {
     this.#scaledAt = now;
     const ease = (/** @type {"near" | "far"} */ end) => last[end] + pace * (seen[end] - last[end]);
     this.#range = { near: ease("near"), far: ease("far") };
-    const { step } = depthTicks(this.#range, 14);
+    const { step } = depthTicks(this.#range, 9);
     this.#stage.depthScale = { ...this.#range, step };
     this.#hud.showDepthScale(this.#range);
   }
 
   /**
-   * Draws at the screen's rate, so that the papers move. A machine that does not keep up draws only new results, and
-   * coarser.
+   * Draws at the screen's rate, so that the papers move. A machine that does not keep up, or has no GPU, draws only new
+   * results, and coarser.
    */
   #animate() {
     this.#stopAnimation();
-    if (prefersStillness()) return;
+    if (this.#stage.software) this.#stage.quality = SOFTWARE_QUALITY;
+    this.#stage.animated = !this.#stage.software && !prefersStillness();
+    if (!this.#stage.animated) return;
     const draw = (/** @type {number} */ seconds) => {
       this.#stage.draw(seconds);
       return this.#stage.busy;
     };
     this.#stopAnimation = animate(draw, (slowness) => {
+      this.#stage.animated = false;
       this.#stage.quality = Math.max(LEAST_QUALITY, Math.sqrt(1 / slowness));
     });
   }

@@ -132,6 +132,7 @@ async function enterLive(kind, run) {
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
   view.calibrate.hidden = kind !== "camera";
+  view.live.dataset.source = kind;
   hud.reset();
   showView("live");
   try {
@@ -182,7 +183,7 @@ function startImage(image) {
     await estimator();
     if (!current()) return;
     view.loadingText.textContent = "Looking at the image";
-    await live.show(image);
+    await live.show(image, current);
   });
 }
 

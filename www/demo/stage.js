@@ -1,7 +1,7 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { createProgram, createTexture } from "./gl.js";
+import { createProgram, createTexture, drawsInSoftware } from "./gl.js";
 import { heatRow } from "./heat.js";
 import { PAPERS } from "./papers.js";
 import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
@@ -38,8 +38,12 @@ export class Stage {
   depthScale = { near: 0, far: 1, step: 1 };
   /** @type {Overlay} */
   overlay = "paper";
-  /** Share of the screen's density to draw with, where drawing is slow. */
+  /** Canvas pixels a CSS pixel where drawing is slow; 1 leaves it to the screen. */
   quality = 1;
+  /** Whether `draw` is called all the time, so that an overlay can appear bit by bit. */
+  animated = false;
+  /** Whether the processor does the drawing. */
+  software;
   /** @type {Paper} */
   paper = "aurora";
 
@@ -52,6 +56,7 @@ export class Stage {
     if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
     this.#canvas = canvas;
     this.#gl = gl;
+    this.software = drawsInSoftware(gl);
     this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     const texture = (/** @type {number} */ filter) => createTexture(gl, filter);
@@ -111,7 +116,8 @@ export class Stage {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, w, h, 0, gl.RED, gl.UNSIGNED_BYTE, softMask(estimate.mask.values()));
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.shading);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, SHADING_WIDTH, SHADING_HEIGHT, 0, gl.RED, gl.FLOAT, light.shading);
-    if (this.#foundSince === Infinity) this.#foundSince = performance.now();
+    if (this.#foundSince === Infinity)
+      this.#foundSince = performance.now() - (this.animated ? 0 : 1000 * APPEAR_SECONDS);
   }
 
   /** Whether there is a frame to draw. */

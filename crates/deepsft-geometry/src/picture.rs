@@ -50,6 +50,12 @@ impl Picture {
         Self { width, height, rgb }
     }
 
+    /// A picture of rows that were just filled, three bytes a pixel.
+    pub(crate) fn from_rows(width: usize, height: usize, rgb: Vec<u8>) -> Self {
+        debug_assert_eq!(rgb.len(), 3 * width * height);
+        Self { width, height, rgb }
+    }
+
     /// Columns.
     pub fn width(&self) -> usize {
         self.width

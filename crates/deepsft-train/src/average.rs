@@ -87,7 +87,7 @@ mod tests {
     use burn::tensor::Device;
 
     fn network() -> deepsft::Network {
-        deepsft::NetworkConfig::compact([297.0, 210.0], 380.0).init(&Device::flex())
+        deepsft::NetworkConfig::compact([297.0, 210.0], &deepsft_geometry::training_camera()).init(&Device::flex())
     }
 
     #[test]

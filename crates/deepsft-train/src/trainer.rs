@@ -193,7 +193,7 @@ pub fn train(
         let batch = loader.take()?;
         let frames = batch.frames() as u64;
         let tensors = batch.into_tensors(&differentiable);
-        let output = network.forward(tensors.images.clone());
+        let output = network.forward_windows(tensors.images.clone(), &tensors.corners);
         let losses = step_one_loss(output, &tensors, &config.loss);
         let loss = f64::from(losses.total.clone().into_scalar::<f32>());
         if !loss.is_finite() {

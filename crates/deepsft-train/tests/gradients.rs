@@ -65,6 +65,7 @@ fn batch(device: &Device) -> BatchTensors {
         .collect();
     BatchTensors {
         images: Tensor::zeros([1, 3, 16, 32], device),
+        corners: Tensor::zeros([1, 2, 1, 1], device),
         mask: tensor(&mask, PIXELS, device),
         // Targets of 0 keep the errors where `values` put them: on both sides of the smooth L1's bend at 0.01.
         cells: Tensor::zeros(CELLS, (device, DType::F64)),

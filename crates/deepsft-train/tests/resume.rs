@@ -4,7 +4,7 @@
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use deepsft::{Network, NetworkConfig};
-use deepsft_geometry::{Picture, Template};
+use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainError, train};
 use std::path::Path;
@@ -25,7 +25,7 @@ fn tiny() -> NetworkConfig {
         bins: [8, 8, 8],
         refinement_channels: 8,
         mask_channels: 8,
-        ..NetworkConfig::compact([180.0, 120.0], 380.0)
+        ..NetworkConfig::compact([180.0, 120.0], &training_camera())
     }
 }
 

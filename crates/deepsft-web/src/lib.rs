@@ -17,3 +17,22 @@ mod settle;
 
 pub use engine::Engine;
 pub use estimate::RawEstimate;
+
+use wasm_bindgen::prelude::*;
+
+/// Runs the static constructors of burn's kernel compiler (its registry of operations), once, when the
+/// module is instantiated.
+///
+/// A module that has such constructors and never calls them is taken for a program by the linker,
+/// which then runs all of them at the top of *every* call from JavaScript: a tenth of a millisecond for
+/// each getter and callback.
+#[wasm_bindgen(start)]
+#[expect(unsafe_code, reason = "the linker's own function; there is no safe name for it")]
+pub fn start() {
+    unsafe extern "C" {
+        fn __wasm_call_ctors();
+    }
+    // SAFETY: the linker defines it in every module, without parameters or result. wasm-bindgen runs this
+    // function once an instance, before anything else.
+    unsafe { __wasm_call_ctors() }
+}

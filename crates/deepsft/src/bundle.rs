@@ -337,7 +337,7 @@ mod tests {
     use deepsft_geometry::{Picture, training_camera};
 
     fn files() -> BTreeMap<String, Vec<u8>> {
-        let network = NetworkConfig::compact([297.0, 210.0], 380.0).init(&Device::flex());
+        let network = NetworkConfig::compact([297.0, 210.0], &training_camera()).init(&Device::flex());
         let template =
             Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
         let card = ModelCard {

@@ -22,6 +22,7 @@ CONFIG = {
     "mask_channels": 4,
     "template_size_mm": [297.0, 210.0],
     "focal": 380.0,
+    "principal_point": [36.0, 27.0],
     "depth_range": {"near_mm": 150.0, "far_mm": 1200.0},
 }
 
@@ -42,7 +43,7 @@ def layers(config: dict) -> list[tuple[str, int, int, int, float]]:
         return [(f"{path}.first", c, c, 3, 1.0), (f"{path}.second", c, c, 3, 0.25)]
 
     def refinement(path: str, outputs: int) -> list:
-        entry = (f"{path}.entry", c8 + 5, width, 3, 1.0)
+        entry = (f"{path}.entry", c8 + 7, width, 3, 1.0)
         return [entry, (f"{path}.middle", width, width, 3, 1.0), (f"{path}.correction", width, outputs, 1, 0.02)]
 
     return [
@@ -59,10 +60,11 @@ def layers(config: dict) -> list[tuple[str, int, int, int, float]]:
         ("main.lateral8", c16, c8, 1, 1.0),
         *residual("main.decode8", c8),
         ("main.offset", c8, 3, 1, 0.02),
-        *refinement("depth_refinement", 1),
+        *refinement("depth_refinement", 4),
         *refinement("registration_refinement", 2),
         ("mask_coarse", c8, mask, 1, 1.0),
         ("mask_fine", c4, mask, 1, 1.0),
+        ("mask_mix", mask, mask, 3, 0.25),
         ("mask", mask, network_onnx.PATCH**2, 1, 2.0),
     ]
 

@@ -25,7 +25,8 @@ Training is on synthetic images made on the fly; it needs nothing but the templa
 show that it works, an hour or more makes a model that is worth using. Every two minutes the model is
 measured on held-out images and a checkpoint is saved to BUNDLE.checkpoint, beside the bundle; the bundle is
 written at the end. A training that was stopped, in whatever way, goes on with --resume; one that has ended
-goes on with --resume and a larger budget. Files of other kinds in BUNDLE (a poster to print) are kept.
+goes on with --resume and a larger budget. Files and folders of other kinds in BUNDLE (a poster to print) are
+kept.
 
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
@@ -44,6 +45,9 @@ pub struct TrainArguments {
     /// Training samples in all, instead of minutes; repeatable on the CPU
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     samples: Option<u64>,
+    /// Seconds of training between two measurements, each of which saves a checkpoint
+    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::default().evaluate_every, value_parser = positive)]
+    evaluate_every: f64,
     /// Go on from the checkpoint beside the bundle
     #[arg(long)]
     resume: bool,
@@ -81,8 +85,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let template = input::template(&arguments.template)?;
     let (device, description) = pollster::block_on(start_device(arguments.device))?;
     let synthesizer = Arc::new(synthesis::synthesizer(&template, arguments.backgrounds.as_deref())?);
-    let focal = synthesizer.config().camera.focal().x;
-    let network = NetworkConfig::compact(template.size_mm().to_array(), focal);
+    let network = NetworkConfig::compact(template.size_mm().to_array(), &synthesizer.config().camera);
     println!("training on {} ({})", description.kind, description.adapter_name);
 
     let bar = progress::share();
@@ -139,6 +142,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         budget,
         seed: arguments.seed,
         resume: arguments.resume,
+        evaluate_every: arguments.evaluate_every,
         checkpoint,
         ..defaults
     })
@@ -168,39 +172,52 @@ fn tell(bar: &ProgressBar, told: Progress) {
 }
 
 fn line(point: &CurvePoint) -> String {
-    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    let figure =
+        |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
     format!(
         "{:7.1} min {:9} samples  loss {:.3}  registration {} px  depth {} mm  mask IoU {}",
         point.seconds / 60.0,
         point.samples,
         point.loss,
-        figure(point.registration_rmse_px),
-        figure(point.depth_rmse_mm),
-        figure(point.mask_iou),
+        figure(point.registration_rmse_px, 2),
+        figure(point.depth_rmse_mm, 2),
+        figure(point.mask_iou, 3),
     )
 }
 
-/// Files that a bundle's folder holds and that are not made by a training.
+/// Files that a bundle's folder holds and that are not made by a training, by their paths in it.
 fn companions(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     let made = [
         MODEL_FILE,
         "weights.bpk",
+        "template",
         model_card::CARD_FILE,
         model_card::CURVE_FILE,
         curve_plot::PLOT_FILE,
     ];
     let mut files = BTreeMap::new();
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Ok(files);
-    };
-    for entry in entries {
-        let path = entry?.path();
-        if let Some(name) = file_name(&path).filter(|name| path.is_file() && !made.contains(&name.as_str())) {
-            let bytes = fs::read(&path).with_context(|| format!("could not read {}", path.display()))?;
-            files.insert(name, bytes);
-        }
+    if folder.is_dir() {
+        collect(folder, "", &made, &mut files)?;
     }
     Ok(files)
+}
+
+/// Adds the files below `folder` but for those of the names `left_out`, their paths after `prefix`.
+fn collect(folder: &Path, prefix: &str, left_out: &[&str], files: &mut BTreeMap<String, Vec<u8>>) -> Result<()> {
+    let unreadable = |path: &Path| format!("could not read {}", path.display());
+    for entry in fs::read_dir(folder).with_context(|| unreadable(folder))? {
+        let path = entry.with_context(|| unreadable(folder))?.path();
+        let Some(name) = file_name(&path).filter(|name| !left_out.contains(&name.as_str())) else {
+            continue;
+        };
+        if path.is_dir() {
+            collect(&path, &format!("{prefix}{name}/"), &[], files)?;
+        } else {
+            let bytes = fs::read(&path).with_context(|| unreadable(&path))?;
+            files.insert(format!("{prefix}{name}"), bytes);
+        }
+    }
+    Ok(())
 }
 
 fn file_name(path: &Path) -> Option<String> {
@@ -228,6 +245,7 @@ mod tests {
             out: out.into(),
             minutes: None,
             samples: None,
+            evaluate_every: 120.0,
             resume: false,
             seed: 1,
             device: DeviceKind::Cpu,
@@ -264,15 +282,23 @@ mod tests {
     }
 
     #[test]
-    fn a_poster_in_the_bundles_folder_is_kept_and_old_weights_are_not() {
+    fn what_else_is_in_the_bundles_folder_is_kept_and_old_weights_are_not() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["poster.pdf", "weights.bpk", "model.json"] {
+        for name in ["template", "figures/old"] {
+            fs::create_dir_all(folder.path().join(name)).unwrap();
+        }
+        for name in [
+            "poster.pdf",
+            "weights.bpk",
+            "model.json",
+            "template/template.json",
+            "figures/old/template",
+        ] {
             fs::write(folder.path().join(name), name).unwrap();
         }
-        fs::create_dir(folder.path().join("template")).unwrap();
         assert_eq!(
             companions(folder.path()).unwrap().into_keys().collect::<Vec<_>>(),
-            ["poster.pdf"]
+            ["figures/old/template", "poster.pdf"]
         );
         assert!(companions(&folder.path().join("none")).unwrap().is_empty());
     }

@@ -79,7 +79,7 @@ pub fn write_template(folder: &Path, name: &str) {
 pub fn write_bundle(folder: &Path, name: &str) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let camera = training_camera();
-    let network = NetworkConfig::compact([200.0, 150.0], camera.focal().x).init(&device);
+    let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
     let card = ModelCard {
         name: "untrained".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

@@ -11,7 +11,7 @@ const RELU_GAIN: f64 = 1.713_958_7;
 const VARIANCE_FLOOR: f64 = 1e-6;
 
 /// Initial gain of the last convolution of a residual branch: the block starts near the identity.
-const BRANCH_GAIN: f32 = 0.25;
+pub const BRANCH_GAIN: f32 = 0.25;
 
 /// Standard deviation of the initial weights of a layer that predicts.
 const HEAD_DEVIATION: f64 = 0.01;

@@ -6,6 +6,7 @@
 mod bins;
 mod layers;
 mod main_block;
+mod planar;
 mod reading;
 mod refinement;
 mod weight_array;
@@ -15,10 +16,12 @@ pub use reading::{images_to_tensor, read_maps};
 pub use weight_array::WeightArray;
 
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, activation};
+use deepsft_geometry::Camera;
 use layers::{Convolution, depth_to_space, scaled_relu, upsample_bilinear, upsample_nearest};
 use main_block::MainBlock;
-use refinement::{RefinementBlock, isometric_depth};
+use planar::{PLANAR_CUES, planar_depth};
+use refinement::{RefinementBlock, departures, isometric_depth, weighed};
 use serde::{Deserialize, Serialize};
 
 /// Side of a patch that is embedded at once, pixels.
@@ -68,14 +71,16 @@ pub struct NetworkConfig {
     pub template_size_mm: [f64; 2],
     /// Focal length of the training camera, pixels.
     pub focal: f64,
+    /// Principal point of the training camera, pixels.
+    pub principal_point: [f64; 2],
     /// Depths the network can say.
     pub depth_range: DepthRange,
 }
 
 impl NetworkConfig {
-    /// The compact network for a template of `template_size_mm` seen by a camera of focal length
-    /// `focal` pixels.
-    pub fn compact(template_size_mm: [f64; 2], focal: f64) -> Self {
+    /// The compact network for a template of `template_size_mm` seen by the pinhole `camera` that training
+    /// images are rendered with.
+    pub fn compact(template_size_mm: [f64; 2], camera: &Camera) -> Self {
         Self {
             channels: [32, 48, 96, 160],
             blocks_at_32: 2,
@@ -83,7 +88,8 @@ impl NetworkConfig {
             refinement_channels: 32,
             mask_channels: 24,
             template_size_mm,
-            focal,
+            focal: camera.focal().x,
+            principal_point: camera.principal_point().to_array(),
             depth_range: DepthRange {
                 near_mm: 150.0,
                 far_mm: 1200.0,
@@ -118,6 +124,9 @@ impl NetworkConfig {
         if !lengths.iter().all(|l| l.is_finite() && *l > 0.0) {
             return Err("template_size_mm, focal and depth_range must be positive and finite".to_owned());
         }
+        if !self.principal_point.iter().all(|c| c.is_finite()) {
+            return Err("principal_point must be finite".to_owned());
+        }
         if !(self.depth_range.far_mm.is_finite() && self.depth_range.far_mm > self.depth_range.near_mm) {
             return Err("depth_range ends before it begins".to_owned());
         }
@@ -129,10 +138,11 @@ impl NetworkConfig {
         let mask = self.mask_channels;
         Network {
             main: MainBlock::new(self, device),
-            depth_refinement: RefinementBlock::new(self, 1, device),
+            depth_refinement: RefinementBlock::new(self, 2 + PLANAR_CUES, device),
             registration_refinement: RefinementBlock::new(self, 2, device),
             mask_coarse: Convolution::standardised([self.channels[1], mask], 1, 1, 1.0, device),
             mask_fine: Convolution::standardised([self.channels[0], mask], 1, 1, 1.0, device),
+            mask_mix: Convolution::standardised([mask, mask], 3, 1, layers::BRANCH_GAIN, device),
             mask: Convolution::head([mask, PATCH * PATCH], 1, device),
             config: self.clone(),
         }
@@ -159,6 +169,7 @@ pub struct Network {
     registration_refinement: RefinementBlock,
     mask_coarse: Convolution,
     mask_fine: Convolution,
+    mask_mix: Convolution,
     mask: Convolution,
     #[module(skip)]
     config: NetworkConfig,
@@ -170,28 +181,48 @@ impl Network {
         &self.config
     }
 
-    /// Images [N, 3, H, W] with values 0..=1, H and W multiples of 16 -> [`NetworkOutput`].
+    /// Frames [N, 3, H, W] of the training camera, values 0..=1, padded at the right and below to multiples
+    /// of 16 -> [`NetworkOutput`].
     pub fn forward(&self, images: Tensor<4>) -> NetworkOutput {
+        self.forward_at(images, None)
+    }
+
+    /// As [`Network::forward`], for windows of frames; `corners` [N, 2, 1, 1] is the pixel (x, y) of each
+    /// frame where its window begins.
+    pub fn forward_windows(&self, images: Tensor<4>, corners: &Tensor<4>) -> NetworkOutput {
+        self.forward_at(images, Some(corners))
+    }
+
+    fn forward_at(&self, images: Tensor<4>, corners: Option<&Tensor<4>>) -> NetworkOutput {
         let main = self.main.forward((images - 0.5) * 4.0);
         let [n, _, h, w] = main.coordinates.dims();
         let features = scaled_relu(main.features);
-        let isometric = isometric_depth(&main.coordinates, &self.config);
-        let cues = |coordinates: &Tensor<4>| Tensor::cat(vec![coordinates.clone(), isometric.clone()], 1);
-        let registration = main.coordinates.clone().slice([0..n, 0..2, 0..h, 0..w]);
-        let depth = main.coordinates.clone().slice([0..n, 2..3, 0..h, 0..w]);
-        let depth = depth + self.depth_refinement.forward(features.clone(), cues(&main.coordinates));
-        let seen = Tensor::cat(vec![registration.clone(), depth.clone()], 1);
-        let registration = registration + self.registration_refinement.forward(features.clone(), cues(&seen));
-        let refined = Tensor::cat(vec![registration, depth], 1);
 
-        let coarse = upsample_nearest(self.mask_coarse.forward(features), 2 * h, 2 * w);
-        let fine = self.mask_fine.forward(scaled_relu(main.patches));
-        let mask = depth_to_space(self.mask.forward(scaled_relu(coarse + fine)), PATCH);
+        let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2 * h, 2 * w);
+        let mask = coarse + self.mask_fine.forward(scaled_relu(main.patches));
+        let mask = mask.clone() + self.mask_mix.forward(scaled_relu(mask));
+        let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
+
+        let isometric = isometric_depth(&main.coordinates, &self.config);
+        let planar = planar_depth(&main.coordinates, &seen_share(&mask), corners, &self.config);
+        let measured = Tensor::cat(vec![isometric, planar.clone()], 1);
+
+        let registration = main.coordinates.clone().slice([0..n, 0..2]);
+        let depth = main.coordinates.clone().slice([0..n, 2..3]);
+        let cues = Tensor::cat(vec![main.coordinates.clone(), departures(&measured, &depth)], 1);
+        let said = self.depth_refinement.forward(features.clone(), cues);
+        let correction = said.clone().slice([0..n, 0..1]);
+        let depth = weighed(depth, planar, said.slice([0..n, 1..2 + PLANAR_CUES])) + correction;
+
+        let departures = departures(&measured, &depth);
+        let cues = Tensor::cat(vec![registration.clone(), depth.clone(), departures], 1);
+        let registration = registration + self.registration_refinement.forward(features, cues);
+        let refined = Tensor::cat(vec![registration, depth], 1);
         NetworkOutput {
             bins: main.bins,
             main: main.coordinates,
             refined,
-            mask,
+            mask: depth_to_space(mask, PATCH),
         }
     }
 
@@ -208,8 +239,19 @@ impl Network {
             registration_refinement: self.registration_refinement.fold(),
             mask_coarse: self.mask_coarse.fold(),
             mask_fine: self.mask_fine.fold(),
+            mask_mix: self.mask_mix.fold(),
             mask: self.mask.fold(),
             config: self.config,
         }
     }
+}
+
+/// Probability that a cell shows the object, from the mean logit of its pixels: logits of patches
+/// [N, 16, 2 h, 2 w] -> [N, 1, h, w]. Not differentiated.
+fn seen_share(mask: &Tensor<4>) -> Tensor<4> {
+    let [n, _, rows, columns] = mask.dims();
+    let patches = mask.clone().detach().mean_dim(1);
+    let cells: Tensor<6> = patches.reshape([n, 1, rows / 2, 2, columns / 2, 2]);
+    let mean: Tensor<4> = cells.mean_dim(3).mean_dim(5).reshape([n, 1, rows / 2, columns / 2]);
+    activation::sigmoid(mean)
 }

@@ -2,16 +2,26 @@
 //!
 //! As in the paper each sees what the image says (here the main block's features) beside the maps
 //! found so far and corrects one of them. Ours also see what the registration implies for the depth
-//! of an isometric surface, see [`isometric_depth`].
+//! of an isometric surface, see [`isometric_depth`] and [`super::planar`].
 
 use super::layers::{Convolution, scaled_relu};
+use super::planar::PLANAR_CUES;
 use super::{DepthRange, NetworkConfig};
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, activation};
 
-/// Channels of the cues a refinement block reads beside the features: u, v, d, and two of
-/// [`isometric_depth`].
-const CUES: usize = 5;
+/// Channels of the cues a refinement block reads beside the features: u, v, d and what
+/// [`departures`] gives.
+const CUES: usize = 3 + ISOMETRIC_CUES + PLANAR_CUES;
+
+/// Maps that [`isometric_depth`] returns.
+pub const ISOMETRIC_CUES: usize = 2;
+
+/// Brings departures of measured depths from the depth found, a few hundredths in normalised log depth,
+/// to the size of the features beside them.
+const DEPARTURE_GAIN: f64 = 10.0;
+/// Largest departure that is told, after the gain: a factor of 1.5 in depth.
+const LARGEST_DEPARTURE: f64 = 2.0;
 
 /// Two 3x3 convolutions and a linear read-out over features and cues.
 #[derive(Module, Debug)]
@@ -22,7 +32,7 @@ pub struct RefinementBlock {
 }
 
 impl RefinementBlock {
-    /// A block that corrects `outputs` coordinates.
+    /// A block that says `outputs` values a cell.
     pub fn new(config: &NetworkConfig, outputs: usize, device: &Device) -> Self {
         let width = config.refinement_channels;
         Self {
@@ -32,8 +42,8 @@ impl RefinementBlock {
         }
     }
 
-    /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 5, h, w] -> correction
-    /// [N, outputs, h, w].
+    /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7, h, w] -> [N, outputs,
+    /// h, w].
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward(scaled_relu(x));
@@ -48,6 +58,18 @@ impl RefinementBlock {
             correction: self.correction.fold(),
         }
     }
+}
+
+/// How far measured depths [N, K, h, w] lie from the depth found [N, 1, h, w], scaled and bounded for a
+/// refinement block.
+pub fn departures(measured: &Tensor<4>, depth: &Tensor<4>) -> Tensor<4> {
+    ((measured.clone() - depth.clone().detach()) * DEPARTURE_GAIN).clamp(-LARGEST_DEPARTURE, LARGEST_DEPARTURE)
+}
+
+/// Mean of the depth found [N, 1, h, w] and the planes' depths [N, K, h, w] under the softmax of
+/// `logits` [N, 1 + K, h, w].
+pub fn weighed(depth: Tensor<4>, planar: Tensor<4>, logits: Tensor<4>) -> Tensor<4> {
+    (activation::softmax(logits, 1) * Tensor::cat(vec![depth, planar], 1)).sum_dim(1)
 }
 
 /// Reads depth off the registration: [N, 3, h, w] coordinates -> [N, 2, h, w].
@@ -102,7 +124,7 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
 }
 
 /// Depth in mm -> normalised log depth, any shape.
-fn normalise_depth(depth: Tensor<4>, range: DepthRange) -> Tensor<4> {
+pub fn normalise_depth(depth: Tensor<4>, range: DepthRange) -> Tensor<4> {
     let span = (range.far_mm / range.near_mm).ln();
     (depth / range.near_mm).log() / span
 }
