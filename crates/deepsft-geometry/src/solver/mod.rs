@@ -32,6 +32,8 @@ mod normal_equations;
 mod point_data;
 mod reprojection;
 mod surface_point;
+#[cfg(test)]
+mod terms_test;
 
 pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
 pub use bending::Bending;

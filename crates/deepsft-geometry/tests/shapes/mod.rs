@@ -1,6 +1,6 @@
 //! Sheets and closed meshes with known deformations.
 
-use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
 
 /// An A4 sheet, mm.
@@ -36,7 +36,7 @@ pub fn bent(sheet: &TriangleMesh, turn: impl Fn(f64) -> f64) -> Vec<DVec3> {
 
 /// A pose in front of the camera, turned about all axes.
 pub fn pose(p: DVec3) -> DVec3 {
-    DQuat::from_euler(deepsft_geometry::glam::EulerRot::XYZ, 0.3, -0.4, 0.5) * p + DVec3::new(20.0, -10.0, 500.0)
+    DQuat::from_euler(EulerRot::XYZ, 0.3, -0.4, 0.5) * p + DVec3::new(20.0, -10.0, 500.0)
 }
 
 /// A closed tube with round ends along x, 240 mm long and 60 mm thick: a template of the volumic kind.
