@@ -5,11 +5,11 @@ mod shapes;
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, PointData, PointDepth,
-    Reprojection, Robust, Solution, SolveOptions, SurfacePoint, VertexPoint,
+    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage, Photometric,
+    PointData, PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint, VertexPoint,
 };
-use deepsft_geometry::{Camera, GeometryError, RigidMotion, TriangleMesh};
-use shapes::{bent, closed_tube, normals, pose, rmse, sheet};
+use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh};
+use shapes::{bent, closed_tube, coarse_sheet, normals, pose, rmse, sheet};
 
 /// The paper's Realsense at the canonical width, with a lens.
 fn camera() -> Camera {
@@ -95,7 +95,10 @@ fn an_isometrically_bent_sheet_is_recovered_exactly_from_noiseless_points() {
             report.iterations,
             rmse(&solution.vertices, &truth, |_| true)
         );
-        assert!(report.converged && report.undetermined_directions == 0, "{report:?}");
+        assert!(
+            report.converged && report.undetermined_directions == Some(0),
+            "{report:?}"
+        );
         assert!(
             report.initial_energy() > 10.0 && report.final_energy() < 1e-12,
             "{report:?}"
@@ -143,7 +146,7 @@ fn a_plane_is_recovered_from_its_image_and_isometry_from_a_perturbed_start() {
 
 #[test]
 fn a_bent_sheet_is_recovered_from_its_image_with_a_tenth_of_wrong_registrations() {
-    let mesh = sheet();
+    let mesh = coarse_sheet();
     let truth = bent(&mesh, |s| 1.2 * s);
     let mut seen = image_points(&mesh, &truth, 1.0);
     for (k, point) in seen.iter_mut().enumerate().filter(|(k, _)| k % 10 == 3) {
@@ -170,6 +173,79 @@ fn a_bent_sheet_is_recovered_from_its_image_with_a_tenth_of_wrong_registrations(
         rmse(&start, &truth, |_| true)
     );
     assert!(robust < 1.0 && robust < 0.2 * squares, "{robust} {squares}");
+}
+
+/// What the camera sees of the posed flat sheet: a smooth print, its grey values times `gain`.
+fn photograph(gain: f64) -> Picture {
+    let (origin, x, y) = (pose(DVec3::ZERO), pose(DVec3::X), pose(DVec3::Y));
+    let (x, y) = (x - origin, y - origin);
+    let normal = x.cross(y);
+    Picture::from_fn(480, 270, |column, row| {
+        let ray = camera()
+            .ray_from_pixel(DVec2::new(column as f64 + 0.5, row as f64 + 0.5))
+            .extend(1.0);
+        let p = ray * (origin.dot(normal) / ray.dot(normal)) - origin;
+        let (a, b) = (p.dot(x), p.dot(y));
+        if a.abs() > 148.5 || b.abs() > 105.0 {
+            return [30; 3];
+        }
+        let print =
+            (a / 7.0 + (b / 13.0).sin()).sin() + (b / 8.0 + (a / 17.0).cos()).sin() + (a / 23.0 - b / 19.0).cos();
+        [(gain * (120.0 + 35.0 * print)) as u8; 3]
+    })
+}
+
+#[test]
+fn the_photometric_term_brings_a_sheet_that_is_pixels_off_onto_its_image_in_other_light() {
+    let mesh = coarse_sheet();
+    let truth: Vec<DVec3> = mesh.vertices().iter().map(|&v| pose(v)).collect();
+    // 3 to 6 px off sideways, 10 mm too far, each vertex for itself up to 1.5 mm.
+    let start: Vec<_> = (0..truth.len())
+        .map(|i| truth[i] + DVec3::new(5.0, -4.0, 10.0) + 1.5 * wobble(i))
+        .collect();
+    let bending = Bending::new(&mesh, 1.0).unwrap();
+    let isometry = Isometry::new(&mesh, LengthScale::of(&mesh).unwrap(), 1e3).unwrap();
+    let mut solver = MeshSolver::new(&mesh, &[&bending]).unwrap();
+    let (bright, dark) = (photograph(1.0), photograph(0.6));
+    let mut vertices = start.clone();
+    for blur in [4.0, 2.0, 1.0] {
+        let [bright, dark] = [&bright, &dark].map(|p| NormalizedImage::new(p, blur, 8.0));
+        let mut points = Vec::new();
+        for (face, corners) in mesh.faces().iter().enumerate() {
+            for k in 0..15 {
+                let (a, b) = (f64::from(k % 5) / 5.0 + 0.1, f64::from(k / 5) / 3.0 + 0.1);
+                let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+                let barycentric = [1.0 - a - b, a, b];
+                let p = (0..3).map(|c| barycentric[c] * truth[corners[c]]).sum();
+                // The template as it would be scanned in good light.
+                let value = bright.sample(camera().project(p).unwrap()).unwrap().0;
+                let point = SurfacePoint { face, barycentric };
+                points.push(TexturePoint { point, value });
+            }
+        }
+        let image = Photometric::new(&mesh, &camera(), &dark, &points, 1.0, Robust::Cauchy(0.8)).unwrap();
+        let solution = solver
+            .solve(&[&image, &isometry, &bending], &vertices, &SolveOptions::default())
+            .unwrap();
+        println!(
+            "blur {blur}: {} iterations, converged {}, {} mm",
+            solution.report.iterations,
+            solution.report.converged,
+            rmse(&solution.vertices, &truth, |_| true)
+        );
+        vertices = solution.vertices;
+    }
+    // A tenth of a pixel sideways is 0.13 mm; depth is known a few times less well.
+    assert!(rmse(&start, &truth, |_| true) > 10.0);
+    assert!(rmse(&vertices, &truth, |_| true) < 0.5);
+    let sideways = |i: usize| {
+        camera()
+            .project(vertices[i])
+            .unwrap()
+            .distance(camera().project(truth[i]).unwrap())
+    };
+    let pixels = (0..truth.len()).map(|i| sideways(i).powi(2)).sum::<f64>() / truth.len() as f64;
+    assert!(pixels.sqrt() < 0.15, "{}", pixels.sqrt());
 }
 
 #[test]
@@ -199,7 +275,7 @@ fn a_depth_prior_settles_how_far_a_sheet_of_unknown_size_is() {
 
 #[test]
 fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
-    let mesh = sheet();
+    let mesh = coarse_sheet();
     let truth = bent(&mesh, |s| 1.2 * s);
     let solve = |unit: f64| {
         let rest = mesh.vertices().iter().map(|v| v * unit).collect();
@@ -227,7 +303,12 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
         let mut solver = MeshSolver::new(&mesh, &[&isometry, &arap, &bending]).unwrap();
         let start = aligned(&mesh, &points(&truth, 1));
         let terms: [&dyn Energy; 6] = [&data, &image, &depth, &isometry, &arap, &bending];
-        solver.solve(&terms, &start, &SolveOptions::default()).unwrap()
+        let options = SolveOptions {
+            max_iterations: 300,
+            energy_tolerance: 1e-13,
+            ..Default::default()
+        };
+        solver.solve(&terms, &start, &options).unwrap()
     };
     let (mm, m) = (solve(1.0), solve(1e-3));
     assert!(mm.report.converged && m.report.converged, "{:?}", mm.report);
@@ -287,7 +368,7 @@ fn what_no_term_holds_is_reported_as_undetermined() {
     let solution = solver
         .solve(&[&isometry], mesh.vertices(), &SolveOptions::default())
         .unwrap();
-    assert_eq!(solution.report.undetermined_directions, 6);
+    assert_eq!(solution.report.undetermined_directions, Some(6));
     assert_eq!(solution.vertices, mesh.vertices(), "nothing asks it to move");
     // A flat sheet: three motions in its plane, and every vertex may leave the plane.
     let mesh = sheet();
@@ -296,7 +377,7 @@ fn what_no_term_holds_is_reported_as_undetermined() {
     let solution = solver
         .solve(&[&isometry], mesh.vertices(), &SolveOptions::default())
         .unwrap();
-    assert_eq!(solution.report.undetermined_directions, mesh.vertices().len() + 3);
+    assert_eq!(solution.report.undetermined_directions, Some(mesh.vertices().len() + 3));
 }
 
 #[test]
@@ -308,6 +389,7 @@ fn a_solve_that_runs_out_of_iterations_says_so() {
     let data = PointData::new(&mesh, scale, &seen).unwrap();
     let options = SolveOptions {
         max_iterations: 1,
+        judge_rank: false,
         ..Default::default()
     };
     let mut solver = MeshSolver::new(&mesh, &[]).unwrap();
@@ -315,6 +397,7 @@ fn a_solve_that_runs_out_of_iterations_says_so() {
         .solve(&[&data, &isometry], &aligned(&mesh, &seen), &options)
         .unwrap();
     assert!(!solution.report.converged && solution.report.iterations == 1);
+    assert_eq!(solution.report.undetermined_directions, None);
     assert!(solution.report.final_energy() < solution.report.initial_energy());
     // The last frame's mesh as the start: one or two steps are enough.
     let warm = solver

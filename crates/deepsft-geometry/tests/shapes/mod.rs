@@ -9,6 +9,27 @@ pub fn sheet() -> TriangleMesh {
     Template::thin_shell(picture, 297.0, 210.0).unwrap().mesh().clone()
 }
 
+/// The same sheet with 12 x 9 cells.
+#[allow(dead_code, reason = "not every test binary uses every shape")]
+pub fn coarse_sheet() -> TriangleMesh {
+    let uv: Vec<DVec2> = (0..130)
+        .map(|k| DVec2::new(f64::from(k % 13) / 12.0, f64::from(k / 13) / 9.0))
+        .collect();
+    let vertices = uv
+        .iter()
+        .map(|p| ((*p - 0.5) * DVec2::new(297.0, 210.0)).extend(0.0))
+        .collect();
+    let faces = (0..108).flat_map(|k| {
+        let a = k / 12 * 13 + k % 12;
+        if (k / 12 + k) % 2 == 0 {
+            [[a, a + 13, a + 14], [a, a + 14, a + 1]]
+        } else {
+            [[a, a + 13, a + 1], [a + 1, a + 13, a + 14]]
+        }
+    });
+    TriangleMesh::new(vertices, uv, faces.collect()).unwrap()
+}
+
 /// The sheet's vertices bent about the y axis by `turn` radians in all, then posed half a metre in front
 /// of the camera. Between its columns the sheet stays flat, so every edge keeps its length exactly: the
 /// polyhedron is isometric to the sheet, not only the surface it approximates.
@@ -87,6 +108,7 @@ pub fn closed_tube() -> TriangleMesh {
     TriangleMesh::new(vertices, uv, faces).unwrap()
 }
 
+#[allow(dead_code, reason = "not every test binary uses every shape")]
 /// The tube bent about the z axis by `turn` radians in all: its axis becomes an arc, its sections
 /// stay round.
 pub fn bent_tube(tube: &TriangleMesh, turn: f64) -> Vec<DVec3> {
