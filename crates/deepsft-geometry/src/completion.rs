@@ -1,12 +1,13 @@
 //! ARAP completion: the whole mesh from its visible vertices.
 
 use crate::rigid_alignment::RigidMotion;
-use crate::solver::arap_prior::{ArapPrior, CellEnergy};
+use crate::rotation::nearest_rotation;
+use crate::solver::arap_prior::{ArapPrior, CellEnergy, Rotations};
 use crate::solver::checked::{check_weight, vertex_in};
 use crate::solver::cholesky::SparseCholesky;
 use crate::solver::{LengthScale, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, VertexPoint};
 use crate::{GeometryError, TriangleMesh};
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use std::collections::VecDeque;
 
 /// Pairs of (step, change of gradient) that the quasi-Newton direction remembers. Beyond 5 the count of
@@ -100,7 +101,8 @@ pub struct Completion {
 /// rises. Lengths may be in any unit; the result is the same.
 ///
 /// Starts from the rigid alignment of the rest shape, or of the last frame's mesh, with the
-/// visible points, component by component. What the points leave open is taken from elsewhere and
+/// visible points, component by component; without a last frame the rotations of the visible part are then
+/// extended into the hidden one. What the points leave open is taken from elsewhere and
 /// reported:
 ///
 /// * one visible vertex: the shape moves there without turning; with several on one line it turns
@@ -199,11 +201,25 @@ impl ArapCompletion {
         let visible = self.visible(points)?;
         let from = self.checked_start(start)?;
         let (mut vertices, unoriented) = self.align(from, &visible);
-        let unseen = self.factorize(&visible)?;
-
         let mut rotations = vec![DQuat::IDENTITY; vertices.len()];
-        let mut here = self.evaluate(&vertices, &mut rotations, &visible);
+        let mut here = self.evaluate(&vertices, Rotations::BestFrom(&mut rotations), &visible);
         let initial_energy = here.energy;
+        let extended = match start {
+            Some(_) => None,
+            None => Some(self.extended_rotations(&visible, &rotations)?),
+        };
+        let (holds, unseen) = self.tie_components(visible.weights.clone());
+        self.factorize(&holds)?;
+        if let Some(extended) = extended {
+            let held = self.evaluate(&vertices, Rotations::Held(&extended), &visible);
+            let step = self.direction(&held.gradient, &VecDeque::new());
+            let candidate: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
+            rotations = extended;
+            let there = self.evaluate(&candidate, Rotations::BestFrom(&mut rotations), &visible);
+            if there.total < here.total {
+                (vertices, here) = (candidate, there);
+            }
+        }
         let mut memory = VecDeque::new();
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < self.options.max_iterations {
@@ -212,7 +228,7 @@ impl ArapCompletion {
             let mut reached = None;
             for _ in 0..HALVINGS {
                 let candidate: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
-                let there = self.evaluate(&candidate, &mut rotations, &visible);
+                let there = self.evaluate(&candidate, Rotations::BestFrom(&mut rotations), &visible);
                 // The gradient is half that of the energy.
                 let slope = 2.0 * dot(&step, &here.gradient);
                 if there.total <= here.total + SUFFICIENT_DECREASE * slope {
@@ -326,25 +342,33 @@ impl ArapCompletion {
         (moved, open)
     }
 
-    /// Factorises the matrix for this set of visible vertices; returns the number of components without one.
-    /// One vertex of each of those is tied to where it starts, which is where ARAP wants it anyway.
-    fn factorize(&mut self, visible: &Visible) -> Result<usize, GeometryError> {
+    /// What holds each vertex in place (its part of the diagonal), completed so that each component has something,
+    /// and the number of components that had nothing. One vertex of each of those is tied to where it
+    /// is, which is where ARAP wants it anyway.
+    fn tie_components(&self, mut holds: Vec<f64>) -> (Vec<f64>, usize) {
         let mut tied = vec![false; self.components];
-        let mut values = self.stiffness.clone();
-        for (i, &weight) in visible.weights.iter().enumerate() {
-            values[self.cholesky.column_starts()[i]] += weight;
-            tied[self.component[i]] |= weight > 0.0;
+        for (i, &hold) in holds.iter().enumerate() {
+            tied[self.component[i]] |= hold > 0.0;
         }
-        let mut unseen = 0;
+        let mut loose = 0;
         for (i, &component) in self.component.iter().enumerate() {
             if !tied[component] {
                 tied[component] = true;
-                unseen += 1;
-                values[self.cholesky.column_starts()[i]] += self.options.arap_weight;
+                loose += 1;
+                holds[i] = self.options.arap_weight;
             }
         }
+        (holds, loose)
+    }
+
+    /// Factorises the matrix for what `holds` the vertices.
+    fn factorize(&mut self, holds: &[f64]) -> Result<(), GeometryError> {
+        let mut values = self.stiffness.clone();
+        for (i, hold) in holds.iter().enumerate() {
+            values[self.cholesky.column_starts()[i]] += hold;
+        }
         if self.cholesky.factorize(&values) {
-            Ok(unseen)
+            Ok(())
         } else {
             Err(GeometryError::Singular {
                 unknowns: self.rest.len(),
@@ -352,7 +376,55 @@ impl ArapCompletion {
         }
     }
 
-    fn evaluate(&self, vertices: &[DVec3], rotations: &mut [DQuat], visible: &Visible) -> Evaluation {
+    /// A first guess of all rotations: where visible neighbours show a cell's rotation it is taken, and the
+    /// hidden part continues it as a harmonic function does. (Local rotations alone carry a bend into
+    /// the hidden part by one ring of vertices an iteration.) `rigid` stands where nothing is shown.
+    fn extended_rotations(&mut self, visible: &Visible, rigid: &[DQuat]) -> Result<Vec<DQuat>, GeometryError> {
+        let mut rotations = rigid.to_vec();
+        let mut holds = vec![0.0; rotations.len()];
+        for i in 0..rotations.len() {
+            if let Some(rotation) = self.shown_rotation(i, visible, rigid[i]) {
+                rotations[i] = rotation;
+                // As stiff as the cell itself: what is seen is smoothed over about one edge.
+                holds[i] = self.stiffness[self.cholesky.column_starts()[i]];
+            }
+        }
+        let (holds, _) = self.tie_components(holds);
+        self.factorize(&holds)?;
+        let mut matrices = vec![DMat3::ZERO; rotations.len()];
+        for axis in 0..3 {
+            let column = |(r, hold): (&DQuat, &f64)| *hold * DMat3::from_quat(*r).col(axis);
+            let held: Vec<DVec3> = rotations.iter().zip(&holds).map(column).collect();
+            for (matrix, column) in matrices.iter_mut().zip(self.solve(&held)) {
+                *matrix.col_mut(axis) = column;
+            }
+        }
+        for (rotation, matrix) in rotations.iter_mut().zip(matrices) {
+            *rotation = nearest_rotation(matrix, *rotation);
+        }
+        Ok(rotations)
+    }
+
+    /// The rotation of cell `i` as its visible edges show it; `None` unless they span a plane at rest.
+    fn shown_rotation(&self, i: usize, visible: &Visible, guess: DQuat) -> Option<DQuat> {
+        if visible.weights[i] <= 0.0 {
+            return None;
+        }
+        let mut covariance = DMat3::ZERO;
+        let (mut first, mut spans) = (DVec3::ZERO, false);
+        for (j, weight) in self.prior.neighbours(i).filter(|n| visible.weights[n.0] > 0.0) {
+            let q = self.rest[i] - self.rest[j];
+            let e = weight * (visible.points[i] - visible.points[j]);
+            covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
+            spans |= first.cross(q).length_squared() > 0.01 * first.length_squared() * q.length_squared();
+            if first == DVec3::ZERO {
+                first = q;
+            }
+        }
+        spans.then(|| nearest_rotation(covariance, guess))
+    }
+
+    fn evaluate(&self, vertices: &[DVec3], rotations: Rotations<'_>, visible: &Visible) -> Evaluation {
         let mut data = 0.0;
         let mut gradient: Vec<DVec3> = vertices
             .iter()

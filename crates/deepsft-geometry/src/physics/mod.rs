@@ -9,10 +9,8 @@
 //!    normalised locally so that light drops out, and the mesh moves until they agree.
 //! 4. The maps are drawn from the mesh. When they explain the image no better than the network's own, those stay.
 
-mod local_contrast;
 mod locator;
 mod measurements;
-mod photometric_term;
 mod refinement;
 
 pub use locator::SurfaceLocator;

@@ -1,14 +1,12 @@
 //! The refinement of one frame.
 
-use super::local_contrast::{Grey, LocalContrast};
 use super::locator::SurfaceLocator;
 use super::measurements::{Measurement, measurements};
-use super::photometric_term::Photometric;
 use crate::raster::VisibleSurface;
-use crate::solver::surface_point::AnchoredPoint;
+use crate::solver::normalized_image::GreyImage;
 use crate::solver::{
-    Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, PointDepth, Reprojection, Robust,
-    SolveOptions, SolveReport, SurfacePoint,
+    Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage, Photometric,
+    PointDepth, Reprojection, Robust, SolveOptions, SolveReport, SurfacePoint, TexturePoint,
 };
 use crate::{Camera, GeometryError, Maps, Picture, RigidMotion, Template};
 use glam::DVec3;
@@ -18,6 +16,12 @@ const FEWEST_MEASUREMENTS: usize = 12;
 
 /// Pixels between two photometric points.
 const PHOTOMETRIC_STEP: usize = 3;
+
+/// Window in which mean and contrast are taken, pixels.
+const WINDOW_PX: f32 = 8.0;
+
+/// Blur at which mesh and network are compared, pixels.
+const JUDGED_BLUR_PX: f32 = 0.7;
 
 /// How the refinement weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +43,7 @@ pub struct PhysicsOptions {
     /// Scale of the robust photometric term, local deviations.
     pub photometric_scale: f64,
     /// Blur of image and drawing, pixels, one entry a round.
-    pub blurs: Vec<f64>,
+    pub blurs: Vec<f32>,
     /// Accepted solver steps a round.
     pub steps: usize,
 }
@@ -85,7 +89,7 @@ pub struct PhysicsRefinement {
     bending: Bending,
     solver: MeshSolver,
     /// The print, grey, and its mipmap.
-    print: Vec<Grey>,
+    print: Vec<GreyImage>,
 }
 
 impl PhysicsRefinement {
@@ -100,10 +104,10 @@ impl PhysicsRefinement {
         let bending = Bending::new(mesh, options.bending)?;
         let solver = MeshSolver::new(mesh, &[&isometry, &bending])?;
         let mut level = template.texture().clone();
-        let mut print = vec![Grey::of(&level)];
+        let mut print = vec![GreyImage::of(&level)];
         while level.width() > 8 && level.height() > 8 {
             level = level.halved();
-            print.push(Grey::of(&level));
+            print.push(GreyImage::of(&level));
         }
         Ok(Self {
             template: template.clone(),
@@ -148,6 +152,7 @@ impl PhysicsRefinement {
             max_iterations: 40,
             step_tolerance: 1e-3,
             energy_tolerance: 1e-4,
+            judge_rank: false,
         };
         let terms: [&dyn Energy; 4] = [&reprojection, &depth, &self.isometry, &self.bending];
         let solution = self.solver.solve(&terms, &vertices, &options)?;
@@ -157,22 +162,24 @@ impl PhysicsRefinement {
         let seen: Vec<f32> = (0..maps.depth().len())
             .map(|p| f32::from(u8::from(maps.inside(p))))
             .collect();
-        let grey = Grey::of(image);
+        let grey = GreyImage::of(image);
         for &blur in &self.options.blurs {
             let drawing = Drawing::new(self, &vertices, camera, &seen);
-            let points = drawing.points(self, blur);
-            let image = LocalContrast::new(&grey, &drawing.mask, blur);
-            let photometric = Photometric {
+            let points = drawing.points(blur);
+            let image = NormalizedImage::masked(&grey, &drawing.mask, blur, WINDOW_PX);
+            let photometric = Photometric::new(
+                self.template.mesh(),
                 camera,
-                image: &image,
-                points: &points,
-                weight: self.options.photometric / points.len().max(1) as f64,
-                robust: Robust::Cauchy(self.options.photometric_scale),
-            };
+                &image,
+                &points,
+                self.options.photometric / points.len().max(1) as f64,
+                Robust::Cauchy(self.options.photometric_scale),
+            )?;
             let options = SolveOptions {
                 max_iterations: self.options.steps,
                 step_tolerance: 1e-3,
                 energy_tolerance: 1e-4,
+                judge_rank: false,
             };
             let terms: [&dyn Energy; 5] = [&photometric, &reprojection, &depth, &self.isometry, &self.bending];
             let solution = self.solver.solve(&terms, &vertices, &options)?;
@@ -244,7 +251,7 @@ impl PhysicsRefinement {
     /// Chooses between mesh and maps.
     fn judge(
         &self,
-        grey: &Grey,
+        grey: &GreyImage,
         camera: &Camera,
         maps: &Maps,
         vertices: Vec<DVec3>,
@@ -255,9 +262,9 @@ impl PhysicsRefinement {
         let both: Vec<f32> = (0..maps.depth().len())
             .map(|p| f32::from(u8::from(maps.inside(p) && refined.inside(p))))
             .collect();
-        let image = LocalContrast::new(grey, &both, 0.7);
+        let image = NormalizedImage::masked(grey, &both, JUDGED_BLUR_PX, WINDOW_PX);
         let cost = |maps: &Maps| {
-            let drawn = LocalContrast::new(&self.drawn(maps, &both), &both, 0.7);
+            let drawn = NormalizedImage::masked(&self.drawn(maps, &both), &both, JUDGED_BLUR_PX, WINDOW_PX);
             let robust = Robust::Cauchy(self.options.photometric_scale);
             let (mut sum, mut count) = (0.0, 0_usize);
             for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
@@ -290,7 +297,7 @@ impl PhysicsRefinement {
     }
 
     /// The print as `maps` place it, where `mask` is 1.
-    fn drawn(&self, maps: &Maps, mask: &[f32]) -> Grey {
+    fn drawn(&self, maps: &Maps, mask: &[f32]) -> GreyImage {
         let size = self.template.size_mm();
         // Texels a pixel, by the focal length of the typical depth: mm a pixel times texels a mm.
         let texels = self.print[0].width as f64 / size.x;
@@ -311,7 +318,7 @@ impl PhysicsRefinement {
                 }
             })
             .collect();
-        Grey {
+        GreyImage {
             width: maps.width(),
             height: maps.height(),
             values,
@@ -319,7 +326,7 @@ impl PhysicsRefinement {
     }
 
     /// The level of the mipmap with at most about one texel a pixel.
-    fn level(&self, texels_a_pixel: f64) -> &Grey {
+    fn level(&self, texels_a_pixel: f64) -> &GreyImage {
         let level = texels_a_pixel.max(1.0).log2().round() as usize;
         &self.print[level.min(self.print.len() - 1)]
     }
@@ -329,7 +336,7 @@ impl PhysicsRefinement {
 const FOCAL_OF_LEVELS: f64 = 380.0;
 
 /// Bilinear value of a grey image at texture position (u, v).
-fn sample(image: &Grey, u: f64, v: f64) -> f32 {
+fn sample(image: &GreyImage, u: f64, v: f64) -> f32 {
     let x = (u * image.width as f64 - 0.5).clamp(0.0, (image.width - 1) as f64);
     let y = (v * image.height as f64 - 0.5).clamp(0.0, (image.height - 1) as f64);
     let (column, row) = (x as usize, y as usize);
@@ -345,7 +352,7 @@ fn sample(image: &Grey, u: f64, v: f64) -> f32 {
 
 /// The mesh drawn with its print.
 struct Drawing {
-    print: Grey,
+    print: GreyImage,
     /// 1 where the mesh and the object are seen.
     mask: Vec<f32>,
     /// Pixel, face and weights of the photometric points.
@@ -373,14 +380,13 @@ impl Drawing {
     }
 
     /// The photometric points with what the print shows there, blurred by `blur` pixels.
-    fn points(&self, refinement: &PhysicsRefinement, blur: f64) -> Vec<(AnchoredPoint, f64)> {
-        let print = LocalContrast::new(&self.print, &self.mask, blur);
-        let mesh = refinement.template.mesh();
+    fn points(&self, blur: f32) -> Vec<TexturePoint> {
+        let print = NormalizedImage::masked(&self.print, &self.mask, blur, WINDOW_PX);
         self.anchors
             .iter()
-            .filter_map(|&(pixel, point)| {
-                let anchored = AnchoredPoint::new(mesh, point).ok()??;
-                Some((anchored, print.pixel(pixel)))
+            .map(|&(pixel, point)| TexturePoint {
+                point,
+                value: print.pixel(pixel),
             })
             .collect()
     }

@@ -1,6 +1,6 @@
 //! As rigid as possible: the paper's E_arap and E_smooth as a term of the mesh solver.
 
-use super::arap_prior::ArapPrior;
+use super::arap_prior::{ArapPrior, Rotations};
 use super::checked::check_weight;
 use super::energy::{Energy, ResidualSink};
 use super::mesh_solver::LengthScale;
@@ -65,7 +65,7 @@ impl Energy for Arap {
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {
-        let energy = self.prior.cells(vertices, None, |_, _, _| {});
+        let energy = self.prior.cells(vertices, Rotations::Best, |_, _, _| {});
         let weighted = self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
         weighted * self.per_length * self.per_length
     }
@@ -73,7 +73,7 @@ impl Energy for Arap {
     fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
         let mut row = Vec::new();
         let per_length = self.per_length;
-        self.prior.cells(vertices, None, |i, residuals, sum| {
+        self.prior.cells(vertices, Rotations::Best, |i, residuals, sum| {
             for ((j, weight), residual) in self.prior.neighbours(i).zip(residuals) {
                 let coefficients = [(i, per_length), (j, -per_length)];
                 sink.vector(*residual * per_length, self.prior.arap * weight, &coefficients);

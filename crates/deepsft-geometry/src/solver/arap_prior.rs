@@ -41,6 +41,16 @@ pub(crate) struct CellEnergy {
     pub smoothness: f64,
 }
 
+/// Where the cells' rotations come from.
+pub(crate) enum Rotations<'a> {
+    /// The best, searched from the cell before.
+    Best,
+    /// The best, searched from these, one a vertex, which are left with them.
+    BestFrom(&'a mut [DQuat]),
+    /// These.
+    Held(&'a [DQuat]),
+}
+
 impl ArapPrior {
     /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
     pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
@@ -116,26 +126,26 @@ impl ArapPrior {
         nearest_rotation(covariance, guess)
     }
 
-    /// Calls `visit` with every vertex and the residuals e_ij - R_i q_ij of its cell, in the order of its
-    /// neighbours, and returns the energies. `guesses` has one rotation a vertex to start the search from
-    /// and is left with the best ones; without it each cell starts from the one before.
+    /// Calls `visit` with every vertex, the residuals e_ij - R_i q_ij of its cell in the order of its
+    /// neighbours, and their weighted sum; returns the energies.
     pub(crate) fn cells(
         &self,
         vertices: &[DVec3],
-        mut guesses: Option<&mut [DQuat]>,
+        mut rotations: Rotations<'_>,
         mut visit: impl FnMut(usize, &[DVec3], DVec3),
     ) -> CellEnergy {
         let mut energy = CellEnergy::default();
         let mut residuals = Vec::new();
         let mut rotation = DQuat::IDENTITY;
         for i in 0..self.vertices() {
-            if let Some(guesses) = &guesses {
-                rotation = guesses[i];
-            }
-            rotation = self.rotation(i, vertices, rotation);
-            if let Some(guesses) = &mut guesses {
-                guesses[i] = rotation;
-            }
+            rotation = match &mut rotations {
+                Rotations::Best => self.rotation(i, vertices, rotation),
+                Rotations::BestFrom(guesses) => {
+                    guesses[i] = self.rotation(i, vertices, guesses[i]);
+                    guesses[i]
+                }
+                Rotations::Held(held) => held[i],
+            };
             let matrix = DMat3::from_quat(rotation);
             residuals.clear();
             let mut sum = DVec3::ZERO;
@@ -157,10 +167,10 @@ impl ArapPrior {
     pub(crate) fn add_gradient(
         &self,
         vertices: &[DVec3],
-        rotations: &mut [DQuat],
+        rotations: Rotations<'_>,
         gradient: &mut [DVec3],
     ) -> CellEnergy {
-        self.cells(vertices, Some(rotations), |i, residuals, sum| {
+        self.cells(vertices, rotations, |i, residuals, sum| {
             let mean = if self.degrees[i] > 0.0 {
                 sum * (self.smoothness / self.degrees[i])
             } else {

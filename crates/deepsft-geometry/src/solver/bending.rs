@@ -13,8 +13,8 @@ pub(crate) const DEGENERATE_FACE: f64 = 1e-9;
 /// Quadratic bending of a thin shell that is flat at rest (Bergou et al. 2006, *A Quadratic Bending
 /// Model for Inextensible Surfaces*): weight times the sum over interior edges of
 /// 3 / (A_0 + A_1) |sum c_k p_k|^2 over the edge's ends and the two opposite corners, c from the rest shape's
-/// cotangents. Without unit: it is the integral of the squared mean curvature. It pulls
-/// towards the flat sheet: for templates that are curved at rest use [`Arap`](super::Arap) with
+/// cotangents. Without unit: the integral of the squared curvature, times 1 to 3 depending on how the
+/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: for templates that are curved at rest use [`Arap`](super::Arap) with
 /// smoothness.
 #[derive(Clone, Debug)]
 pub struct Bending {

@@ -68,12 +68,6 @@ impl SparseCholesky {
         &self.column_starts
     }
 
-    /// Position of entry (`row`, `column`) of the lower triangle among the values.
-    pub(crate) fn position(&self, row: usize, column: usize) -> Option<usize> {
-        let (start, end) = (self.column_starts[column], self.column_starts[column + 1]);
-        self.rows[start..end].binary_search(&row).ok().map(|k| start + k)
-    }
-
     /// Factorises the matrix whose lower triangle has `values`, in the pattern's order. False when it
     /// is not positive definite; then there is nothing to [`solve`](Self::solve) with.
     pub(crate) fn factorize(&mut self, values: &[f64]) -> bool {

@@ -20,6 +20,9 @@ const MOST_DAMPING: f64 = 1e12;
 /// about N times this share of its diagonal.
 const RANK_DAMPING: f64 = 1e-13;
 
+/// Damping up to which a short step or a small decrease means that the minimum is near.
+const TRUSTED_DAMPING: f64 = 1.0;
+
 /// The template's mean rest edge length, by which the lengths in all terms are divided.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct LengthScale(f64);
@@ -57,6 +60,9 @@ pub struct SolveOptions {
     pub step_tolerance: f64,
     /// Converged when a step lowers the energy by less than this share. Default 1e-9.
     pub energy_tolerance: f64,
+    /// Whether to count the directions that nothing holds. Default true; costs about one iteration, which a
+    /// tracker that does one or two a frame may want to save.
+    pub judge_rank: bool,
 }
 
 impl Default for SolveOptions {
@@ -65,6 +71,7 @@ impl Default for SolveOptions {
             max_iterations: 50,
             step_tolerance: 1e-6,
             energy_tolerance: 1e-9,
+            judge_rank: true,
         }
     }
 }
@@ -90,10 +97,10 @@ pub struct SolveReport {
     pub iterations: usize,
     /// Energies of the terms, in the order they were given.
     pub terms: Vec<TermEnergy>,
-    /// Directions at the result that no term holds to first order (pivots that vanish in elimination). A
+    /// Number of directions at the result that no term holds to first order (pivots that vanish in elimination). A
     /// solve with no measurement has six for each component: its rigid motions. The result keeps
-    /// its start along them.
-    pub undetermined_directions: usize,
+    /// its start along them. `None` when the options asked not to judge.
+    pub undetermined_directions: Option<usize>,
 }
 
 impl SolveReport {
@@ -115,6 +122,49 @@ pub struct Solution {
     pub vertices: Vec<DVec3>,
     /// How it went.
     pub report: SolveReport,
+}
+
+/// Vertices and the energy of each term there.
+type Shape = (Vec<DVec3>, Vec<f64>);
+
+/// What became of a linearised problem.
+enum Outcome {
+    /// A lower energy, and whether that settles it.
+    Lower(Shape, bool),
+    /// Nothing lower within the tolerances.
+    Lowest,
+    /// No damping lowers the energy.
+    Stuck,
+}
+
+/// Damping by Nielsen's rule (Madsen, Nielsen and Tingleff 2004): less the better the model foretold the
+/// decrease, more and faster more at every failure.
+struct Damping {
+    share: f64,
+    growth: f64,
+}
+
+impl Default for Damping {
+    fn default() -> Self {
+        Self {
+            share: FIRST_DAMPING,
+            growth: 2.0,
+        }
+    }
+}
+
+impl Damping {
+    fn lower(&mut self, gain: f64) {
+        // A tenth instead of Nielsen's third: most of our problems are nearly linear near their start.
+        let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
+        self.share = (self.share * factor).max(LEAST_DAMPING);
+        self.growth = 2.0;
+    }
+
+    fn raise(&mut self) {
+        self.share *= self.growth;
+        self.growth *= 2.0;
+    }
 }
 
 /// Minimises sums of [`Energy`] terms over the n vertices of one template (3n unknowns) by
@@ -179,60 +229,29 @@ impl MeshSolver {
         options: &SolveOptions,
     ) -> Result<Solution, GeometryError> {
         self.check(terms, start)?;
-        let energies = |vertices: &[DVec3]| -> Vec<f64> { terms.iter().map(|t| t.energy(vertices)).collect() };
-        let initial = energies(start);
+        let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
             return Err(GeometryError::StartEnergy {
                 term: term.name(),
                 energy,
             });
         }
-        let mut vertices = start.to_vec();
-        let mut current = initial.clone();
-        let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
+        let mut here = (start.to_vec(), initial.clone());
+        let mut damping = Damping::default();
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < options.max_iterations {
-            self.linearize(terms, &vertices);
-            let energy: f64 = current.iter().sum();
-            let accepted = loop {
-                let added = self.added(damping);
-                if self.equations.factorize(&added) {
-                    let step = self.equations.step();
-                    let length = step.iter().fold(0.0_f64, |m, s| m.max(s.length()));
-                    let candidate: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
-                    let reached = energies(&candidate);
-                    let decrease = energy - reached.iter().sum::<f64>();
-                    let small = length <= options.step_tolerance * self.scale.get();
-                    if decrease > 0.0 {
-                        // Nielsen's rule: less damping the better the model foretold the decrease.
-                        let foretold: f64 = (step.iter().zip(self.equations.gradient()).zip(&added))
-                            .map(|((s, g), a)| s.dot(*a * *s - *g))
-                            .sum();
-                        let gain = decrease / foretold.max(f64::MIN_POSITIVE);
-                        damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
-                        damping = damping.max(LEAST_DAMPING);
-                        growth = 2.0;
-                        (vertices, current) = (candidate, reached);
-                        converged = small || decrease <= options.energy_tolerance * energy;
-                        break true;
-                    }
-                    if small {
-                        // Nothing lower within the tolerance: this is the minimum.
-                        converged = true;
-                        break false;
-                    }
+            self.linearize(terms, &here.0);
+            match self.iterate(terms, &here, &mut damping, options) {
+                Outcome::Lower(there, settled) => {
+                    iterations += 1;
+                    converged = settled;
+                    here = there;
                 }
-                damping *= growth;
-                growth *= 2.0;
-                if damping > MOST_DAMPING {
-                    break false;
-                }
-            };
-            if !accepted {
-                break;
+                Outcome::Lowest => converged = true,
+                Outcome::Stuck => break,
             }
-            iterations += 1;
         }
+        let (vertices, current) = here;
         let terms_energy = terms.iter().zip(initial.iter().zip(&current));
         let report = SolveReport {
             converged,
@@ -244,9 +263,48 @@ impl MeshSolver {
                     final_energy,
                 })
                 .collect(),
-            undetermined_directions: self.undetermined_directions(terms, &vertices),
+            undetermined_directions: options
+                .judge_rank
+                .then(|| self.undetermined_directions(terms, &vertices)),
         };
         Ok(Solution { vertices, report })
+    }
+
+    /// One accepted step of the linearised problem, with as much damping as it takes.
+    fn iterate(
+        &mut self,
+        terms: &[&dyn Energy],
+        (vertices, energies): &Shape,
+        damping: &mut Damping,
+        options: &SolveOptions,
+    ) -> Outcome {
+        let energy: f64 = energies.iter().sum();
+        while damping.share <= MOST_DAMPING {
+            let added = self.added(damping.share);
+            if self.equations.factorize(&added) {
+                let step = self.equations.step();
+                let longest = step.iter().fold(0.0_f64, |m, s| m.max(s.length()));
+                let foretold: f64 = (step.iter().zip(self.equations.gradient()).zip(&added))
+                    .map(|((s, g), a)| s.dot(*a * *s - *g))
+                    .sum();
+                let there: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
+                let reached: Vec<f64> = terms.iter().map(|t| t.energy(&there)).collect();
+                let decrease = energy - reached.iter().sum::<f64>();
+                // A step that is short because it is damped says nothing.
+                let settled = damping.share <= TRUSTED_DAMPING
+                    && (longest <= options.step_tolerance * self.scale.get()
+                        || foretold.max(decrease) <= options.energy_tolerance * energy);
+                if decrease > 0.0 {
+                    damping.lower(decrease / foretold.max(f64::MIN_POSITIVE));
+                    return Outcome::Lower((there, reached), settled);
+                }
+                if settled {
+                    return Outcome::Lowest;
+                }
+            }
+            damping.raise();
+        }
+        Outcome::Stuck
     }
 
     fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {

@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`PointData`] | visible vertices at 3D points (the paper's E_data) | lengths / mean edge length |
 //! | [`Reprojection`] | registered points at pixels, robust | pixels |
+//! | [`Photometric`] | the template's texture on the image, robust | local deviations of grey |
 //! | [`DepthPrior`] | depths with their uncertainty, robust | standard deviations |
 //! | [`Isometry`] | edge lengths | lengths / mean edge length |
 //! | [`Arap`] | local rigidity and smoothness (the paper's E_arap, E_smooth) | lengths / mean edge length |
@@ -15,9 +16,6 @@
 //! Nothing depends on the unit of length: a template in metres and one in millimetres give the same
 //! shape with the same weights. When only 3D points and ARAP are wanted,
 //! [`ArapCompletion`](crate::ArapCompletion) minimises the same energy several times faster.
-//!
-//! A photometric term fits the same mould: it is an [`Energy`] whose residuals are normalised grey
-//! values at surface points, with gradients through the image's gradient and the camera.
 
 mod arap;
 pub(crate) mod arap_prior;
@@ -29,9 +27,13 @@ mod energy;
 mod isometry;
 mod mesh_solver;
 mod normal_equations;
+pub(crate) mod normalized_image;
+mod photometric;
 mod point_data;
 mod reprojection;
-pub(crate) mod surface_point;
+mod surface_point;
+#[cfg(test)]
+mod terms_test;
 
 pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
 pub use bending::Bending;
@@ -39,6 +41,8 @@ pub use depth_prior::{DepthPrior, PointDepth};
 pub use energy::{Energy, ResidualSink, Robust};
 pub use isometry::Isometry;
 pub use mesh_solver::{LengthScale, MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
+pub use normalized_image::NormalizedImage;
+pub use photometric::{Photometric, TexturePoint};
 pub use point_data::{PointData, VertexPoint};
 pub use reprojection::{ImagePoint, Reprojection};
 pub use surface_point::SurfacePoint;

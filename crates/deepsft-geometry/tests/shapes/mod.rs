@@ -1,12 +1,33 @@
 //! Sheets and closed meshes with known deformations.
 
-use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
 
 /// An A4 sheet, mm.
 pub fn sheet() -> TriangleMesh {
     let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
     Template::thin_shell(picture, 297.0, 210.0).unwrap().mesh().clone()
+}
+
+/// The same sheet with 12 x 9 cells.
+#[allow(dead_code, reason = "not every test binary uses every shape")]
+pub fn coarse_sheet() -> TriangleMesh {
+    let uv: Vec<DVec2> = (0..130)
+        .map(|k| DVec2::new(f64::from(k % 13) / 12.0, f64::from(k / 13) / 9.0))
+        .collect();
+    let vertices = uv
+        .iter()
+        .map(|p| ((*p - 0.5) * DVec2::new(297.0, 210.0)).extend(0.0))
+        .collect();
+    let faces = (0..108).flat_map(|k| {
+        let a = k / 12 * 13 + k % 12;
+        if (k / 12 + k) % 2 == 0 {
+            [[a, a + 13, a + 14], [a, a + 14, a + 1]]
+        } else {
+            [[a, a + 13, a + 1], [a + 1, a + 13, a + 14]]
+        }
+    });
+    TriangleMesh::new(vertices, uv, faces.collect()).unwrap()
 }
 
 /// The sheet's vertices bent about the y axis by `turn` radians in all, then posed half a metre in front
@@ -36,7 +57,7 @@ pub fn bent(sheet: &TriangleMesh, turn: impl Fn(f64) -> f64) -> Vec<DVec3> {
 
 /// A pose in front of the camera, turned about all axes.
 pub fn pose(p: DVec3) -> DVec3 {
-    DQuat::from_euler(deepsft_geometry::glam::EulerRot::XYZ, 0.3, -0.4, 0.5) * p + DVec3::new(20.0, -10.0, 500.0)
+    DQuat::from_euler(EulerRot::XYZ, 0.3, -0.4, 0.5) * p + DVec3::new(20.0, -10.0, 500.0)
 }
 
 /// A closed tube with round ends along x, 240 mm long and 60 mm thick: a template of the volumic kind.
@@ -87,6 +108,7 @@ pub fn closed_tube() -> TriangleMesh {
     TriangleMesh::new(vertices, uv, faces).unwrap()
 }
 
+#[allow(dead_code, reason = "not every test binary uses every shape")]
 /// The tube bent about the z axis by `turn` radians in all: its axis becomes an arc, its sections
 /// stay round.
 pub fn bent_tube(tube: &TriangleMesh, turn: f64) -> Vec<DVec3> {
