@@ -97,9 +97,9 @@ fn eigenvectors(mut a: [[f64; 4]; 4]) -> ([f64; 4], [DVec4; 4]) {
             for row in &mut a {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
-            for k in 0..4 {
-                (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-            }
+            let (upper, lower) = (a[p], a[q]);
+            a[p] = std::array::from_fn(|k| c * upper[k] - s * lower[k]);
+            a[q] = std::array::from_fn(|k| s * upper[k] + c * lower[k]);
             (vectors[p], vectors[q]) = (c * vectors[p] - s * vectors[q], s * vectors[p] + c * vectors[q]);
         }
     }

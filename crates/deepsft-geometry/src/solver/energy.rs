@@ -84,10 +84,13 @@ pub(crate) mod check {
 
     use super::*;
 
+    /// Residual, weight, and derivatives by vertex.
+    type Row<R, D> = (R, f64, Vec<(usize, D)>);
+
     #[derive(Default)]
     pub(crate) struct Recorder {
-        pub scalars: Vec<(f64, f64, Vec<(usize, DVec3)>)>,
-        pub vectors: Vec<(DVec3, f64, Vec<(usize, f64)>)>,
+        pub scalars: Vec<Row<f64, DVec3>>,
+        pub vectors: Vec<Row<DVec3, f64>>,
     }
 
     impl ResidualSink for Recorder {
