@@ -8,6 +8,7 @@ mod failure;
 mod input;
 mod output;
 mod progress;
+mod refine;
 mod synthesis;
 
 use clap::{Parser, Subcommand};

@@ -2,8 +2,9 @@
 
 use crate::TrainError;
 use burn::tensor::Device;
-use deepsft::{Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
+use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_geometry::physics::PhysicsRefinement;
 use deepsft_geometry::{Template, photometric_error};
 use deepsft_synth::{Sample, Synthesizer};
 use rayon::prelude::*;
@@ -73,19 +74,30 @@ pub struct EvaluationSummary {
 }
 
 impl Evaluation {
-    /// Evaluates `estimator` on `samples`, calling `each` after every frame.
+    /// Evaluates `estimator` on `samples`, with physics refinement of the frames in which the template was found if
+    /// there is a `refinement`, calling `each` after every frame.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
     pub fn run(
         estimator: &Estimator,
+        mut refinement: Option<&mut PhysicsRefinement>,
         template: &Template,
         samples: impl IntoIterator<Item = Sample>,
         mut each: impl FnMut(&Sample, &Estimate, &FrameResult),
     ) -> Result<Self, TrainError> {
         let mut frames = Vec::new();
         for (index, sample) in samples.into_iter().enumerate() {
-            let estimate = pollster::block_on(estimator.estimate(&sample.image, &sample.camera))?;
+            let mut estimate = pollster::block_on(estimator.estimate(&sample.image, &sample.camera))?;
+            if let Some(refinement) = refinement.as_deref_mut()
+                && estimate.judgement.found
+            {
+                let camera = estimator.canonical_camera();
+                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps, None);
+                if let Some(refined) = refined.map_err(DeepSftError::from)? {
+                    estimate.maps = refined.maps;
+                }
+            }
             let result = FrameResult::new(index as u64, &sample, &estimate, template)?;
             each(&sample, &estimate, &result);
             frames.push(result);

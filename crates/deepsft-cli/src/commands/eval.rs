@@ -2,6 +2,7 @@
 
 use crate::failure::BlameInput;
 use crate::output::{atomic, panels, sheet};
+use crate::refine::Refine;
 use crate::{dataset, input, progress, synthesis};
 use anyhow::{Context, Result, anyhow};
 use clap::{ArgGroup, Args};
@@ -36,6 +37,7 @@ and each frame in \"per_frame\".
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
+  deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --refine physics
   deepsft eval --model models/poster-a4 --dataset held-out"
 )]
 pub struct EvalArguments {
@@ -51,6 +53,9 @@ pub struct EvalArguments {
     /// Measure on a data set as `deepsft synth` writes
     #[arg(long, value_name = "DIR")]
     dataset: Option<PathBuf>,
+    /// Physics refinement: fit the template's mesh to the image, starting from the network's maps
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
+    refine: Refine,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -97,12 +102,19 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
     let samples = set
         .samples
         .map_while(|sample| sample.map_err(|error| unreadable = Some(error)).ok());
-    let evaluation = Evaluation::run(&estimator, bundle.template(), samples, |sample, estimate, result| {
-        if arguments.sheet.is_some() {
-            worst.offer(sample, estimate, result);
-        }
-        bar.inc(1);
-    })?;
+    let mut refinement = arguments.refine.prepare(bundle.template())?;
+    let evaluation = Evaluation::run(
+        &estimator,
+        refinement.as_mut(),
+        bundle.template(),
+        samples,
+        |sample, estimate, result| {
+            if arguments.sheet.is_some() {
+                worst.offer(sample, estimate, result);
+            }
+            bar.inc(1);
+        },
+    )?;
     bar.finish_and_clear();
     if let Some(error) = unreadable {
         return Err(error);

@@ -2,11 +2,13 @@
 
 use crate::failure::{self, BlameInput, usage};
 use crate::output::{atomic, glb, npy, panels, sheet, surface};
+use crate::refine::Refine;
 use crate::{input, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::{Camera, Maps, Picture, photometric_error};
+use deepsft_geometry::physics::PhysicsRefinement;
+use deepsft_geometry::{Camera, Maps, Picture, TriangleMesh, photometric_error};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -27,6 +29,7 @@ Writes for each image DIR/<name of the image>/ with
   mask.npy          bool [270, 480]: where the object is seen
   sheet.png         input, a checkerboard laid on the object, depth, difference to the template
   mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
+  whole-mesh.glb    with --refine physics: the whole object, hidden parts included
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the image is
@@ -37,7 +40,7 @@ A camera file holds, in pixels, and the distortion in OpenCV's order:
    \"distortion\": [0.0, 0.0, 0.0, 0.0, 0.0]}
 
 Example:
-  deepsft reconstruct --model models/poster-a4 --camera camera.json --out results a.jpg b.jpg")]
+  deepsft reconstruct --model models/poster-a4 --camera camera.json --refine physics --out results a.jpg b.jpg")]
 pub struct ReconstructArguments {
     /// Model bundle of the object
     #[arg(long, value_name = "BUNDLE")]
@@ -48,6 +51,9 @@ pub struct ReconstructArguments {
     /// Folder to write; results of the same images there are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Physics refinement: fit the template's mesh to the image, starting from the network's maps
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
+    refine: Refine,
     /// What computes: cpu, vulkan or webgpu (the last two if the program was built with them)
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
@@ -66,6 +72,10 @@ struct Report {
     confidence: f32,
     /// Share of the canonical image that the object covers.
     mask_area: f32,
+    /// Whether the maps are those of a mesh fitted to the image; absent when none was asked for. False when the
+    /// network's own maps explained the image better or there was too little to fit a mesh to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refined: Option<bool>,
     /// Least, median and greatest depth, mm.
     depth_mm: Option<[f32; 3]>,
     /// The paper's E_pr, intensities 0 to 1, not corrected for light.
@@ -98,7 +108,8 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let bundle = input::bundle(&arguments.model)?;
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
     let texture_png = encode_png(bundle.template().texture())?;
-    let model = Model {
+    let mut model = Model {
+        refinement: arguments.refine.prepare(bundle.template())?,
         bundle,
         estimator,
         device,
@@ -146,6 +157,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// A model ready to be used on one image after the other.
 struct Model {
+    refinement: Option<PhysicsRefinement>,
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
@@ -154,7 +166,7 @@ struct Model {
 
 impl Model {
     /// Does one image; the answer is a line about it.
-    fn reconstruct(&self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
+    fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
         let (camera, source) = match camera {
@@ -162,14 +174,26 @@ impl Model {
             None => (Camera::typical(image.width() as u32, image.height() as u32)?, "assumed"),
         };
         let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
-        let maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
+        let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
         let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
+        let mut refined = self.refinement.as_ref().map(|_| false);
+        let mut whole = None;
+        if let Some(refinement) = self.refinement.as_mut().filter(|_| judgement.found) {
+            let camera = self.estimator.canonical_camera();
+            let fitted = stages.time("refinement", || refinement.refine(&canonical, camera, &maps, None))?;
+            if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
+                refined = Some(true);
+                maps = fitted.maps;
+                whole = Some(self.bundle.template().mesh().with_vertices(fitted.vertices_camera)?);
+            }
+        }
         let report = Report {
             image: path.display().to_string(),
             model: self.bundle.name().to_owned(),
             found: judgement.found,
             confidence: judgement.confidence,
             mask_area: judgement.area,
+            refined,
             depth_mm: depth_range(&maps),
             photometric_error: photometric_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
@@ -178,7 +202,7 @@ impl Model {
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        let mut files = self.files(&canonical, &maps, &judgement)?;
+        let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         atomic::write_folder(folder, &[REPORT_FILE], &files)?;
         let found = if judgement.found { "found" } else { "not found" };
@@ -191,7 +215,13 @@ impl Model {
     }
 
     /// The results by file name, all but the report.
-    fn files(&self, canonical: &Picture, maps: &Maps, judgement: &Judgement) -> Result<BTreeMap<String, Vec<u8>>> {
+    fn files(
+        &self,
+        canonical: &Picture,
+        maps: &Maps,
+        judgement: &Judgement,
+        whole: Option<&TriangleMesh>,
+    ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (rows, columns) = (maps.height(), maps.width());
         let template = self.bundle.template();
         let found = if judgement.found { "found" } else { "not found" };
@@ -214,7 +244,7 @@ impl Model {
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
         let mesh = surface::visible_surface(maps, self.estimator.canonical_camera())?;
         let registration = maps.registration().iter().flatten().copied();
-        Ok(BTreeMap::from([
+        let mut files = BTreeMap::from([
             (
                 "depth.npy".to_owned(),
                 npy::f32_npy(&[rows, columns], maps.depth().iter().copied()),
@@ -226,7 +256,12 @@ impl Model {
             ("mask.npy".to_owned(), npy::bool_npy(&[rows, columns], maps.mask())),
             ("sheet.png".to_owned(), encode_png(&sheet)?),
             ("mesh.glb".to_owned(), glb::textured_glb(&mesh, &self.texture_png)),
-        ]))
+        ]);
+        if let Some(whole) = whole {
+            let glb = glb::textured_glb(whole, &self.texture_png);
+            files.insert("whole-mesh.glb".to_owned(), glb);
+        }
+        Ok(files)
     }
 }
 

@@ -23,6 +23,9 @@ const WINDOW_PX: f32 = 8.0;
 /// Blur at which mesh and network are compared, pixels.
 const JUDGED_BLUR_PX: f32 = 0.7;
 
+/// Shares of the weight of isometry that a mesh far from its place is solved with in turn.
+const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
+
 /// How the refinement weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhysicsOptions {
@@ -53,14 +56,14 @@ impl Default for PhysicsOptions {
         Self {
             registration_deviation_px: 2.0,
             depth_deviation: 0.03,
-            independent_depths: 20.0,
-            independent_registrations: 100.0,
-            isometry: 3e4,
-            bending: 0.3,
-            photometric: 1000.0,
+            independent_depths: 2.0,
+            independent_registrations: 10.0,
+            isometry: 1e4,
+            bending: 1.0,
+            photometric: 2000.0,
             photometric_scale: 0.8,
             blurs: vec![3.0, 2.0, 1.2, 0.7],
-            steps: 6,
+            steps: 8,
         }
     }
 }
@@ -76,7 +79,7 @@ pub struct Refined {
     pub accepted: bool,
     /// Mean robust photometric cost of the network's maps and of the mesh's, over the pixels of both.
     pub photometric_cost: [f64; 2],
-    /// How each solve went: the first without the image, then one a round.
+    /// How each solve went: those without the image, then one a round.
     pub reports: Vec<SolveReport>,
 }
 
@@ -85,7 +88,8 @@ pub struct PhysicsRefinement {
     template: Template,
     options: PhysicsOptions,
     locator: SurfaceLocator,
-    isometry: Isometry,
+    /// Stiffer from one to the next, the last with the weight of the options.
+    isometry: [Isometry; 3],
     bending: Bending,
     solver: MeshSolver,
     /// The print, grey, and its mipmap.
@@ -100,9 +104,11 @@ impl PhysicsRefinement {
     pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
         let mesh = template.mesh();
         let scale = LengthScale::of(mesh)?;
-        let isometry = Isometry::new(mesh, scale, options.isometry)?;
+        let stiffness = |share: f64| Isometry::new(mesh, scale, share * options.isometry);
+        let [soft, medium, stiff] = STIFFENING;
+        let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
         let bending = Bending::new(mesh, options.bending)?;
-        let solver = MeshSolver::new(mesh, &[&isometry, &bending])?;
+        let solver = MeshSolver::new(mesh, &[&isometry[0], &bending])?;
         let mut level = template.texture().clone();
         let mut print = vec![GreyImage::of(&level)];
         while level.width() > 8 && level.height() > 8 {
@@ -149,20 +155,25 @@ impl PhysicsRefinement {
         };
         let mut reports = Vec::new();
         let options = SolveOptions {
-            max_iterations: 40,
+            max_iterations: 12,
             step_tolerance: 1e-3,
             energy_tolerance: 1e-4,
             judge_rank: false,
         };
-        let terms: [&dyn Energy; 4] = [&reprojection, &depth, &self.isometry, &self.bending];
-        let solution = self.solver.solve(&terms, &vertices, &options)?;
-        vertices = solution.vertices;
-        reports.push(solution.report);
+        // A stiff sheet far from its place moves in tiny steps: let it stretch at first.
+        let softest = if start.is_some() { self.isometry.len() - 1 } else { 0 };
+        for isometry in &self.isometry[softest..] {
+            let terms: [&dyn Energy; 4] = [&reprojection, &depth, isometry, &self.bending];
+            let solution = self.solver.solve(&terms, &vertices, &options)?;
+            vertices = solution.vertices;
+            reports.push(solution.report);
+        }
 
         let seen: Vec<f32> = (0..maps.depth().len())
             .map(|p| f32::from(u8::from(maps.inside(p))))
             .collect();
         let grey = GreyImage::of(image);
+        let stiff = &self.isometry[self.isometry.len() - 1];
         for &blur in &self.options.blurs {
             let drawing = Drawing::new(self, &vertices, camera, &seen);
             let points = drawing.points(blur);
@@ -181,7 +192,7 @@ impl PhysicsRefinement {
                 energy_tolerance: 1e-4,
                 judge_rank: false,
             };
-            let terms: [&dyn Energy; 5] = [&photometric, &reprojection, &depth, &self.isometry, &self.bending];
+            let terms: [&dyn Energy; 5] = [&photometric, &reprojection, &depth, stiff, &self.bending];
             let solution = self.solver.solve(&terms, &vertices, &options)?;
             vertices = solution.vertices;
             reports.push(solution.report);
