@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
+use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::Evaluation;
 use std::collections::BTreeMap;
@@ -44,10 +45,16 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
         let estimator = Estimator::new(&bundle, &device).unwrap();
         let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
-        let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
-        let summary = Evaluation::run(&estimator, bundle.template(), samples, |_, _, _| {})
-            .unwrap()
-            .summary();
+        let summary = |refinement: Option<&mut PhysicsRefinement>| {
+            let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
+            let evaluation = Evaluation::run(&estimator, refinement, bundle.template(), samples, |_, _, _| {});
+            evaluation.unwrap().summary()
+        };
+        let refined = {
+            let mut refinement = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default()).unwrap();
+            summary(Some(&mut refinement)).median
+        };
+        let summary = summary(None);
         let accuracy = &bundle.card().accuracy;
         let pixels = summary.median.registration_rmse_px.unwrap();
         let depth = summary.median.depth_rmse_mm.unwrap();
@@ -61,6 +68,12 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         assert!(
             1.0 - iou <= SLACK * (1.0 - accuracy.mask_iou.unwrap()),
             "{name}: IoU {iou}"
+        );
+        // Physics halves the errors at least.
+        let (refined_pixels, refined_depth) = (refined.registration_rmse_px.unwrap(), refined.depth_rmse_mm.unwrap());
+        assert!(
+            2.0 * refined_pixels <= pixels && 2.0 * refined_depth <= depth,
+            "{name}: {pixels} px, {depth} mm; refined {refined_pixels} px, {refined_depth} mm"
         );
     }
 }

@@ -180,6 +180,13 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     let sheet = deepsft::decode_picture(&fs::read(results.join("sheet.png")).unwrap()).unwrap();
     assert!(sheet.width() > 2 * 480 && sheet.height() > 2 * 270);
     assert_eq!(fs::read(results.join("mesh.glb")).unwrap()[..4], *b"glTF");
+    assert!(report["refined"].is_null());
+
+    // An untrained network finds nothing that physics could refine, and the report says so.
+    deepsft(folder.path(), &[&arguments[..], &["--refine", "physics"]].concat()).succeeds();
+    let report = json(&results.join("report.json"));
+    assert_eq!(report["refined"].as_bool(), Some(false));
+    assert!(!results.join("whole-mesh.glb").exists());
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub fn planar_depth(
     let d = Tensor::cat(vec![d.clone(), d], 0);
     let trust = share.clone() / (share + HALF_SUPPORT);
     let cue = d.clone() + (depth - d) * trust;
-    Tensor::cat(vec![cue.clone().slice([0..n]), cue.slice([n..2 * n])], 1)
+    Tensor::cat(vec![cue.clone().slice([0..n, 0..1]), cue.slice([n..2 * n, 0..1])], 1)
 }
 
 /// The rays (x, y) at z = 1 through the cells' centres of a frame of the training camera, [1, 2, h, w].
