@@ -3,7 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-/// The repository's root.
+/// The repository's root: where cargo runs the test from, not where it was compiled. A target folder may be shared
+/// by several checkouts.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    let compiled_in = env!("CARGO_MANIFEST_DIR").into();
+    Path::new(&std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(compiled_in)).join("..")
 }

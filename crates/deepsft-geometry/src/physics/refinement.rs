@@ -275,7 +275,7 @@ impl PhysicsRefinement {
             .collect();
         let image = NormalizedImage::masked(grey, &both, JUDGED_BLUR_PX, WINDOW_PX);
         let cost = |maps: &Maps| {
-            let drawn = NormalizedImage::masked(&self.drawn(maps, &both), &both, JUDGED_BLUR_PX, WINDOW_PX);
+            let drawn = NormalizedImage::masked(&self.drawn(maps, &both, camera), &both, JUDGED_BLUR_PX, WINDOW_PX);
             let robust = Robust::Cauchy(self.options.photometric_scale);
             let (mut sum, mut count) = (0.0, 0_usize);
             for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
@@ -307,8 +307,8 @@ impl PhysicsRefinement {
         }
     }
 
-    /// The print as `maps` place it, where `mask` is 1.
-    fn drawn(&self, maps: &Maps, mask: &[f32]) -> GreyImage {
+    /// The print as `maps` place it in the image of `camera`, where `mask` is 1.
+    fn drawn(&self, maps: &Maps, mask: &[f32], camera: &Camera) -> GreyImage {
         let size = self.template.size_mm();
         // Texels a pixel, by the focal length of the typical depth: mm a pixel times texels a mm.
         let texels = self.print[0].width as f64 / size.x;
@@ -318,7 +318,7 @@ impl PhysicsRefinement {
             .collect();
         depths.sort_unstable_by(f32::total_cmp);
         let depth = depths.get(depths.len() / 2).copied().unwrap_or(500.0);
-        let level = self.level(texels * f64::from(depth) / FOCAL_OF_LEVELS);
+        let level = self.level(texels * f64::from(depth) / camera.focal().x);
         let values = (0..mask.len())
             .map(|p| {
                 if mask[p] > 0.0 {
@@ -342,9 +342,6 @@ impl PhysicsRefinement {
         &self.print[level.min(self.print.len() - 1)]
     }
 }
-
-/// Focal length that mipmap levels are chosen for, pixels: that of the canonical camera.
-const FOCAL_OF_LEVELS: f64 = 380.0;
 
 /// Bilinear value of a grey image at texture position (u, v).
 fn sample(image: &GreyImage, u: f64, v: f64) -> f32 {
@@ -386,7 +383,7 @@ impl Drawing {
                 }
             }
         }
-        let print = refinement.drawn(&surface.maps(), &mask);
+        let print = refinement.drawn(&surface.maps(), &mask, camera);
         Self { print, mask, anchors }
     }
 
