@@ -55,7 +55,7 @@ impl Default for PhysicsOptions {
             bending: 1.0,
             photometric: 2000.0,
             photometric_scale: 0.8,
-            blurs: vec![3.0, 2.0, 1.2, 0.7],
+            blurs: vec![3.0, 1.2, 0.7],
             steps: 8,
         }
     }
