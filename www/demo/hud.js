@@ -4,6 +4,9 @@ import { depthTicks, heatGradient } from "./heat.js";
 
 /** @import { EngineInfo, Estimate, SourcedCamera, TrackedFrame } from "deepsft" */
 
+/** Milliseconds for which figures stand: nobody reads faster, and each change makes the browser lay out the page again. */
+const STAND_MS = 300;
+const STAGES = /** @type {const} */ (["capture", "warp", "track", "network", "judge", "draw"]);
 /** Seconds over which the figures are averaged, so that they can be read. */
 const MEAN_SECONDS = 1.5;
 
@@ -38,8 +41,9 @@ export class Hud {
   #lastFrame = 0;
   #frames = 0;
   #answers = 0;
-  /** Stages in the order of their bars, with the newest milliseconds of each. */
-  #stages = { capture: 0, warp: 0, track: 0, network: 0, judge: 0, draw: 0 };
+  #shownAt = -Infinity;
+  /** @type {Map<string, number>} mean milliseconds of the stages that were measured */
+  #stages = new Map();
   /** @type {EngineInfo | null} */
   #engine = null;
 
@@ -53,8 +57,12 @@ export class Hud {
     element("#state").dataset.state = "waiting";
     element("#state").dataset.how = "";
     element("#state-text").textContent = "Warming up";
-    Object.assign(this.#stages, { capture: 0, warp: 0, track: 0, network: 0, judge: 0, draw: 0 });
-    for (const name of Object.keys(this.#stages)) element(`#${name}-ms`).textContent = "–";
+    for (const name of STAGES) {
+      element(`#${name}-ms`).textContent = "–";
+      element(`#${name}-bar`).style.flexGrow = "0";
+    }
+    this.#stages.clear();
+    this.#shownAt = -Infinity;
   }
 
   /** @param {EngineInfo} info */
@@ -76,7 +84,8 @@ export class Hud {
    * @param {number} drawMs time to hand the frame to the stage
    */
   showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, judgeMs } }, drawMs) {
-    this.#showStages({ capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs }, 1);
+    this.#takeStages({ capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs }, 1);
+    this.#showStages();
     this.#showState(found, "found", confidence);
     this.#showCamera(camera);
   }
@@ -92,16 +101,20 @@ export class Hud {
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
     const weight = 1 - Math.exp(-interval / 1000 / MEAN_SECONDS);
-    this.#showStages({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
-    if (this.#frames > 0) {
-      const rate = 1000 / this.#mean("interval", now - this.#lastFrame, weight);
-      element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
-    }
+    this.#takeStages({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
+    if (this.#frames > 0) this.#mean("interval", now - this.#lastFrame, weight);
     this.#frames++;
     this.#lastFrame = now;
+    const wasTracked = element("#state").dataset.how === "tracked";
+    // What was found or lost is said at once, figures now and then.
+    if (found === wasTracked && now - this.#shownAt < STAND_MS) return;
+    this.#shownAt = now;
+    const rate = 1000 / (this.#means.get("interval") ?? Infinity);
+    if (rate > 0) element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
+    this.#showStages();
     this.showMesh(found);
     if (found) this.#showState(true, "tracked", agreement);
-    else if (element("#state").dataset.how === "tracked") this.#showLost();
+    else if (wasTracked) this.#showLost();
     this.#showCamera(camera);
   }
 
@@ -119,23 +132,24 @@ export class Hud {
    */
   showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
     const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
-    this.#showStages({ network: networkMs, judge: judgeMs }, weight);
+    this.#takeStages({ network: networkMs, judge: judgeMs }, weight);
     if (fps > 0) element("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
     if (!tracked) this.#showState(found, "found", confidence);
   }
 
   /**
-   * @param {Partial<Record<"capture" | "warp" | "track" | "network" | "judge" | "draw", number>>} stages milliseconds
+   * @param {Record<string, number>} stages milliseconds by stage
    * @param {number} weight of these against the means so far
    */
-  #showStages(stages, weight) {
-    Object.assign(this.#stages, stages);
-    const total = Object.values(this.#stages).reduce((sum, ms) => sum + ms, 0);
-    for (const [name, ms] of Object.entries(this.#stages)) {
+  #takeStages(stages, weight) {
+    for (const [name, ms] of Object.entries(stages)) this.#stages.set(name, this.#mean(name, ms, weight));
+  }
+
+  #showStages() {
+    const total = [...this.#stages.values()].reduce((sum, ms) => sum + ms, 0);
+    for (const [name, ms] of this.#stages) {
       element(`#${name}-bar`).style.flexGrow = String(ms / total);
-      if (!(name in stages)) continue;
-      const mean = this.#mean(name, ms, weight);
-      element(`#${name}-ms`).textContent = mean.toFixed(mean < 9.95 ? 1 : 0);
+      element(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
     }
   }
 

@@ -170,8 +170,8 @@ export class Live {
       this.#stage.showMesh(tracked, null, new Float32Array());
     }
     this.redraw();
-    this.#hud.showTracked(tracked, performance.now() - began);
     if (mesh) this.#orbit.show(mesh);
+    this.#hud.showTracked(tracked, performance.now() - began);
     this.#networkFps = tracked.networkFps;
     tracked.close();
   }

