@@ -2,8 +2,11 @@
 
 import { depthTicks, heatGradient } from "./heat.js";
 
-/** @import { EngineInfo, Estimate, SourcedCamera } from "deepsft" */
+/** @import { EngineInfo, Estimate, SourcedCamera, TrackedFrame } from "deepsft" */
 
+/** Milliseconds for which figures stand: nobody reads faster, and each change makes the browser lay out the page again. */
+const STAND_MS = 300;
+const STAGES = /** @type {const} */ (["capture", "warp", "track", "network", "judge", "draw"]);
 /** Seconds over which the figures are averaged, so that they can be read. */
 const MEAN_SECONDS = 1.5;
 
@@ -37,16 +40,29 @@ export class Hud {
   #means = new Map();
   #lastFrame = 0;
   #frames = 0;
+  #answers = 0;
+  #shownAt = -Infinity;
+  /** @type {Map<string, number>} mean milliseconds of the stages that were measured */
+  #stages = new Map();
   /** @type {EngineInfo | null} */
   #engine = null;
 
   /** Forgets the means of the last source. */
   reset() {
     this.#means.clear();
-    this.#frames = 0;
+    [this.#frames, this.#answers] = [0, 0];
     element("#fps").textContent = "–";
+    element("#network-fps").textContent = "–";
+    this.showMesh(false);
     element("#state").dataset.state = "waiting";
+    element("#state").dataset.how = "";
     element("#state-text").textContent = "Warming up";
+    for (const name of STAGES) {
+      element(`#${name}-ms`).textContent = "–";
+      element(`#${name}-bar`).style.flexGrow = "0";
+    }
+    this.#stages.clear();
+    this.#shownAt = -Infinity;
   }
 
   /** @param {EngineInfo} info */
@@ -62,39 +78,98 @@ export class Hud {
   }
 
   /**
+   * The figures of a single picture.
+   *
    * @param {Estimate} estimate
    * @param {number} drawMs time to hand the frame to the stage
    */
-  showFrame(estimate, drawMs) {
-    const { captureMs, warpMs, networkMs, judgeMs } = estimate.times;
-    const stages = { capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs };
-    const total = Object.values(stages).reduce((sum, ms) => sum + ms, 0);
+  showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, judgeMs } }, drawMs) {
+    this.#takeStages({ capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs }, 1);
+    this.#showStages();
+    this.#showState(found, "found", confidence);
+    this.#showCamera(camera);
+  }
+
+  /**
+   * The figures of a frame of a video.
+   *
+   * @param {TrackedFrame} tracked
+   * @param {number} drawMs time to hand the frame to the stage
+   */
+  showTracked({ found, agreement, camera, times: { captureMs, warpMs, trackMs } }, drawMs) {
     const now = performance.now();
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
     const weight = 1 - Math.exp(-interval / 1000 / MEAN_SECONDS);
-    for (const [name, ms] of Object.entries(stages)) {
-      const mean = this.#mean(name, ms, weight);
-      element(`#${name}-ms`).textContent = mean.toFixed(mean < 9.95 ? 1 : 0);
-      element(`#${name}-bar`).style.flexGrow = String(ms / total);
-    }
-    if (this.#frames > 0) {
-      const rate = 1000 / this.#mean("interval", now - this.#lastFrame, weight);
-      element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
-    }
+    this.#takeStages({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
+    if (this.#frames > 0) this.#mean("interval", now - this.#lastFrame, weight);
     this.#frames++;
     this.#lastFrame = now;
-    this.#showState(estimate);
-    this.#showCamera(estimate.camera);
+    const wasTracked = element("#state").dataset.how === "tracked";
+    // What was found or lost is said at once, figures now and then.
+    if (found === wasTracked && now - this.#shownAt < STAND_MS) return;
+    this.#shownAt = now;
+    const rate = 1000 / (this.#means.get("interval") ?? Infinity);
+    if (rate > 0) element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
+    this.#showStages();
+    this.showMesh(found);
+    if (found) this.#showState(true, "tracked", agreement);
+    else if (wasTracked) this.#showLost();
+    this.#showCamera(camera);
   }
 
-  /** @param {Estimate} estimate */
-  #showState({ found, confidence }) {
+  /** @param {boolean} there whether a mesh is drawn */
+  showMesh(there) {
+    element("#live").dataset.mesh = String(there);
+  }
+
+  /**
+   * The figures of the network beside the tracker.
+   *
+   * @param {Estimate} estimate
+   * @param {boolean} tracked whether the tracker has the sheet anyway
+   * @param {number} fps answers a second
+   */
+  showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
+    const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
+    this.#takeStages({ network: networkMs, judge: judgeMs }, weight);
+    if (fps > 0) element("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
+    if (!tracked) this.#showState(found, "found", confidence);
+  }
+
+  /**
+   * @param {Record<string, number>} stages milliseconds by stage
+   * @param {number} weight of these against the means so far
+   */
+  #takeStages(stages, weight) {
+    for (const [name, ms] of Object.entries(stages)) this.#stages.set(name, this.#mean(name, ms, weight));
+  }
+
+  #showStages() {
+    const total = [...this.#stages.values()].reduce((sum, ms) => sum + ms, 0);
+    for (const [name, ms] of this.#stages) {
+      element(`#${name}-bar`).style.flexGrow = String(ms / total);
+      element(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
+    }
+  }
+
+  /**
+   * @param {boolean} found
+   * @param {"found" | "tracked"} how by the network alone, or by the tracker
+   * @param {number} share of the print that the image agrees with, 0 to 1
+   */
+  #showState(found, how, share) {
     element("#state").dataset.state = found ? "found" : "missing";
-    element("#state-text").textContent = found
-      ? `Poster found · ${Math.round(100 * confidence)} %`
-      : "Poster not found";
+    element("#state").dataset.how = found ? how : "";
+    element("#state-text").textContent = found ? `Poster ${how} · ${Math.round(100 * share)} %` : "Poster not found";
     element("#hint").hidden = found;
+  }
+
+  /** Until the network has said whether the sheet is still there. */
+  #showLost() {
+    element("#state").dataset.state = "waiting";
+    element("#state").dataset.how = "";
+    element("#state-text").textContent = "Looking for the poster";
   }
 
   /** @param {SourcedCamera} camera */

@@ -2,13 +2,17 @@
 
 import { DeepSftError } from "deepsft";
 import { animate, prefersStillness } from "./animation.js";
+import { Covering, seenShares } from "./covering.js";
 import { depthRange, depthTicks } from "./heat.js";
 import { TemplateLight, shadingOf } from "./shading.js";
 
-/** @import { CameraOption, DeepSft, Estimate, Tracking } from "deepsft" */
+/** @import { CameraOption, DeepSft, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
+/** @import { Orbit } from "./orbit.js" */
 /** @import { Stage } from "./stage.js" */
 
+/** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
+const MAPS_SHOWN_MS = 1500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
 /** Canvas pixels a CSS pixel: the fewest on slow machines, and those where the processor draws. */
@@ -24,16 +28,32 @@ export class EstimateEvent extends Event {
   }
 }
 
+/** Fired on the document for each tracked frame, before it is closed, for those who script the page. */
+export class TrackedEvent extends Event {
+  /** @param {TrackedFrame} tracked */
+  constructor(tracked) {
+    super("deepsft-tracked");
+    this.tracked = tracked;
+  }
+}
+
 export class Live {
   #stage;
   #hud;
+  #orbit;
   #region;
   /** @type {DeepSft | null} */
   #sft = null;
   /** @type {TemplateLight | null} */
   #templateLight = null;
-  /** @type {Tracking | null} */
+  /** @type {MeshTracking | null} */
   #tracking = null;
+  #covering = new Covering();
+  /** Whether the tracker had the sheet in its last frame. */
+  #tracked = false;
+  #networkFps = 0;
+  /** When the network last saw the sheet, milliseconds. */
+  #seenAt = -Infinity;
   /** @type {{ near: number, far: number } | null} */
   #range = null;
   #scaledAt = 0;
@@ -45,11 +65,13 @@ export class Live {
   /**
    * @param {Stage} stage
    * @param {Hud} hud
+   * @param {Orbit} orbit
    * @param {HTMLElement} region frame around the part of the picture that the network sees
    */
-  constructor(stage, hud, region) {
+  constructor(stage, hud, orbit, region) {
     this.#stage = stage;
     this.#hud = hud;
+    this.#orbit = orbit;
     this.#region = region;
   }
 
@@ -58,7 +80,8 @@ export class Live {
     this.#sft = sft;
     const template = sft.template;
     this.#templateLight = new TemplateLight(template.texture);
-    this.#stage.setSheet(template);
+    this.#stage.setTemplate(template);
+    this.#orbit.setTemplate(template);
   }
 
   /**
@@ -71,12 +94,15 @@ export class Live {
   async follow(video, camera) {
     const sft = this.#started();
     this.#animate();
-    this.#tracking = sft.track(video, (estimate) => this.#take(estimate), { camera });
+    this.#tracking = sft.trackMesh(video, (tracked) => this.#takeTracked(tracked), {
+      camera,
+      onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
+    });
     await this.#tracking.finished;
   }
 
   /**
-   * Shows one picture.
+   * Shows one picture: at first with the network's maps, then with the mesh that was fitted to it.
    *
    * @param {Blob} image
    * @param {() => boolean} wanted whether it still is, once it is there
@@ -85,7 +111,19 @@ export class Live {
     const estimate = await this.#started().estimate(image);
     if (!wanted()) return estimate.close();
     this.#animate();
+    const began = performance.now();
     this.#take(estimate);
+    this.#hud.showEstimate(estimate, performance.now() - began);
+    const whole = estimate.completeMesh();
+    const mask = estimate.mask.values();
+    estimate.close();
+    const mesh = await whole;
+    if (!mesh || !wanted()) return;
+    this.#followDepth(depthsOf(mesh));
+    this.#stage.addMesh(mesh, seenShares(mesh.vertices, mask));
+    this.#hud.showMesh(true);
+    this.#orbit.show(mesh);
+    this.redraw();
   }
 
   /** Ends what goes on and clears the stage. */
@@ -94,6 +132,9 @@ export class Live {
     this.#tracking = null;
     this.#stopAnimation();
     this.#stage.clear();
+    this.#covering.reset();
+    this.#orbit.reset();
+    [this.#tracked, this.#seenAt] = [false, -Infinity];
     this.#range = null;
     this.#region.hidden = true;
     this.#stage.draw(0);
@@ -110,23 +151,70 @@ export class Live {
     return this.#sft;
   }
 
-  /** @param {Estimate} estimate */
-  #take(estimate) {
+  /**
+   * Draws a frame of the video as the tracker sees it, or leaves it to the network's maps.
+   *
+   * @param {TrackedFrame} tracked
+   */
+  #takeTracked(tracked) {
     const began = performance.now();
+    document.dispatchEvent(new TrackedEvent(tracked));
+    const { mesh } = tracked;
+    this.#tracked = mesh !== null;
+    if (mesh) {
+      const seen = this.#covering.follow(tracked.number, mesh.vertices);
+      this.#followDepth(depthsOf(mesh));
+      // The mask is the network's: it is shown over the frames that the network saw.
+      if (this.#stage.overlay !== "mask") this.#stage.showMesh(tracked, mesh, seen);
+    } else if (!this.#mapsAreShown()) {
+      this.#stage.showMesh(tracked, null, new Float32Array());
+    }
+    this.redraw();
+    if (mesh) this.#orbit.show(mesh);
+    this.#hud.showTracked(tracked, performance.now() - began);
+    this.#networkFps = tracked.networkFps;
+    tracked.close();
+  }
+
+  /**
+   * @param {Estimate} estimate
+   * @param {number} frame its number
+   */
+  #takeAnswer(estimate, frame) {
+    if (estimate.found) this.#seenAt = performance.now();
+    this.#covering.answer(frame, estimate.mask.values());
+    this.#take(estimate);
+    this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
+    estimate.close();
+  }
+
+  /** Whether frames are drawn as the network answers them. */
+  #mapsAreShown() {
+    return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
+  }
+
+  /**
+   * Draws what the network says of a frame, unless the tracker draws.
+   *
+   * @param {Estimate} estimate
+   */
+  #take(estimate) {
     document.dispatchEvent(new EstimateEvent(estimate));
     this.onEstimate(estimate);
-    let light = null;
-    if (estimate.found && this.#templateLight) {
-      const [registration, mask] = [estimate.registration.values(), estimate.mask.values()];
-      light = shadingOf(estimate.canonical.data, registration, mask, this.#templateLight);
-      this.#followDepth(estimate.depth.values());
-    }
     // After a lost GPU the engine may run elsewhere.
     this.#hud.showEngine(this.#started().info);
-    this.#stage.show(estimate, light);
+    const draws = this.#tracking === null || this.#mapsAreShown();
+    let shading = null;
+    if (estimate.found && this.#templateLight) {
+      const [registration, mask] = [estimate.registration.values(), estimate.mask.values()];
+      const light = shadingOf(estimate.canonical.data, registration, mask, this.#templateLight);
+      shading = light.shading;
+      this.#stage.tint = light.tint;
+      if (draws) this.#followDepth(estimate.depth.values());
+    }
+    if (!draws) return;
+    this.#stage.showMaps(estimate, shading);
     this.redraw();
-    this.#hud.showFrame(estimate, performance.now() - began);
-    estimate.close();
   }
 
   /** @param {Float32Array} depth */
@@ -170,4 +258,9 @@ export class Live {
     for (const side of /** @type {const} */ (["left", "top", "width", "height"]))
       this.#region.style[side] = `${place[side]}px`;
   }
+}
+
+/** @param {SurfaceMesh} mesh */
+function depthsOf({ vertices }) {
+  return vertices.filter((_, i) => i % 3 === 2);
 }

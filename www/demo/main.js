@@ -6,6 +6,7 @@ import { Hero } from "./hero.js";
 import { Hud } from "./hud.js";
 import { Live } from "./live.js";
 import { messageFor } from "./messages.js";
+import { Orbit } from "./orbit.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage.js";
 
@@ -146,7 +147,7 @@ async function enterLive(kind, run) {
 }
 
 function createLive() {
-  const created = new Live(stage, hud, byId("region", HTMLDivElement));
+  const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement)), byId("region", HTMLDivElement));
   created.onEstimate = (estimate) => {
     view.loading.hidden = true;
     calibration.add(estimate);
@@ -242,6 +243,7 @@ function chooseOverlay(overlay) {
   check(view.overlays, "overlay", overlay);
   view.papers.hidden = overlay !== "paper";
   view.scale.hidden = overlay !== "depth";
+  view.live.dataset.overlay = overlay;
   live?.redraw();
 }
 

@@ -2,14 +2,25 @@
 
 import { PAPERS_GLSL } from "./papers.js";
 
+/** OpenCV's distortion of the normalised image plane. */
+export const DISTORTION_GLSL = `
+uniform float u_distortion[5];     // k1, k2, p1, p2, k3
+vec2 distorted(vec2 p) {
+  float r2 = dot(p, p);
+  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));
+  return p * radial + vec2(
+    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),
+    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);
+}`;
+
 export const VERTEX_SHADER = `#version 300 es
 void main() {
   // One triangle that covers the canvas.
   gl_Position = vec4(vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0), 0.0, 1.0);
 }`;
 
-/** Numbers of the overlays in the shader. */
-export const OVERLAY_NUMBERS = /** @type {const} */ ({ plain: 0, paper: 1, depth: 2, mask: 3 });
+/** Numbers of the overlays that are drawn from the maps, pixel by pixel. */
+export const MAP_OVERLAY_NUMBERS = /** @type {const} */ ({ plain: 0, paper: 1, depth: 2, mask: 3 });
 
 export const FRAGMENT_SHADER = `#version 300 es
 precision highp float;
@@ -26,7 +37,6 @@ uniform vec2 u_canvasSize;         // pixels
 uniform vec3 u_view;               // canvas = image * z + xy, pixels from the top left
 uniform vec2 u_frameSize;          // pixels
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
-uniform float u_distortion[5];     // k1, k2, p1, p2, k3
 uniform vec4 u_region;             // part of the image the network sees: left, top, right, bottom
 uniform vec3 u_canonical;          // width, height, focal length, pixels
 uniform int u_overlay;
@@ -41,13 +51,7 @@ out vec4 o_color;
 
 ${PAPERS_GLSL}
 
-vec2 distorted(vec2 p) {
-  float r2 = dot(p, p);
-  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));
-  return p * radial + vec2(
-    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),
-    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);
-}
+${DISTORTION_GLSL}
 
 /* The canonical warp's inverse: K_canonical undistort(K^-1 p). */
 vec2 canonicalFromImage(vec2 pixel) {
@@ -126,7 +130,8 @@ void main() {
   vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
   vec2 pixel = (canvas - u_view.xy) / u_view.z;
   vec2 canonical = canonicalFromImage(pixel);
-  Maps maps = sampleMaps(canonical);
+  Maps maps = Maps(0.0, vec2(0.0), 0.0);
+  if (u_overlay != 0) maps = sampleMaps(canonical);
   // Derivatives are taken here, where all pixels come by.
   float edge = max(fwidth(maps.coverage), 1e-3);
   vec2 stride = fwidth(maps.uv) * u_sheetMm;

@@ -3,21 +3,26 @@
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { createProgram, createTexture, drawsInSoftware } from "./gl.js";
 import { heatRow } from "./heat.js";
+import { MeshLayer } from "./mesh-layer.js";
+import { MESH_OVERLAY_NUMBERS } from "./mesh-shader.js";
 import { PAPERS } from "./papers.js";
 import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
 import { softMask } from "./soft-mask.js";
-import { FRAGMENT_SHADER, OVERLAY_NUMBERS, VERTEX_SHADER } from "./stage-shader.js";
+import { FRAGMENT_SHADER, MAP_OVERLAY_NUMBERS, VERTEX_SHADER } from "./stage-shader.js";
 import { viewOf } from "./view.js";
 
-/** @import { Estimate, SourcedCamera } from "deepsft" */
+/** @import { DeepSft, Estimate, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { MeshOverlay } from "./mesh-layer.js" */
 /** @import { Paper } from "./papers.js" */
 
-/** @typedef {keyof typeof OVERLAY_NUMBERS} Overlay */
+/** @typedef {"paper" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
 
 /** Canvas pixels a CSS pixel, at most: more cannot be seen and costs time. */
 const MOST_DENSITY = 2;
 /** Seconds in which an overlay appears after the sheet was found. */
 const APPEAR_SECONDS = 0.25;
+/** Width of the wireframe's lines, CSS pixels. */
+const LINE_WIDTH = 1.1;
 /** Texture units, in the order of the shader's samplers. */
 const SAMPLERS = /** @type {const} */ (["frame", "depth", "registration", "coverage", "shading", "heat"]);
 
@@ -26,14 +31,21 @@ export class Stage {
   #gl;
   #program;
   #textures;
+  #meshLayer;
+  /** Whether there is a mesh that belongs to the frame. */
+  #hasMesh = false;
   /** @type {SourcedCamera | null} */
   #camera = null;
   #foundSince = Infinity;
   #covered = { top: 0, bottom: 0 };
   /** @type {[number, number]} */
   #sheetMm = [1, 1];
-  /** @type {[number, number, number]} */
-  #tint = [1, 1, 1];
+  /**
+   * Colour of the light, of mean luminance 1.
+   *
+   * @type {readonly [number, number, number]}
+   */
+  tint = [1, 1, 1];
   /** Near and far end and contour step of the depth scale, mm. */
   depthScale = { near: 0, far: 1, step: 1 };
   /** @type {Overlay} */
@@ -58,6 +70,7 @@ export class Stage {
     this.#gl = gl;
     this.software = drawsInSoftware(gl);
     this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
+    this.#meshLayer = new MeshLayer(gl);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     const texture = (/** @type {number} */ filter) => createTexture(gl, filter);
     this.#textures = {
@@ -73,9 +86,10 @@ export class Stage {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, heat);
   }
 
-  /** @param {{ widthMm: number, heightMm: number }} sheet */
-  setSheet({ widthMm, heightMm }) {
-    this.#sheetMm = [widthMm, heightMm];
+  /** @param {DeepSft["template"]} template */
+  setTemplate(template) {
+    this.#sheetMm = [template.widthMm, template.heightMm];
+    this.#meshLayer.setTemplate(template);
   }
 
   /**
@@ -92,22 +106,14 @@ export class Stage {
    * Takes over a frame with its maps; the estimate may be closed afterwards.
    *
    * @param {Estimate} estimate
-   * @param {{ shading: Float32Array, tint: [number, number, number] } | null} light null when nothing was found
+   * @param {Float32Array | null} shading null when nothing was found
    */
-  show(estimate, light) {
+  showMaps(estimate, shading) {
     const gl = this.#gl;
-    this.#camera = estimate.camera;
-    if (estimate.frame) {
-      gl.bindTexture(gl.TEXTURE_2D, this.#textures.frame);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, estimate.frame);
-      gl.generateMipmap(gl.TEXTURE_2D);
-    }
-    if (!light) {
-      this.#foundSince = Infinity;
-      return;
-    }
+    this.#showFrame(estimate, shading !== null);
+    this.#hasMesh = false;
+    if (!shading) return;
     const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
-    this.#tint = light.tint;
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, w, h, 0, gl.RED, gl.FLOAT, estimate.depth.values());
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.registration);
@@ -115,8 +121,46 @@ export class Stage {
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.coverage);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, w, h, 0, gl.RED, gl.UNSIGNED_BYTE, softMask(estimate.mask.values()));
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.shading);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, SHADING_WIDTH, SHADING_HEIGHT, 0, gl.RED, gl.FLOAT, light.shading);
-    if (this.#foundSince === Infinity)
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, SHADING_WIDTH, SHADING_HEIGHT, 0, gl.RED, gl.FLOAT, shading);
+  }
+
+  /**
+   * Takes over a frame with the mesh in it; the frame may be closed afterwards.
+   *
+   * @param {{ frame: ImageBitmap | null, camera: SourcedCamera }} tracked
+   * @param {SurfaceMesh | null} mesh null when nothing is followed
+   * @param {Float32Array} seen share of each vertex's surroundings that nothing covers
+   */
+  showMesh(tracked, mesh, seen) {
+    this.#showFrame(tracked, mesh !== null);
+    this.addMesh(mesh, seen);
+  }
+
+  /**
+   * Takes over the mesh of the frame that is shown already.
+   *
+   * @param {SurfaceMesh | null} mesh
+   * @param {Float32Array} seen
+   */
+  addMesh(mesh, seen) {
+    this.#hasMesh = mesh !== null;
+    if (mesh) this.#meshLayer.setMesh(mesh, seen);
+  }
+
+  /**
+   * @param {{ frame: ImageBitmap | null, camera: SourcedCamera }} shown
+   * @param {boolean} found
+   */
+  #showFrame({ frame, camera }, found) {
+    const gl = this.#gl;
+    this.#camera = camera;
+    if (frame) {
+      gl.bindTexture(gl.TEXTURE_2D, this.#textures.frame);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, frame);
+      gl.generateMipmap(gl.TEXTURE_2D);
+    }
+    if (!found) this.#foundSince = Infinity;
+    else if (this.#foundSince === Infinity)
       this.#foundSince = performance.now() - (this.animated ? 0 : 1000 * APPEAR_SECONDS);
   }
 
@@ -128,6 +172,7 @@ export class Stage {
   /** Forgets the frame. */
   clear() {
     this.#camera = null;
+    this.#hasMesh = false;
     this.#foundSince = Infinity;
   }
 
@@ -166,18 +211,35 @@ export class Stage {
     gl.uniform1fv(uniform("u_distortion"), camera.distortion);
     gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
     gl.uniform3f(uniform("u_canonical"), CANONICAL_WIDTH, CANONICAL_HEIGHT, CANONICAL_FOCAL);
-    gl.uniform1i(uniform("u_overlay"), OVERLAY_NUMBERS[this.overlay]);
+    const meshOverlay = this.#hasMesh && this.overlay in MESH_OVERLAY_NUMBERS;
+    const mapOverlay = meshOverlay || !(this.overlay in MAP_OVERLAY_NUMBERS) ? "plain" : this.overlay;
+    const age = (performance.now() - this.#foundSince) / 1000;
+    const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
+    gl.uniform1i(uniform("u_overlay"), MAP_OVERLAY_NUMBERS[/** @type {keyof typeof MAP_OVERLAY_NUMBERS} */ (mapOverlay)]);
     gl.uniform1i(uniform("u_paper"), PAPERS.get(this.paper) ?? 0);
-    gl.uniform1f(
-      uniform("u_strength"),
-      Math.min(1, Math.max(0, (performance.now() - this.#foundSince) / 1000 / APPEAR_SECONDS)),
-    );
+    gl.uniform1f(uniform("u_strength"), strength);
     gl.uniform1f(uniform("u_seconds"), seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...this.#sheetMm);
-    gl.uniform3f(uniform("u_tint"), ...this.#tint);
+    gl.uniform3f(uniform("u_tint"), ...this.tint);
     gl.uniform3f(uniform("u_depthScale"), this.depthScale.near, this.depthScale.far, this.depthScale.step);
     gl.uniform3f(uniform("u_accent"), 0.25, 0.88, 0.72);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    if (!meshOverlay) return;
+    this.#meshLayer.draw({
+      camera,
+      view: { left, top, scale },
+      canvasSize: [width, height],
+      overlay: /** @type {MeshOverlay} */ (this.overlay),
+      paper: this.paper,
+      strength,
+      seconds,
+      sheetMm: this.#sheetMm,
+      tint: this.tint,
+      depthScale: this.depthScale,
+      lineWidth: Math.max(1, LINE_WIDTH * density),
+      frame: this.#textures.frame,
+      heat: this.#textures.heat,
+    });
   }
 
   /**

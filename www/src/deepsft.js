@@ -5,20 +5,17 @@ import { EngineWorker, compileEngine } from "./engine.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { Estimate } from "./estimate.js";
 import { transferableFrame } from "./image-input.js";
-import { cameraForImage, estimatedCamera } from "./intrinsics.js";
+import { cameraForFrame, intrinsicsOf } from "./intrinsics.js";
+import { MeshTracking } from "./mesh-tracking.js";
+import { TrackerWorker } from "./tracker.js";
 import { Tracking } from "./tracking.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
-/** @import { EngineInfo, EngineTemplate, StartRequest } from "./engine.js" */
+/** @import { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine.js" */
 /** @import { ImageInput } from "./image-input.js" */
-/** @import { Camera, CameraSource, SourcedCamera } from "./intrinsics.js" */
-
-/**
- * A camera, or a function that gives the camera for an image size; after a phone is turned it is asked again.
- * Without one the camera is estimated.
- *
- * @typedef {(Camera & { source?: CameraSource }) | ((width: number, height: number) => Camera & { source?: CameraSource })} CameraOption
- */
+/** @import { CameraOption } from "./intrinsics.js" */
+/** @import { TrackedFrame } from "./tracked-frame.js" */
+/** @import { Smoothing } from "./tracker.js" */
 
 /**
  * @typedef {object} LoadOptions
@@ -30,9 +27,27 @@ import { Tracking } from "./tracking.js";
  * @property {string | URL} [workerUrl] address of `worker.js`, where a bundler moved it
  */
 
-/** @typedef {{ camera?: CameraOption }} EstimateOptions */
+/**
+ * @typedef {object} EstimateOptions
+ * @property {CameraOption} [camera] estimated when absent
+ * @property {"none" | "physics"} [refine] `physics` fits the template's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+ */
+
+/**
+ * @typedef {object} TrackMeshOptions
+ * @property {CameraOption} [camera] estimated when absent
+ * @property {boolean | Smoothing} [smooth] a One-Euro filter of each vertex, for content that must not tremble; `true`
+ *   takes its defaults. Default: none.
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the network, with the number of
+ *   its frame, and owns it: call its `close()` when done
+ */
 
 /** What is needed to start the engine again. @typedef {{ request: StartRequest, workerUrl: URL | undefined }} StartPlan */
+
+/** What of a model's files the tracker needs. */
+const MODEL_FILE = "model.json";
+const TEMPLATE_FOLDER = "template/";
 
 const WASM_URL = new URL("../pkg/deepsft_web_bg.wasm", import.meta.url);
 
@@ -51,7 +66,7 @@ export class DeepSft {
   #requests = 0;
   /** Number of the newest call for a video. */
   #newestCall = 0;
-  /** @type {Set<Tracking>} */
+  /** @type {Set<Tracking | MeshTracking>} */
   #trackings = new Set();
   #gpuRecreated = false;
   #closed = false;
@@ -100,13 +115,13 @@ export class DeepSft {
   }
 
   /**
-   * The template's picture and its size in mm.
+   * The template's picture, its size in mm, and what of its mesh no frame changes.
    *
-   * @returns {{ texture: ImageData, widthMm: number, heightMm: number }}
+   * @returns {{ texture: ImageData, widthMm: number, heightMm: number, mesh: MeshTopology }}
    */
   get template() {
-    const { rgba, width, height, sizeMm } = this.#template;
-    return { texture: new ImageData(rgba, width, height), widthMm: sizeMm[0], heightMm: sizeMm[1] };
+    const { rgba, width, height, sizeMm, mesh } = this.#template;
+    return { texture: new ImageData(rgba, width, height), widthMm: sizeMm[0], heightMm: sizeMm[1], mesh };
   }
 
   /**
@@ -117,10 +132,10 @@ export class DeepSft {
    * @returns {Promise<Estimate>}
    * @throws {DeepSftError} `image-unreadable`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
-  estimate(image, { camera } = {}) {
+  estimate(image, options = {}) {
     const began = performance.now();
     this.#requests++;
-    const turn = this.#inFlight.then(() => this.#run(image, camera, began)).finally(() => this.#requests--);
+    const turn = this.#inFlight.then(() => this.#run(image, options, began)).finally(() => this.#requests--);
     this.#inFlight = turn.catch(() => undefined);
     return turn;
   }
@@ -135,13 +150,13 @@ export class DeepSft {
    * @returns {Promise<Estimate | null>} null when a newer call took its place
    * @throws {DeepSftError} as {@link DeepSft.estimate}
    */
-  async estimateForVideo(video, { camera } = {}) {
+  async estimateForVideo(video, options = {}) {
     const call = ++this.#newestCall;
     while (this.#requests > 0) {
       await this.#inFlight;
       if (call !== this.#newestCall) return null;
     }
-    return this.estimate(video, { camera });
+    return this.estimate(video, options);
   }
 
   /**
@@ -153,7 +168,40 @@ export class DeepSft {
    * @returns {Tracking}
    */
   track(video, onEstimate, options = {}) {
-    const tracking = new Tracking(video, () => this.estimateForVideo(video, options), onEstimate);
+    return this.#running(new Tracking(video, () => this.estimateForVideo(video, options), onEstimate));
+  }
+
+  /**
+   * Follows the template's mesh through a video at the camera's rate: a tracker in a worker of its own takes each newest
+   * frame, and the network, beside it and at its own rate, tells it where to start, confirms it, and finds the
+   * template again when it was lost.
+   *
+   * @param {HTMLVideoElement} video
+   * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
+   * @param {TrackMeshOptions} [options]
+   * @returns {MeshTracking}
+   */
+  trackMesh(video, onTracked, { camera, smooth = false, onEstimate } = {}) {
+    const { request, workerUrl } = this.#plan;
+    const tracker = new TrackerWorker(workerUrl);
+    const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
+    const start = {
+      module: request.module,
+      files: new Map([...request.files].filter(([name]) => isNeeded(name))),
+      smooth: smooth === true ? {} : smooth || null,
+    };
+    const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) => this.estimate(frame, { camera: of });
+    return this.#running(new MeshTracking(video, { tracker, start, estimate, camera, onTracked, onEstimate }));
+  }
+
+  /**
+   * Remembers a loop until it ends, to end it with the rest.
+   *
+   * @template {Tracking | MeshTracking} T
+   * @param {T} tracking
+   * @returns {T}
+   */
+  #running(tracking) {
     this.#trackings.add(tracking);
     const forget = () => this.#trackings.delete(tracking);
     tracking.finished.then(forget, forget);
@@ -169,28 +217,32 @@ export class DeepSft {
 
   /**
    * @param {ImageInput} image
-   * @param {CameraOption | undefined} cameraOption
+   * @param {EstimateOptions} options
    * @param {number} began
    * @returns {Promise<Estimate>}
    */
-  async #run(image, cameraOption, began) {
+  async #run(image, { camera: cameraOption, refine = "none" }, began) {
     if (this.#closed) throw closedError();
     const grabbing = performance.now();
-    const { frame, width, height } = await transferableFrame(image);
+    const grabbed = await transferableFrame(image);
     const grabMs = performance.now() - grabbing;
-    const camera = scaledCamera(cameraOption, width, height, frame);
-    const { fx, fy, cx, cy, distortion } = camera;
-    const intrinsics = [fx, fy, cx, cy, ...distortion];
+    const camera = cameraForFrame(cameraOption, grabbed);
+    const request = { intrinsics: intrinsicsOf(camera), refine: refine === "physics" };
     let raw;
     try {
-      raw = await this.#worker.estimate({ frame, intrinsics });
+      raw = await this.#worker.estimate({ ...request, frame: grabbed.frame });
     } catch (error) {
       await this.#recoverFrom(asDeepSftError(error));
       const again = await transferableFrame(image);
-      raw = await this.#worker.estimate({ frame: again.frame, intrinsics });
+      raw = await this.#worker.estimate({ ...request, frame: again.frame });
     }
-    const times = { captureMs: grabMs + raw.readMs, ...raw.times, totalMs: performance.now() - began };
-    return new Estimate(raw, camera, times);
+    const times = {
+      captureMs: grabMs + raw.readMs,
+      ...raw.times,
+      refineMs: raw.refined?.refineMs ?? 0,
+      totalMs: performance.now() - began,
+    };
+    return new Estimate(raw, camera, times, this.#template.mesh, (maps) => this.#worker.refine(maps));
   }
 
   /**
@@ -243,25 +295,6 @@ async function startEngine({ request, workerUrl }, signal) {
   } finally {
     signal?.removeEventListener("abort", abort);
   }
-}
-
-/**
- * The camera of an image that may have been made smaller on its way.
- *
- * @param {CameraOption | undefined} option
- * @param {number} width of the image as it came, pixels
- * @param {number} height
- * @param {{ width: number, height: number }} frame as it goes to the engine
- * @returns {SourcedCamera}
- */
-function scaledCamera(option, width, height, frame) {
-  const camera =
-    option === undefined
-      ? estimatedCamera(width, height)
-      : typeof option === "function"
-        ? option(width, height)
-        : option;
-  return cameraForImage(cameraForImage(camera, width, height), frame.width, frame.height);
 }
 
 function closedError() {

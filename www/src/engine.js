@@ -1,7 +1,8 @@
 // The engine's side of the contract: what the worker and the page say to each other.
 
 import { countedBody } from "./bundle.js";
-import { DeepSftError, asDeepSftError } from "./error.js";
+import { DeepSftError } from "./error.js";
+import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "./error.js" */
@@ -38,12 +39,33 @@ import { DeepSftError, asDeepSftError } from "./error.js";
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
+ * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
  */
 
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number] }} EngineTemplate */
+/**
+ * One frame after physics refinement.
+ *
+ * @typedef {object} RawRefined
+ * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {Float32Array} vertices
+ * @property {Float32Array} confidence
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {number} refineMs
+ */
+
+/**
+ * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * vertex.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ */
+
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[] }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray }} RefineRequest */
 
 /**
  * Compiles the WebAssembly module while it downloads.
@@ -78,66 +100,14 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
   }
 }
 
-/**
- * A module worker at `url`. From another origin (a CDN) it starts through a small script of this page's own.
- *
- * @param {URL} url
- * @returns {Worker}
- */
-function startForeignWorker(url) {
-  const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: "text/javascript" });
-  const blobUrl = URL.createObjectURL(script);
-  const worker = new Worker(blobUrl, { type: "module", name: "deepsft" });
-  worker.addEventListener("message", () => URL.revokeObjectURL(blobUrl), { once: true });
-  return worker;
-}
-
-/** The worker that hosts the engine, as calls that return promises. */
-export class EngineWorker {
-  /** @type {Worker} */
-  #worker;
-  /** @type {Map<number, { resolve: (value: any) => void, reject: (error: unknown) => void }>} */
-  #waiting = new Map();
-  #lastId = 0;
-  #started = false;
-  /** @type {{ reason: unknown } | null} why no call can be answered any more */
-  #ended = null;
-
-  /** @param {URL | undefined} url address of worker.js where the bundler cannot find it itself */
-  constructor(url) {
-    const own = new URL("./worker.js", import.meta.url);
-    const foreign = url ?? (own.origin === self.location.origin ? undefined : own);
-    // The literal form is what bundlers recognise.
-    this.#worker =
-      foreign === undefined
-        ? new Worker(new URL("./worker.js", import.meta.url), { type: "module", name: "deepsft" })
-        : foreign.origin === self.location.origin
-          ? new Worker(foreign, { type: "module", name: "deepsft" })
-          : startForeignWorker(foreign);
-    this.#worker.addEventListener("message", ({ data: { id, value, error } }) => {
-      const call = this.#waiting.get(id);
-      this.#waiting.delete(id);
-      if (error) call?.reject(asDeepSftError(error));
-      else call?.resolve(value);
-      this.#started = true;
-    });
-    this.#worker.addEventListener("error", (event) => {
-      event.preventDefault();
-      const reason =
-        event.message || "its script could not be loaded; if a bundler moved it, pass its address as workerUrl";
-      this.#end(new DeepSftError(this.#started ? "internal" : "engine-load", `The engine's worker failed: ${reason}.`));
-    });
-    this.#worker.addEventListener("messageerror", () =>
-      this.#end(new DeepSftError("internal", "A message to the engine was lost.")),
-    );
-  }
-
+/** The worker that runs the network. */
+export class EngineWorker extends WorkerCalls {
   /**
    * @param {StartRequest} request
    * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
    */
   start(request) {
-    return this.#call("start", request);
+    return this.call("start", request);
   }
 
   /**
@@ -145,39 +115,19 @@ export class EngineWorker {
    * @returns {Promise<RawEstimate>}
    */
   estimate(request) {
-    const { frame } = request;
-    return this.#call("estimate", request, [frame instanceof ImageBitmap ? frame : frame.data.buffer]);
+    return this.call("estimate", request, [transferable(request.frame)]);
   }
 
   /**
-   * Ends the worker; what is under way, and every later call, rejects with `reason`.
-   *
-   * @param {unknown} reason
+   * @param {RefineRequest} request
+   * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
    */
-  terminate(reason) {
-    this.#worker.terminate();
-    this.#end(reason);
+  refine(request) {
+    return this.call("refine", request);
   }
+}
 
-  /**
-   * @param {"start" | "estimate"} method
-   * @param {StartRequest | EstimateRequest} request
-   * @param {Transferable[]} [transfer]
-   * @returns {Promise<any>}
-   */
-  #call(method, request, transfer = []) {
-    if (this.#ended) return Promise.reject(this.#ended.reason);
-    const id = ++this.#lastId;
-    return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject });
-      this.#worker.postMessage({ id, method, request }, transfer);
-    });
-  }
-
-  /** @param {unknown} reason */
-  #end(reason) {
-    this.#ended ??= { reason };
-    for (const { reject } of this.#waiting.values()) reject(reason);
-    this.#waiting.clear();
-  }
+/** @param {ImageBitmap | ImageData} frame */
+export function transferable(frame) {
+  return frame instanceof ImageBitmap ? frame : frame.data.buffer;
 }

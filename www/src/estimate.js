@@ -2,19 +2,21 @@
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "./canonical.js";
 import { DeepSftError } from "./error.js";
+import { SurfaceMesh } from "./surface-mesh.js";
 
 /** @import { SourcedCamera } from "./intrinsics.js" */
-/** @import { RawEstimate } from "./engine.js" */
+/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "./engine.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
+ * @property {number} refineMs
  * @property {number} totalMs
  */
 
@@ -76,12 +78,22 @@ export class EstimateMap {
 
 /** What one frame shows of the template. */
 export class Estimate {
+  #topology;
+  #refine;
+  /** @type {Promise<RawRefined | null> | null} */
+  #refined = null;
+
   /**
    * @param {RawEstimate} raw
    * @param {SourcedCamera} camera
    * @param {EstimateTimes} times
+   * @param {MeshTopology} topology of the template's mesh
+   * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
    */
-  constructor(raw, camera, times) {
+  constructor(raw, camera, times, topology, refine) {
+    this.#topology = topology;
+    this.#refine = refine;
+    if (raw.refined) this.#refined = Promise.resolve(raw.refined);
     /** Whether the template was found; when not, the maps are best ignored. */
     this.found = raw.found;
     /** How well image and registered template agree, 0 to 1. */
@@ -92,6 +104,8 @@ export class Estimate {
     this.registration = new EstimateMap(raw.registration, 2);
     /** 1 where the object is seen, else 0. */
     this.mask = new EstimateMap(raw.mask, 1);
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    this.refined = raw.refined?.accepted === true;
     /** The canonical image the maps belong to. */
     this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
     /** The camera that was used, with its source. */
@@ -99,6 +113,25 @@ export class Estimate {
     this.times = times;
     /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
     this.frame = raw.bitmap;
+  }
+
+  /**
+   * The whole surface, hidden parts included: the template's mesh fitted to this image (a third of a second on a
+   * desktop's CPU), once; later calls give the same mesh.
+   *
+   * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or no mesh explains the image better than the
+   *   network's maps
+   * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
+   */
+  async completeMesh() {
+    if (!this.found) return null;
+    this.#refined ??= this.#refine({
+      depth: this.depth.values(),
+      registration: this.registration.values(),
+      canonical: this.canonical.data,
+    });
+    const refined = await this.#refined;
+    return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : null;
   }
 
   /** Lets the maps and the frame go. */

@@ -21,6 +21,13 @@ import { DeepSftError } from "./error.js";
  * @typedef {"given" | "calibrated" | "estimated"} CameraSource
  */
 
+/**
+ * A camera, or a function that gives the camera for an image size; after a phone is turned it is asked again.
+ * Without one the camera is estimated.
+ *
+ * @typedef {(Camera & { source?: CameraSource }) | ((width: number, height: number) => Camera & { source?: CameraSource })} CameraOption
+ */
+
 /** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
 
 /**
@@ -103,4 +110,33 @@ export function cameraForImage(camera, width, height) {
     distortion,
     source: camera.source ?? "given",
   };
+}
+
+/**
+ * The camera of an image that may have been made smaller on its way.
+ *
+ * @param {CameraOption | undefined} option
+ * @param {{ frame: { width: number, height: number }, width: number, height: number }} image the frame as it goes to the
+ *   engine, and the size with which it came, pixels
+ * @returns {SourcedCamera}
+ * @throws {DeepSftError} `camera-intrinsics`
+ */
+export function cameraForFrame(option, { frame, width, height }) {
+  const camera =
+    option === undefined
+      ? estimatedCamera(width, height)
+      : typeof option === "function"
+        ? option(width, height)
+        : option;
+  return cameraForImage(cameraForImage(camera, width, height), frame.width, frame.height);
+}
+
+/**
+ * A camera's numbers in the order the engine takes them.
+ *
+ * @param {SourcedCamera} camera
+ * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3
+ */
+export function intrinsicsOf({ fx, fy, cx, cy, distortion }) {
+  return [fx, fy, cx, cy, ...distortion];
 }

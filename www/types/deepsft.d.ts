@@ -1,15 +1,13 @@
 import { EngineWorker } from "./engine.js";
 import { Estimate } from "./estimate.js";
+import { MeshTracking } from "./mesh-tracking.js";
 import { Tracking } from "./tracking.js";
 import type { LoadProgress } from "./bundle.js";
-import type { EngineInfo, EngineTemplate, StartRequest } from "./engine.js";
+import type { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine.js";
 import type { ImageInput } from "./image-input.js";
-import type { Camera, CameraSource } from "./intrinsics.js";
-export type CameraOption = (Camera & {
-    source?: CameraSource;
-}) | ((width: number, height: number) => Camera & {
-    source?: CameraSource;
-});
+import type { CameraOption } from "./intrinsics.js";
+import type { TrackedFrame } from "./tracked-frame.js";
+import type { Smoothing } from "./tracker.js";
 export type LoadOptions = {
     /**
      * `auto` (the default) takes WebGPU when a real GPU offers what the engine
@@ -31,7 +29,31 @@ export type LoadOptions = {
     workerUrl?: string | URL;
 };
 export type EstimateOptions = {
+    /**
+     * estimated when absent
+     */
     camera?: CameraOption;
+    /**
+     * `physics` fits the template's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+     */
+    refine?: "none" | "physics";
+};
+export type TrackMeshOptions = {
+    /**
+     * estimated when absent
+     */
+    camera?: CameraOption;
+    /**
+     * a One-Euro filter of each vertex, for content that must not tremble; `true`
+     * takes its defaults. Default: none.
+     */
+    smooth?: boolean | Smoothing;
+    /**
+     * is given each answer of the network, with the number of
+     * its frame, and owns it: call its `close()` when done
+     */
+    onEstimate?: (estimate: Estimate, frame: number) => void;
 };
 export type StartPlan = {
     request: StartRequest;
@@ -63,14 +85,15 @@ export declare class DeepSft {
     /** What runs the network, and where. */
     get info(): EngineInfo;
     /**
-     * The template's picture and its size in mm.
+     * The template's picture, its size in mm, and what of its mesh no frame changes.
      *
-     * @returns {{ texture: ImageData, widthMm: number, heightMm: number }}
+     * @returns {{ texture: ImageData, widthMm: number, heightMm: number, mesh: MeshTopology }}
      */
     get template(): {
         texture: ImageData;
         widthMm: number;
         heightMm: number;
+        mesh: MeshTopology;
     };
     /**
      * Registers and measures the template in one image.
@@ -80,7 +103,7 @@ export declare class DeepSft {
      * @returns {Promise<Estimate>}
      * @throws {DeepSftError} `image-unreadable`, `camera-intrinsics`, `gpu-lost`, `closed`
      */
-    estimate(image: ImageInput, { camera }?: EstimateOptions): Promise<Estimate>;
+    estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
     /**
      * The same for a video. One frame is in flight at a time and the newest one wins: called while a frame is under
      * way, this waits and then takes the frame the video shows at that moment; called again before that, the earlier
@@ -91,7 +114,7 @@ export declare class DeepSft {
      * @returns {Promise<Estimate | null>} null when a newer call took its place
      * @throws {DeepSftError} as {@link DeepSft.estimate}
      */
-    estimateForVideo(video: HTMLVideoElement | VideoFrame | HTMLCanvasElement | OffscreenCanvas, { camera }?: EstimateOptions): Promise<Estimate | null>;
+    estimateForVideo(video: HTMLVideoElement | VideoFrame | HTMLCanvasElement | OffscreenCanvas, options?: EstimateOptions): Promise<Estimate | null>;
     /**
      * Estimates frame after frame of a video, each newest one, until stopped.
      *
@@ -101,6 +124,17 @@ export declare class DeepSft {
      * @returns {Tracking}
      */
     track(video: HTMLVideoElement, onEstimate: (estimate: Estimate) => void, options?: EstimateOptions): Tracking;
+    /**
+     * Follows the template's mesh through a video at the camera's rate: a tracker in a worker of its own takes each newest
+     * frame, and the network, beside it and at its own rate, tells it where to start, confirms it, and finds the
+     * template again when it was lost.
+     *
+     * @param {HTMLVideoElement} video
+     * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
+     * @param {TrackMeshOptions} [options]
+     * @returns {MeshTracking}
+     */
+    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { camera, smooth, onEstimate }?: TrackMeshOptions): MeshTracking;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
 }

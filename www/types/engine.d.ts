@@ -1,3 +1,4 @@
+import { WorkerCalls } from "./worker-calls.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "./error.js";
 export type EngineInfo = {
@@ -48,12 +49,32 @@ export type RawEstimate = {
      * the frame, handed back
      */
     bitmap: ImageBitmap | null;
+    /**
+     * when physics was asked for and the template found: what came of it
+     */
+    refined: RawRefined | null;
+};
+export type RawRefined = {
+    /**
+     * whether the mesh explains the image better than the network's maps
+     */
+    accepted: boolean;
+    vertices: Float32Array;
+    confidence: Float32Array;
+    depth: Float32Array;
+    registration: Float32Array;
+    refineMs: number;
+};
+export type MeshTopology = {
+    faces: Uint32Array;
+    textureCoordinates: Float32Array;
 };
 export type EngineTemplate = {
     width: number;
     height: number;
     rgba: Uint8ClampedArray<ArrayBuffer>;
     sizeMm: [number, number];
+    mesh: MeshTopology;
 };
 export type StartRequest = {
     module: WebAssembly.Module;
@@ -63,6 +84,12 @@ export type StartRequest = {
 export type EstimateRequest = {
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    refine: boolean;
+};
+export type RefineRequest = {
+    depth: Float32Array;
+    registration: Float32Array;
+    canonical: Uint8ClampedArray;
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "./error.js" */
@@ -96,10 +123,29 @@ export type EstimateRequest = {
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
+ * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
  */
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number] }} EngineTemplate */
+/**
+ * One frame after physics refinement.
+ *
+ * @typedef {object} RawRefined
+ * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {Float32Array} vertices
+ * @property {Float32Array} confidence
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {number} refineMs
+ */
+/**
+ * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * vertex.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[] }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray }} RefineRequest */
 /**
  * Compiles the WebAssembly module while it downloads.
  *
@@ -114,11 +160,8 @@ export declare function compileEngine(url: URL, { onProgress, signal }?: {
     onProgress?: (progress: LoadProgress) => void;
     signal?: AbortSignal;
 }): Promise<WebAssembly.Module>;
-/** The worker that hosts the engine, as calls that return promises. */
-export declare class EngineWorker {
-    #private;
-    /** @param {URL | undefined} url address of worker.js where the bundler cannot find it itself */
-    constructor(url: URL | undefined);
+/** The worker that runs the network. */
+export declare class EngineWorker extends WorkerCalls {
     /**
      * @param {StartRequest} request
      * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
@@ -133,9 +176,10 @@ export declare class EngineWorker {
      */
     estimate(request: EstimateRequest): Promise<RawEstimate>;
     /**
-     * Ends the worker; what is under way, and every later call, rejects with `reason`.
-     *
-     * @param {unknown} reason
+     * @param {RefineRequest} request
+     * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
      */
-    terminate(reason: unknown): void;
+    refine(request: RefineRequest): Promise<RawRefined | null>;
 }
+/** @param {ImageBitmap | ImageData} frame */
+export declare function transferable(frame: ImageBitmap | ImageData): ArrayBuffer | ImageBitmap;

@@ -1,23 +1,26 @@
+import { SurfaceMesh } from "./surface-mesh.js";
 import type { SourcedCamera } from "./intrinsics.js";
-import type { RawEstimate } from "./engine.js";
+import type { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "./engine.js";
 export type EstimateTimes = {
     captureMs: number;
     warpMs: number;
     networkMs: number;
     judgeMs: number;
+    refineMs: number;
     totalMs: number;
 };
 /** @import { SourcedCamera } from "./intrinsics.js" */
-/** @import { RawEstimate } from "./engine.js" */
+/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "./engine.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
+ * @property {number} refineMs
  * @property {number} totalMs
  */
 /**
@@ -63,6 +66,7 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
 }
 /** What one frame shows of the template. */
 export declare class Estimate {
+    #private;
     /** Whether the template was found; when not, the maps are best ignored. */
     found: boolean;
     /** How well image and registered template agree, 0 to 1. */
@@ -73,6 +77,8 @@ export declare class Estimate {
     registration: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** 1 where the object is seen, else 0. */
     mask: EstimateMap<Uint8Array<ArrayBufferLike>>;
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    refined: boolean;
     /** The canonical image the maps belong to. */
     canonical: ImageData;
     /** The camera that was used, with its source. */
@@ -84,8 +90,19 @@ export declare class Estimate {
      * @param {RawEstimate} raw
      * @param {SourcedCamera} camera
      * @param {EstimateTimes} times
+     * @param {MeshTopology} topology of the template's mesh
+     * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
      */
-    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes);
+    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, refine: (request: RefineRequest) => Promise<RawRefined | null>);
+    /**
+     * The whole surface, hidden parts included: the template's mesh fitted to this image (a third of a second on a
+     * desktop's CPU), once; later calls give the same mesh.
+     *
+     * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or no mesh explains the image better than the
+     *   network's maps
+     * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
+     */
+    completeMesh(): Promise<SurfaceMesh | null>;
     /** Lets the maps and the frame go. */
     close(): void;
 }

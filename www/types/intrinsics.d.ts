@@ -29,6 +29,11 @@ export type Camera = {
     distortion?: readonly number[];
 };
 export type CameraSource = "given" | "calibrated" | "estimated";
+export type CameraOption = (Camera & {
+    source?: CameraSource;
+}) | ((width: number, height: number) => Camera & {
+    source?: CameraSource;
+});
 export type SourcedCamera = Camera & {
     distortion: readonly number[];
     source: CameraSource;
@@ -49,6 +54,12 @@ export type SourcedCamera = Camera & {
  * Where intrinsics come from: the caller, a calibration made in this browser, or the typical phone.
  *
  * @typedef {"given" | "calibrated" | "estimated"} CameraSource
+ */
+/**
+ * A camera, or a function that gives the camera for an image size; after a phone is turned it is asked again.
+ * Without one the camera is estimated.
+ *
+ * @typedef {(Camera & { source?: CameraSource }) | ((width: number, height: number) => Camera & { source?: CameraSource })} CameraOption
  */
 /** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
 /**
@@ -87,3 +98,27 @@ export declare function centredCamera(width: number, height: number, focal: numb
 export declare function cameraForImage(camera: Camera & {
     source?: CameraSource;
 }, width: number, height: number): SourcedCamera;
+/**
+ * The camera of an image that may have been made smaller on its way.
+ *
+ * @param {CameraOption | undefined} option
+ * @param {{ frame: { width: number, height: number }, width: number, height: number }} image the frame as it goes to the
+ *   engine, and the size with which it came, pixels
+ * @returns {SourcedCamera}
+ * @throws {DeepSftError} `camera-intrinsics`
+ */
+export declare function cameraForFrame(option: CameraOption | undefined, { frame, width, height }: {
+    frame: {
+        width: number;
+        height: number;
+    };
+    width: number;
+    height: number;
+}): SourcedCamera;
+/**
+ * A camera's numbers in the order the engine takes them.
+ *
+ * @param {SourcedCamera} camera
+ * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3
+ */
+export declare function intrinsicsOf({ fx, fy, cx, cy, distortion }: SourcedCamera): number[];

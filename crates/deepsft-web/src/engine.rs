@@ -4,16 +4,21 @@ use crate::{
     adapter,
     clock::Stopwatch,
     estimate::{RawEstimate, Times, object, rgba},
-    failure::{Code, Failure},
+    failure::Failure,
+    input::{bundle_files, camera_from, maps_from, picture_from},
+    mesh::{RawRefined, template_mesh},
     settle,
 };
 use deepsft::{
     DeviceDescription, DeviceKind, Estimator, ModelBundle,
-    geometry::{Camera, Picture},
+    geometry::{
+        CANONICAL_HEIGHT, CANONICAL_WIDTH,
+        physics::{PhysicsOptions, PhysicsRefinement},
+    },
     start_device,
 };
 use js_sys::{Array, Object, Promise, Uint8Array};
-use std::{collections::BTreeMap, rc::Rc};
+use std::{cell::RefCell, rc::Rc};
 use wasm_bindgen::prelude::*;
 
 /// A model on a device, ready for frames.
@@ -27,6 +32,8 @@ struct Core {
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
+    /// Made for the first frame that is refined.
+    refinement: RefCell<Option<PhysicsRefinement>>,
 }
 
 #[wasm_bindgen]
@@ -57,6 +64,7 @@ impl Engine {
                     bundle,
                     estimator,
                     device: description,
+                    refinement: RefCell::new(None),
                 }),
             })
         })
@@ -71,6 +79,7 @@ impl Engine {
             bundle,
             estimator,
             device,
+            ..
         } = &*self.core;
         object([
             ("device", device.kind.name().into()),
@@ -97,6 +106,33 @@ impl Engine {
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move { core.estimate(&rgba, width, height, &camera).await })
+    }
+
+    /// Physics refinement of one frame: the mesh that explains the canonical image, found from the network's maps.
+    ///
+    /// `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
+    /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawRefined | undefined>")]
+    pub fn refine(
+        &self,
+        depth: Vec<f32>,
+        registration: Vec<f32>,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] canonical: Vec<u8>,
+    ) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let refined = core.refine(depth, &registration, &canonical)?;
+            Ok(refined.map_or(JsValue::UNDEFINED, JsValue::from))
+        })
+    }
+
+    /// Faces and texture coordinates of the template's mesh, the same for every frame.
+    #[wasm_bindgen(
+        js_name = templateMesh,
+        unchecked_return_type = "{ faces: Uint32Array, textureCoordinates: Float32Array }"
+    )]
+    pub fn template_mesh(&self) -> Object {
+        template_mesh(self.core.bundle.template().mesh())
     }
 
     /// The picture on the template: a plain object with RGBA bytes.
@@ -145,58 +181,19 @@ impl Core {
             &times,
         ))
     }
-}
-
-/// The files of a model out of a JavaScript `Map` or list of pairs.
-fn bundle_files(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
-    let refused = || {
-        Failure::new(
-            Code::ModelLoad,
-            "The model's files must be a Map from names to Uint8Arrays.",
-        )
-    };
-    let entries = js_sys::try_iter(files).ok().flatten().ok_or_else(refused)?;
-    entries
-        .map(|entry| {
-            let pair = entry
-                .ok()
-                .and_then(|entry| entry.dyn_into::<Array>().ok())
-                .ok_or_else(refused)?;
-            let name = pair.get(0).as_string().ok_or_else(refused)?;
-            let bytes = pair.get(1).dyn_into::<Uint8Array>().map_err(|_| refused())?;
-            Ok((name, bytes.to_vec()))
-        })
-        .collect()
-}
-
-/// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`.
-fn camera_from(width: u32, height: u32, numbers: &[f64]) -> Result<Camera, Failure> {
-    let &[fx, fy, cx, cy, k1, k2, p1, p2, k3] = numbers else {
-        let message = format!(
-            "A camera has 9 numbers (fx, fy, cx, cy, k1, k2, p1, p2, k3), not {}.",
-            numbers.len()
-        );
-        return Err(Failure::new(Code::CameraIntrinsics, message));
-    };
-    Ok(Camera::pinhole(width, height, fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?)
-}
-
-/// The picture of RGBA bytes, alpha left out.
-fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Failure> {
-    let (width, height) = (width as usize, height as usize);
-    let expected = width.saturating_mul(height).saturating_mul(4);
-    if rgba.len() != expected {
-        let message = format!(
-            "An image of {width} x {height} pixels has {expected} bytes of RGBA, not {}.",
-            rgba.len()
-        );
-        return Err(Failure::new(Code::ImageUnreadable, message));
+    fn refine(&self, depth: Vec<f32>, registration: &[f32], canonical: &[u8]) -> Result<Option<RawRefined>, Failure> {
+        let maps = maps_from(depth, registration)?;
+        let canonical = picture_from(canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;
+        let mut refinement = self.refinement.borrow_mut();
+        let refinement = match &mut *refinement {
+            Some(refinement) => refinement,
+            none => none.insert(PhysicsRefinement::new(
+                self.bundle.template(),
+                PhysicsOptions::default(),
+            )?),
+        };
+        let mut stopwatch = Stopwatch::start();
+        let refined = refinement.refine(&canonical, self.estimator.canonical_camera(), &maps, None)?;
+        Ok(refined.map(|refined| RawRefined::new(&refined, stopwatch.lap_ms())))
     }
-    let rgb = rgba
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .flat_map(|&[r, g, b, _]| [r, g, b])
-        .collect();
-    Ok(Picture::new(width, height, rgb)?)
 }

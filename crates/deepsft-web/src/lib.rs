@@ -1,6 +1,6 @@
 //! The wasm-bindgen surface of DeepSfT, and nothing else: an [`Engine`] that takes a model's files and
-//! RGBA frames from JavaScript and gives maps back. The JavaScript package in `www/` wraps it; people use
-//! that.
+//! RGBA frames from JavaScript and gives maps and meshes back, and a [`MeshTracker`] that follows the mesh
+//! through a video, in an instance of its own. The JavaScript package in `www/` wraps them; people use that.
 //!
 //! Everything that can fail rejects with a JavaScript `Error` that carries a stable `code` and a sentence
 //! (`failure`), also when Rust panics (`settle`).
@@ -13,10 +13,15 @@ mod clock;
 mod engine;
 mod estimate;
 mod failure;
+mod input;
+mod mesh;
 mod settle;
+mod tracker;
 
 pub use engine::Engine;
 pub use estimate::RawEstimate;
+pub use mesh::RawRefined;
+pub use tracker::{MeshTracker, RawTracked};
 
 use wasm_bindgen::prelude::*;
 

@@ -141,25 +141,14 @@ impl ModelBundle {
     /// * [`DeepSftError::BundleContent`] when a file's content does not fit the format or the network.
     pub fn from_files(files: &BTreeMap<String, Vec<u8>>) -> Result<Self, DeepSftError> {
         let manifest = read_manifest(file(files, MODEL_FILE)?)?;
-        for (name, entry) in &manifest.files {
-            check(name, entry, file(files, name)?)?;
-        }
-        let listed = |name: &str| {
-            if manifest.files.contains_key(name) {
-                file(files, name)
-            } else {
-                Err(DeepSftError::BundleFileMissing { file: name.to_owned() })
-            }
-        };
+        manifest.check(files, "")?;
         let content = |file: &str, reason: String| DeepSftError::BundleContent {
             file: file.to_owned(),
             reason,
         };
         manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
-        let camera = parse_camera(manifest.training_camera.to_string().as_bytes())?;
-        let description = TemplateFile::parse(listed(&format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
-        let template = description.template(listed(&format!("{TEMPLATE_FOLDER}{}", description.texture()))?)?;
-        let bytes = Bytes::from_bytes_vec(listed(WEIGHTS_FILE)?.to_vec());
+        let (template, camera) = manifest.template(files)?;
+        let bytes = Bytes::from_bytes_vec(manifest.listed(files, WEIGHTS_FILE)?.to_vec());
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
         let network = manifest.network.init(&Device::flex()).fold();
         let network = network
@@ -186,6 +175,17 @@ impl ModelBundle {
             camera,
             card,
         })
+    }
+
+    /// Template and camera of a bundle without its network, for those who only fit meshes: of its files the
+    /// description and those of the template are enough.
+    ///
+    /// # Errors
+    /// As [`ModelBundle::from_files`].
+    pub fn template_from_files(files: &BTreeMap<String, Vec<u8>>) -> Result<(Template, Camera), DeepSftError> {
+        let manifest = read_manifest(file(files, MODEL_FILE)?)?;
+        manifest.check(files, TEMPLATE_FOLDER)?;
+        manifest.template(files)
     }
 
     /// Names of the files that the description `model_json` lists, with their sizes in bytes: what a
@@ -272,6 +272,33 @@ impl ModelBundle {
     /// The camera of the training images: the canonical camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+}
+
+impl Manifest {
+    /// Whether the listed files in `folder` are those that were published.
+    fn check(&self, files: &BTreeMap<String, Vec<u8>>, folder: &str) -> Result<(), DeepSftError> {
+        for (name, entry) in self.files.iter().filter(|(name, _)| name.starts_with(folder)) {
+            check(name, entry, file(files, name)?)?;
+        }
+        Ok(())
+    }
+
+    /// A file that the description lists.
+    fn listed<'a>(&self, files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
+        if self.files.contains_key(name) {
+            file(files, name)
+        } else {
+            Err(DeepSftError::BundleFileMissing { file: name.to_owned() })
+        }
+    }
+
+    /// The template and the camera that the maps are for.
+    fn template(&self, files: &BTreeMap<String, Vec<u8>>) -> Result<(Template, Camera), DeepSftError> {
+        let camera = parse_camera(self.training_camera.to_string().as_bytes())?;
+        let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
+        let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
+        Ok((description.template(texture)?, camera))
     }
 }
 
@@ -370,6 +397,21 @@ mod tests {
         assert_eq!(bundle.camera(), &training_camera());
         // Rounding twice changes nothing: the same files come out.
         assert_eq!(bundle.to_files().unwrap(), files);
+    }
+
+    #[test]
+    fn the_template_is_read_without_the_weights_and_checked_all_the_same() {
+        let mut files = files();
+        files.remove(WEIGHTS_FILE);
+        let (template, camera) = ModelBundle::template_from_files(&files).unwrap();
+        assert_eq!(template.size_mm().x, 297.0);
+        assert_eq!(camera, training_camera());
+        files.get_mut("template/texture.png").unwrap()[60] ^= 1;
+        let refusal = ModelBundle::template_from_files(&files).unwrap_err().to_string();
+        assert!(
+            refusal.starts_with("template/texture.png of the model bundle is not"),
+            "{refusal}"
+        );
     }
 
     #[test]

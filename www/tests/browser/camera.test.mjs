@@ -165,7 +165,7 @@ for (const [name, size] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
         `${labels}`,
       );
       if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
-      for (const part of ["#capture-ms", "#warp-ms", "#network-ms", "#judge-ms", "#draw-ms", "#fps"]) {
+      for (const part of ["#capture-ms", "#warp-ms", "#track-ms", "#network-ms", "#judge-ms", "#draw-ms", "#fps"]) {
         assert.ok(Number(await page.textContent(part)) >= 0, part);
       }
       assert.match(await page.textContent("#model"), /[\d.]+ M parameters/);

@@ -189,10 +189,13 @@ test("a lost GPU is started again once, unseen, and then reported", { timeout: S
     { camera: cameraFile },
     { query: "?device=webgpu", permissions: ["camera"], prepare, expectedErrors: [/./] },
     async ({ page, screenshot }) => {
+      // The tracker has a worker too, without a device.
       const loseDevice = async () => {
-        const [worker] = page.workers();
-        await worker.evaluate(() => self.devices.forEach((device) => device.destroy()));
-        return worker;
+        for (const worker of page.workers()) {
+          const lost = await worker.evaluate(() => self.devices.map((device) => device.destroy()).length);
+          if (lost > 0) return worker;
+        }
+        throw new Error("no worker has a device");
       };
       await page.evaluate(() => {
         globalThis.count = 0;
@@ -209,7 +212,7 @@ test("a lost GPU is started again once, unseen, and then reported", { timeout: S
       const before = await page.evaluate(() => globalThis.count);
       await frames(before + 2);
       assert.equal(await page.isVisible("#message"), false, "the first loss is not shown");
-      assert.notEqual(page.workers()[0], first, "the engine runs in a new worker");
+      assert.ok(!page.workers().includes(first), "the engine runs in a new worker");
       await loseDevice();
       assert.equal((await messageOf(page)).code, "gpu-lost");
       await screenshot("desktop-gpu-lost");

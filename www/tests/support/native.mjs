@@ -6,8 +6,9 @@ import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { promisify } from "node:util";
 
-import { decodePng } from "./png.mjs";
+import { glbPositions } from "./glb.mjs";
 import { readNpy } from "./npy.mjs";
+import { decodePng } from "./png.mjs";
 import { ROOT } from "./server.mjs";
 import { untar } from "./tar.mjs";
 
@@ -21,7 +22,7 @@ const UNSEEN_SEED = 7_700_001;
 const LEAST_AREA = 1300;
 
 /** @param {string[]} args */
-async function deepsft(...args) {
+export async function deepsft(...args) {
   try {
     await promisify(execFile)(CLI, args, { maxBuffer: 1 << 26 });
   } catch (error) {
@@ -96,7 +97,7 @@ const UV_ONE = 65535;
  * @param {Map<string, Buffer>} files
  * @param {string} name
  */
-function readTruth(files, name) {
+export function readTruth(files, name) {
   const depths = decodePng(files.get(`${name}.depth.png`)).values;
   const uvs = decodePng(files.get(`${name}.uv.png`)).values;
   const depth = Float32Array.from(depths, (d) => (d === 0 ? -1 : d * DEPTH_UNIT_MM));
@@ -108,27 +109,35 @@ function readTruth(files, name) {
 }
 
 /**
- * What the native estimator answers for pictures as the browser saw them.
+ * What the native estimator answers for pictures as the browser saw them. `mesh` is the whole mesh, camera frame, mm, where
+ * physics was asked for and accepted.
  *
  * @param {string} folder to work in
  * @param {{ name: string, png: Buffer }[]} pictures
  * @param {object} camera
- * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number }>>}
+ * @param {"none" | "physics"} [refine]
+ * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number, refined: boolean, mesh: Float32Array | null }>>}
  */
-export async function nativeEstimates(folder, pictures, camera) {
+export async function nativeEstimates(folder, pictures, camera, refine = "none") {
   await mkdir(folder, { recursive: true });
   const { width, height, fx, fy, cx, cy, distortion } = camera;
   const cameraFile = join(folder, "camera.json");
   await writeFile(cameraFile, JSON.stringify({ width, height, fx, fy, cx, cy, distortion }));
   const images = pictures.map(({ name }) => join(folder, `${name}.png`));
   await Promise.all(pictures.map(({ png }, i) => writeFile(images[i], png)));
-  await deepsft("reconstruct", "--model", MODEL, "--camera", cameraFile, "--out", join(folder, "out"), ...images);
+  const out = join(folder, "out");
+  await deepsft(
+    "reconstruct",
+    ...["--model", MODEL, "--camera", cameraFile, "--refine", refine, "--out", out],
+    ...images,
+  );
   const answers = new Map();
   for (const { name } of pictures) {
-    const read = async (map) => (await readNpy(join(folder, "out", name, `${map}.npy`))).values;
-    const { found, confidence } = JSON.parse(await readFile(join(folder, "out", name, "report.json"), "utf8"));
+    const read = async (map) => (await readNpy(join(out, name, `${map}.npy`))).values;
+    const { found, confidence, refined = false } = JSON.parse(await readFile(join(out, name, "report.json"), "utf8"));
     const [depth, registration, mask] = await Promise.all(["depth", "registration", "mask"].map(read));
-    answers.set(name, { depth, registration, mask, found, confidence });
+    const mesh = refined ? glbPositions(await readFile(join(out, name, "whole-mesh.glb"))) : null;
+    answers.set(name, { depth, registration, mask, found, confidence, refined, mesh });
   }
   return answers;
 }

@@ -1,0 +1,74 @@
+//! What JavaScript hands over, checked.
+
+use crate::failure::{Code, Failure};
+use deepsft::geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, Maps, Picture};
+use js_sys::{Array, Uint8Array};
+use std::collections::BTreeMap;
+use wasm_bindgen::prelude::*;
+
+/// The files of a model out of a JavaScript `Map` or list of pairs.
+pub fn bundle_files(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
+    let refused = || {
+        Failure::new(
+            Code::ModelLoad,
+            "The model's files must be a Map from names to Uint8Arrays.",
+        )
+    };
+    let entries = js_sys::try_iter(files).ok().flatten().ok_or_else(refused)?;
+    entries
+        .map(|entry| {
+            let pair = entry
+                .ok()
+                .and_then(|entry| entry.dyn_into::<Array>().ok())
+                .ok_or_else(refused)?;
+            let name = pair.get(0).as_string().ok_or_else(refused)?;
+            let bytes = pair.get(1).dyn_into::<Uint8Array>().map_err(|_| refused())?;
+            Ok((name, bytes.to_vec()))
+        })
+        .collect()
+}
+
+/// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`.
+pub fn camera_from(width: u32, height: u32, numbers: &[f64]) -> Result<Camera, Failure> {
+    let &[fx, fy, cx, cy, k1, k2, p1, p2, k3] = numbers else {
+        let message = format!(
+            "A camera has 9 numbers (fx, fy, cx, cy, k1, k2, p1, p2, k3), not {}.",
+            numbers.len()
+        );
+        return Err(Failure::new(Code::CameraIntrinsics, message));
+    };
+    Ok(Camera::pinhole(width, height, fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?)
+}
+
+/// The picture of RGBA bytes, alpha left out.
+pub fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Failure> {
+    let (width, height) = (width as usize, height as usize);
+    let expected = width.saturating_mul(height).saturating_mul(4);
+    if rgba.len() != expected {
+        let message = format!(
+            "An image of {width} x {height} pixels has {expected} bytes of RGBA, not {}.",
+            rgba.len()
+        );
+        return Err(Failure::new(Code::ImageUnreadable, message));
+    }
+    let rgb = rgba
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .flat_map(|&[r, g, b, _]| [r, g, b])
+        .collect();
+    Ok(Picture::new(width, height, rgb)?)
+}
+
+/// Maps of the canonical image out of 270 x 480 depths and 270 x 480 x 2 texture positions.
+pub fn maps_from(depth: Vec<f32>, registration: &[f32]) -> Result<Maps, Failure> {
+    let (pairs, rest) = registration.as_chunks::<2>();
+    if !rest.is_empty() {
+        let message = format!(
+            "A registration map has two values a pixel; {} are none.",
+            registration.len()
+        );
+        return Err(Failure::new(Code::ImageUnreadable, message));
+    }
+    Ok(Maps::new(CANONICAL_WIDTH, CANONICAL_HEIGHT, depth, pairs.to_vec())?)
+}

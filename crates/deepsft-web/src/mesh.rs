@@ -1,0 +1,90 @@
+//! Meshes as JavaScript holds them.
+
+use crate::estimate::object;
+use deepsft::geometry::{TriangleMesh, glam::DVec3, physics::Refined};
+use js_sys::{Float32Array, Object, Uint32Array};
+use wasm_bindgen::prelude::*;
+
+/// One frame after physics refinement. The arrays belong to JavaScript.
+#[wasm_bindgen]
+pub struct RawRefined {
+    accepted: bool,
+    vertices: Float32Array,
+    confidence: Float32Array,
+    depth: Float32Array,
+    registration: Float32Array,
+    refine_ms: f64,
+}
+
+impl RawRefined {
+    /// Copies mesh and maps out of WebAssembly's memory.
+    pub fn new(refined: &Refined, refine_ms: f64) -> Self {
+        Self {
+            accepted: refined.accepted,
+            vertices: positions(&refined.vertices_camera),
+            confidence: refined.confidence.as_slice().into(),
+            depth: refined.maps.depth().into(),
+            registration: refined.maps.registration().as_flattened().into(),
+            refine_ms,
+        }
+    }
+}
+
+#[wasm_bindgen]
+impl RawRefined {
+    /// Whether the mesh explains the image better than the network's maps do.
+    #[wasm_bindgen(getter)]
+    pub fn accepted(&self) -> bool {
+        self.accepted
+    }
+
+    /// Vertices of the whole mesh, (x, y, z) each, camera frame, mm.
+    #[wasm_bindgen(getter)]
+    pub fn vertices(&self) -> Float32Array {
+        self.vertices.clone()
+    }
+
+    /// How far the image confirms each vertex, 0 to 1.
+    #[wasm_bindgen(getter)]
+    pub fn confidence(&self) -> Float32Array {
+        self.confidence.clone()
+    }
+
+    /// Depth as in [`crate::RawEstimate`]: of the mesh where it was accepted, else as it came.
+    #[wasm_bindgen(getter)]
+    pub fn depth(&self) -> Float32Array {
+        self.depth.clone()
+    }
+
+    /// Registration as in [`crate::RawEstimate`]: of the mesh where it was accepted, else as it came.
+    #[wasm_bindgen(getter)]
+    pub fn registration(&self) -> Float32Array {
+        self.registration.clone()
+    }
+
+    /// Milliseconds it took.
+    #[wasm_bindgen(getter, js_name = refineMs)]
+    pub fn refine_ms(&self) -> f64 {
+        self.refine_ms
+    }
+}
+
+/// Coordinates of points one after the other.
+pub fn positions(points: &[DVec3]) -> Float32Array {
+    let flat: Vec<f32> = points.iter().flat_map(|p| p.as_vec3().to_array()).collect();
+    flat.as_slice().into()
+}
+
+/// What of a mesh no frame changes: a plain object.
+pub fn template_mesh(mesh: &TriangleMesh) -> Object {
+    let corners: Vec<u32> = mesh.faces().iter().flatten().map(|&vertex| vertex as u32).collect();
+    let coordinates: Vec<f32> = mesh
+        .texture_coordinates()
+        .iter()
+        .flat_map(|uv| uv.as_vec2().to_array())
+        .collect();
+    object([
+        ("faces", Uint32Array::from(corners.as_slice()).into()),
+        ("textureCoordinates", Float32Array::from(coordinates.as_slice()).into()),
+    ])
+}

@@ -1,0 +1,86 @@
+// What lies in front of the sheet: the network's mask, carried along on the mesh.
+
+import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+
+/** Meshes that are remembered until the network's answer to their frame is there. */
+const MOST_REMEMBERED = 60;
+
+/** A vertex is seen when the mask is within so many canonical pixels of it: the sheet's own border is not covered. */
+const REACH = 2;
+
+/** Weight of a new answer against those before: flicker of the mask at a hand's outline is smoothed. */
+const NEW_WEIGHT = 0.6;
+
+/**
+ * Which vertices nothing covers. The mask of an older frame is looked up at the mesh of that frame, so that it moves with
+ * the sheet until the next answer.
+ */
+export class Covering {
+  /** @type {Map<number, Float32Array>} vertices by frame, the oldest first */
+  #meshes = new Map();
+  #seen = new Float32Array();
+
+  /** Forgets everything. */
+  reset() {
+    this.#meshes.clear();
+    this.#seen = new Float32Array();
+  }
+
+  /**
+   * Share of each vertex's surroundings that is seen, 0 to 1.
+   *
+   * @param {number} frame
+   * @param {Float32Array} vertices (x, y, z) each, camera frame, mm
+   * @returns {Float32Array}
+   */
+  follow(frame, vertices) {
+    this.#meshes.set(frame, vertices);
+    for (const old of this.#meshes.keys()) {
+      if (this.#meshes.size <= MOST_REMEMBERED) break;
+      this.#meshes.delete(old);
+    }
+    if (3 * this.#seen.length !== vertices.length) this.#seen = new Float32Array(vertices.length / 3).fill(1);
+    return this.#seen;
+  }
+
+  /**
+   * Takes over what the network says of a frame.
+   *
+   * @param {number} frame
+   * @param {Uint8Array} mask of the canonical image
+   */
+  answer(frame, mask) {
+    const vertices = this.#meshes.get(frame);
+    if (!vertices || 3 * this.#seen.length !== vertices.length) return;
+    const seen = seenShares(vertices, mask);
+    this.#seen = this.#seen.map((before, i) => before + NEW_WEIGHT * (seen[i] - before));
+  }
+}
+
+/**
+ * Which vertices the mask of their own frame sees.
+ *
+ * @param {Float32Array} vertices (x, y, z) each, camera frame, mm
+ * @param {Uint8Array} mask of the canonical image
+ * @returns {Float32Array} 0 or 1 each
+ */
+export function seenShares(vertices, mask) {
+  return Float32Array.from({ length: vertices.length / 3 }, (_, i) => seenAt(mask, vertices.subarray(3 * i, 3 * i + 3)));
+}
+
+/**
+ * @param {Uint8Array} mask
+ * @param {Float32Array} p camera frame
+ * @returns {number} 1 where the mask is near, or where the image does not reach
+ */
+function seenAt(mask, [x, y, z]) {
+  const column = Math.floor((x / z) * CANONICAL_FOCAL + CANONICAL_WIDTH / 2);
+  const row = Math.floor((y / z) * CANONICAL_FOCAL + CANONICAL_HEIGHT / 2);
+  if (column < 0 || row < 0 || column >= CANONICAL_WIDTH || row >= CANONICAL_HEIGHT) return 1;
+  for (let j = Math.max(0, row - REACH); j <= Math.min(CANONICAL_HEIGHT - 1, row + REACH); j++) {
+    const at = j * CANONICAL_WIDTH;
+    const [from, to] = [Math.max(0, column - REACH), Math.min(CANONICAL_WIDTH - 1, column + REACH)];
+    if (mask.subarray(at + from, at + to + 1).includes(1)) return 1;
+  }
+  return 0;
+}

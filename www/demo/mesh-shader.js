@@ -1,0 +1,175 @@
+// The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
+
+import { PAPERS_GLSL } from "./papers.js";
+import { DISTORTION_GLSL } from "./stage-shader.js";
+
+/** Numbers of the overlays in the shader. */
+export const MESH_OVERLAY_NUMBERS = /** @type {const} */ ({ paper: 1, depth: 2, mesh: 3, shaded: 4 });
+
+/** Distances between which surfaces hide each other, mm. */
+const NEAR_MM = 20;
+const FAR_MM = 10_000;
+
+export const MESH_VERTEX_SHADER = `#version 300 es
+precision highp float;
+layout(location = 0) in vec3 a_position;   // camera frame, mm
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec2 a_seen;       // confidence, share not covered by something else
+layout(location = 3) in vec2 a_uv;
+uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
+uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
+uniform vec2 u_targetSize;         // pixels
+${DISTORTION_GLSL}
+out vec3 v_position;
+out vec3 v_normal;
+out vec2 v_seen;
+out vec2 v_uv;
+out vec2 v_pixel;
+out vec3 v_corner;
+
+void main() {
+  v_position = a_position;
+  v_normal = a_normal;
+  v_seen = a_seen;
+  v_uv = a_uv;
+  int corner = gl_VertexID % 3;
+  v_corner = vec3(corner == 0, corner == 1, corner == 2);
+  float z = a_position.z;
+  v_pixel = distorted(a_position.xy / z) * u_camera.xy + u_camera.zw;
+  vec2 target = (v_pixel * u_view.z + u_view.xy) / u_targetSize;
+  const float near = ${NEAR_MM}.0, far = ${FAR_MM}.0;
+  gl_Position = vec4(vec2(2.0 * target.x - 1.0, 1.0 - 2.0 * target.y) * z,
+    (far + near) / (far - near) * z - 2.0 * far * near / (far - near), z);
+}`;
+
+/** Luminance seen and luminance printed, in linear light, weighted by how much of the print is seen there. */
+export const LIGHT_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_frame;         // the camera's image, sRGB, mipmapped
+uniform sampler2D u_print;         // the template's picture, sRGB, mipmapped
+uniform vec2 u_frameSize;          // pixels
+uniform vec3 u_view;
+in vec2 v_seen;
+in vec2 v_uv;
+in vec2 v_pixel;
+in vec3 v_position;
+in vec3 v_normal;
+in vec3 v_corner;
+out vec4 o_light;
+${PAPERS_GLSL}
+void main() {
+  const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
+  vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-5));
+  float weight = smoothstep(0.0, 1.5, min(border.x, border.y)) * smoothstep(0.4, 0.9, v_seen.y);
+  if (!gl_FrontFacing) weight = 0.0;
+  vec3 seen = linearFromDisplay(textureLod(u_frame, v_pixel / u_frameSize, -log2(u_view.z)).rgb);
+  vec3 printed = linearFromDisplay(texture(u_print, v_uv).rgb);
+  o_light = vec4(dot(seen, luminance), dot(printed, luminance), 1.0, 1.0) * weight;
+}`;
+
+/** A Gaussian along one direction. */
+export const BLUR_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_light;
+uniform vec2 u_step;               // one pixel along the direction, texture coordinates
+uniform vec2 u_targetSize;         // pixels
+out vec4 o_light;
+void main() {
+  vec2 at = gl_FragCoord.xy / u_targetSize;
+  vec4 sum = vec4(0.0);
+  for (int i = -5; i <= 5; i++) sum += texture(u_light, at + float(i) * u_step) * exp(-float(i * i) / 9.0);
+  o_light = sum / 5.3;
+}`;
+
+export const MESH_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+precision highp int;
+uniform sampler2D u_light;         // blurred
+uniform sampler2D u_heat;
+uniform vec2 u_frameSize;          // pixels
+uniform int u_overlay;
+uniform int u_paper;
+uniform float u_strength;
+uniform float u_seconds;
+uniform vec2 u_sheetMm;
+uniform vec3 u_tint;
+uniform vec3 u_depthScale;         // near, far, contour step, mm
+uniform float u_lineWidth;         // pixels
+in vec3 v_position;
+in vec3 v_normal;
+in vec2 v_seen;
+in vec2 v_uv;
+in vec2 v_pixel;
+in vec3 v_corner;
+out vec4 o_color;                  // premultiplied
+${PAPERS_GLSL}
+
+/* How much brighter the image is than the print. */
+float lightAt(vec2 pixel) {
+  vec3 light = texture(u_light, vec2(pixel.x / u_frameSize.x, 1.0 - pixel.y / u_frameSize.y)).rgb;
+  if (light.z < 1e-3) return 1.0;
+  light /= light.z;
+  return clamp((light.x + 0.02) / (light.y + 0.02), 0.0, 2.5);
+}
+
+vec4 wire(vec2 border) {
+  vec3 slope = fwidth(v_corner);
+  vec3 distances = v_corner / max(slope, vec3(1e-5));
+  float line = 1.0 - smoothstep(0.5 * u_lineWidth - 0.5, 0.5 * u_lineWidth + 0.5, min(min(distances.x, distances.y), distances.z));
+  float rim = 1.0 - smoothstep(u_lineWidth - 0.5, u_lineWidth + 0.5, min(border.x, border.y));
+  vec3 tone = mix(vec3(1.0, 0.56, 0.36), vec3(0.45, 1.0, 0.82), smoothstep(0.15, 0.6, v_seen.x));
+  float covered = mix(0.35, 1.0, smoothstep(0.3, 0.7, v_seen.y));
+  float ink = max(0.85 * line, rim) * covered;
+  // A veil behind the lines, so that they are read on any print.
+  float veil = 0.38 * covered;
+  return vec4(mix(vec3(0.03, 0.06, 0.075), tone, ink) * max(ink, veil), max(ink, veil));
+}
+
+vec4 plaster() {
+  vec3 normal = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
+  vec3 toEye = normalize(-v_position);
+  vec3 key = normalize(vec3(-0.62, -0.62, -0.48));
+  vec3 fill = normalize(vec3(0.8, 0.1, -0.6));
+  float diffuse = max(dot(normal, key), 0.0);
+  float gloss = pow(max(dot(normal, normalize(key + toEye)), 0.0), 38.0);
+  vec3 base = gl_FrontFacing ? vec3(0.80, 0.77, 0.70) : vec3(0.62, 0.16, 0.085);
+  vec3 light = diffuse * vec3(1.12, 1.04, 0.92) + 0.20 * max(dot(normal, fill), 0.0) * vec3(0.5, 0.75, 1.0)
+    + (0.16 - 0.1 * normal.y) * vec3(0.55, 0.68, 0.80);
+  vec2 mm = v_uv * u_sheetMm;
+  vec2 slope = max(fwidth(mm), vec2(1e-4));
+  vec2 line = abs(fract((mm - 0.5 * u_sheetMm) / 15.0 + 0.5) - 0.5) * 15.0 / slope;
+  float grid = 1.0 - smoothstep(0.3, 1.3, min(line.x, line.y));
+  base *= 1.0 - 0.34 * grid * smoothstep(14.0, 5.0, 15.0 * max(slope.x, slope.y));
+  return vec4(displayFromLinear(base * light + 0.16 * gloss), 1.0);
+}
+
+vec4 depthColor() {
+  vec3 color = texture(u_heat, vec2((v_position.z - u_depthScale.x) / (u_depthScale.y - u_depthScale.x), 0.5)).rgb;
+  float level = v_position.z / u_depthScale.z;
+  float slope = max(fwidth(level), 1e-4);
+  float line = 1.0 - smoothstep(0.5 * slope, 1.6 * slope, abs(fract(level + 0.5) - 0.5));
+  float dense = 1.0 - smoothstep(0.1, 0.35, slope);
+  float luminance = dot(color, vec3(0.21, 0.72, 0.07));
+  return vec4(mix(color, luminance > 0.35 ? vec3(0.12, 0.07, 0.16) : vec3(1.0), 0.4 * line * dense), 1.0) * 0.94;
+}
+
+vec4 paper() {
+  // The blank back stays as the camera sees it; it hides what is behind all the same.
+  if (!gl_FrontFacing) return vec4(0.0);
+  vec2 stride = fwidth(v_uv) * u_sheetMm;
+  vec3 color = paperColor(u_paper, v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
+  return vec4(displayFromLinear(color * lightAt(v_pixel) * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
+}
+
+void main() {
+  // Distance to the sheet's border, pixels: its edge is drawn softly.
+  vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-6));
+  float inside = u_overlay == ${MESH_OVERLAY_NUMBERS.mesh} ? 1.0 : clamp(min(border.x, border.y) + 0.25, 0.0, 1.0);
+  vec4 color;
+  if (u_overlay == ${MESH_OVERLAY_NUMBERS.paper}) color = paper();
+  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.depth}) color = depthColor();
+  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.mesh}) color = wire(border);
+  else color = plaster();
+  bool outside = any(lessThan(v_pixel, vec2(0.0))) || any(greaterThan(v_pixel, u_frameSize));
+  o_color = color * inside * u_strength * (outside ? 0.0 : 1.0);
+}`;

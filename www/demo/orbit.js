@@ -1,0 +1,184 @@
+// The sheet by itself, from the side: what the mesh knows beyond the picture.
+
+import { createProgram, createTexture } from "./gl.js";
+import { PAPERS_GLSL } from "./papers.js";
+import { prefersStillness } from "./animation.js";
+
+/** @import { DeepSft, SurfaceMesh } from "deepsft" */
+
+const VERTEX_SHADER = `#version 300 es
+precision highp float;
+layout(location = 0) in vec3 a_position;   // camera frame, mm
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec2 a_uv;
+uniform vec3 u_centre;             // that the view turns about, camera frame, mm
+uniform float u_size;              // mm from the centre to the view's edge
+uniform mat3 u_turn;
+uniform float u_aspect;
+out vec3 v_normal;
+out vec3 v_toEye;
+out vec2 v_uv;
+void main() {
+  vec3 p = u_turn * (a_position - u_centre) / u_size;
+  // The eye is 3.2 sizes away: a mild perspective.
+  vec3 seen = p + vec3(0.0, 0.0, 3.2);
+  v_normal = u_turn * a_normal;
+  v_toEye = -seen;
+  v_uv = a_uv;
+  gl_Position = vec4(3.2 * seen.x / u_aspect, -3.2 * seen.y, 0.5 * (seen.z - 3.2) * seen.z, seen.z);
+}`;
+
+const FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_print;
+in vec3 v_normal;
+in vec3 v_toEye;
+in vec2 v_uv;
+out vec4 o_color;
+${PAPERS_GLSL}
+void main() {
+  vec3 normal = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
+  vec3 key = normalize(vec3(-0.55, -0.7, -0.6));
+  float diffuse = max(dot(normal, key), 0.0);
+  float gloss = pow(max(dot(normal, normalize(key + normalize(v_toEye))), 0.0), 30.0);
+  vec3 base = gl_FrontFacing ? linearFromDisplay(texture(u_print, v_uv).rgb) : vec3(0.72, 0.69, 0.62);
+  o_color = vec4(displayFromLinear(base * (0.28 + 0.95 * diffuse) + 0.07 * gloss), 1.0);
+}`;
+
+/** Farthest the view turns by itself to either side, radians, and the seconds of a turn there and back. */
+const SWAY = 0.62;
+const SWAY_SECONDS = 9;
+const MOST_PITCH = 1.35;
+/** Radians a CSS pixel of dragging. */
+const DRAG = 0.011;
+/** Share of the way to the sheet's newest centre that the view goes with each frame: it stands, the sheet moves. */
+const FOLLOW = 0.08;
+
+export class Orbit {
+  #canvas;
+  #gl;
+  #program;
+  #print;
+  #vertices;
+  #coordinates;
+  #faces;
+  #count = 0;
+  #size = 1;
+  /** @type {[number, number, number] | null} */
+  #centre = null;
+  #yaw = 0;
+  #pitch = 0.22;
+  /** Whether someone has turned the view: then it stays as they left it. */
+  #held = false;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @throws {Error} when the browser has no WebGL 2
+   */
+  constructor(canvas) {
+    const gl = canvas.getContext("webgl2", { alpha: true, antialias: true });
+    if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
+    this.#canvas = canvas;
+    this.#gl = gl;
+    this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
+    this.#print = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
+    this.#vertices = gl.createBuffer();
+    this.#coordinates = gl.createBuffer();
+    this.#faces = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertices);
+    for (const location of [0, 1]) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, 3, gl.FLOAT, false, 24, 12 * location);
+    }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
+    gl.enableVertexAttribArray(2);
+    gl.vertexAttribPointer(2, 2, gl.FLOAT, false, 0, 0);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#faces);
+    gl.enable(gl.DEPTH_TEST);
+    this.#listen();
+  }
+
+  /** @param {DeepSft["template"]} template */
+  setTemplate({ texture, widthMm, heightMm, mesh: { faces, textureCoordinates } }) {
+    const gl = this.#gl;
+    gl.bindTexture(gl.TEXTURE_2D, this.#print);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, texture);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
+    gl.bufferData(gl.ARRAY_BUFFER, textureCoordinates, gl.STATIC_DRAW);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
+    this.#count = faces.length;
+    this.#size = 0.6 * Math.hypot(widthMm, heightMm);
+  }
+
+  /** Forgets where the sheet was, and how the view was turned. */
+  reset() {
+    this.#centre = null;
+    [this.#yaw, this.#pitch, this.#held] = [0, 0.22, false];
+  }
+
+  /**
+   * Draws a mesh, if the view is on the page.
+   *
+   * @param {SurfaceMesh} mesh
+   */
+  show({ vertices, normals }) {
+    if (this.#canvas.clientWidth === 0) return;
+    const gl = this.#gl;
+    const count = vertices.length / 3;
+    const filled = new Float32Array(6 * count);
+    const mean = [0, 0, 0];
+    for (let i = 0; i < count; i++) {
+      for (let k = 0; k < 3; k++) {
+        filled[6 * i + k] = vertices[3 * i + k];
+        filled[6 * i + 3 + k] = normals[3 * i + k];
+        mean[k] += vertices[3 * i + k] / count;
+      }
+    }
+    const last = this.#centre ?? mean;
+    const follow = (/** @type {number} */ k) => last[k] + FOLLOW * (mean[k] - last[k]);
+    this.#centre = [follow(0), follow(1), follow(2)];
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertices);
+    gl.bufferData(gl.ARRAY_BUFFER, filled, gl.DYNAMIC_DRAW);
+    this.#draw();
+  }
+
+  #draw() {
+    const [gl, canvas] = [this.#gl, this.#canvas];
+    if (!this.#centre) return;
+    const density = Math.min(2, devicePixelRatio);
+    const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    gl.viewport(0, 0, width, height);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const { program, uniform } = this.#program;
+    const sway = this.#held || prefersStillness() ? 0 : SWAY * Math.sin((2 * Math.PI * performance.now()) / 1000 / SWAY_SECONDS);
+    const yaw = this.#held ? this.#yaw : prefersStillness() ? SWAY : sway;
+    const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(this.#pitch), Math.sin(this.#pitch)];
+    gl.useProgram(program);
+    gl.bindTexture(gl.TEXTURE_2D, this.#print);
+    gl.uniform1i(uniform("u_print"), 0);
+    gl.uniform3f(uniform("u_centre"), ...this.#centre);
+    gl.uniform1f(uniform("u_size"), this.#size);
+    gl.uniform1f(uniform("u_aspect"), width / height);
+    // Yaw about the camera's y axis, then pitch about its x axis; column by column.
+    gl.uniformMatrix3fv(uniform("u_turn"), false, [cy, sp * sy, -cp * sy, 0, cp, sp, sy, -sp * cy, cp * cy]);
+    gl.drawElements(gl.TRIANGLES, this.#count, gl.UNSIGNED_INT, 0);
+  }
+
+  #listen() {
+    const canvas = this.#canvas;
+    canvas.addEventListener("pointerdown", (event) => {
+      if (!this.#held) this.#yaw = 0;
+      this.#held = true;
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", ({ pointerId, movementX, movementY }) => {
+      if (!canvas.hasPointerCapture(pointerId)) return;
+      this.#yaw += DRAG * movementX;
+      this.#pitch = Math.min(MOST_PITCH, Math.max(-MOST_PITCH, this.#pitch - DRAG * movementY));
+      this.#draw();
+    });
+  }
+}

@@ -1,0 +1,142 @@
+// The whole mesh of a picture, against the native program.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { DESKTOP, PHONE, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+import { disagreement } from "../support/maps.mjs";
+import { meshDistance } from "../support/meshes.mjs";
+import { nativeEstimates, unseenFrames } from "../support/native.mjs";
+
+/** The training camera, which took the frames. */
+const CAMERA = { width: 480, height: 270, fx: 380, fy: 380, cx: 240, cy: 135 };
+
+/**
+ * The fit starts from maps that differ by a relative 1e-3 (see camera.test.mjs) and stops when a step moves no vertex by
+ * more than a thousandth of an edge (0.01 mm), along valleys in which the image says little.
+ */
+const SAME_MESH = { rmsMm: 0.5, mostMm: 10, medianPx: 0.1 };
+const SAME_MAPS = { maskPixels: 130, depthMm: 3, registrationMm: 0.5 };
+
+let folder;
+let frames;
+let browser;
+
+before(
+  async () => {
+    folder = await mkdtemp(join(tmpdir(), "deepsft-mesh-"));
+    frames = await unseenFrames(folder, 4);
+    browser = await launch();
+  },
+  { timeout: SLOW_MS },
+);
+after(async () => {
+  await browser?.close();
+  await rm(folder, { recursive: true, force: true });
+});
+
+test("completeMesh() and refine: \"physics\" give what the native program gives", { timeout: SLOW_MS }, async (t) => {
+  const demo = await openDemo(browser);
+  const pictures = frames.map(({ name, png }) => ({ name, png: png.toString("base64") }));
+  const answers = await demo.page.evaluate(
+    async ([shown, camera]) => {
+      const { DeepSft } = await import("./src/index.js");
+      const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
+      const all = [];
+      for (const { png } of shown) {
+        const blob = new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]);
+        const raw = await sft.estimate(blob, { camera });
+        const [first, again] = await Promise.all([raw.completeMesh(), raw.completeMesh()]);
+        const refined = await sft.estimate(blob, { camera, refine: "physics" });
+        const whole = await refined.completeMesh();
+        all.push({
+          found: raw.found,
+          mesh: first && [...first.vertices],
+          sameTwice: first?.vertices === again?.vertices,
+          confidence: first && [...first.confidence],
+          normalsTowardsCamera: first && first.normals.filter((n, i) => i % 3 === 2 && n < 0).length,
+          sizes: first && [first.faces.length, first.textureCoordinates.length, sft.template.mesh.faces.length],
+          refined: refined.refined,
+          refineMs: refined.times.refineMs,
+          refinedMesh: whole && [...whole.vertices],
+          depth: [...refined.depth.values()],
+          registration: [...refined.registration.values()],
+        });
+        raw.close();
+        refined.close();
+      }
+      sft.close();
+      return all;
+    },
+    [pictures, CAMERA],
+  );
+  const native = await nativeEstimates(join(folder, "native"), frames, { ...CAMERA, distortion: [0, 0, 0, 0, 0] }, "physics");
+  let meshes = 0;
+  for (const [i, { name }] of frames.entries()) {
+    const [answer, theirs] = [answers[i], native.get(name)];
+    assert.equal(answer.found, theirs.found);
+    assert.equal(answer.refined, theirs.refined, `frame ${name}: accepted by one only`);
+    const apart = disagreement(answer, theirs);
+    for (const [figure, most] of Object.entries(SAME_MAPS))
+      assert.ok(apart[figure] <= most, `frame ${name}: ${figure} ${apart[figure]}`);
+    if (!theirs.mesh) {
+      assert.equal(answer.mesh, null);
+      continue;
+    }
+    meshes++;
+    const vertices = answer.mesh.length / 3;
+    assert.equal(answer.confidence.length, vertices);
+    assert.ok(answer.confidence.every((c) => c >= 0 && c <= 1) && answer.confidence.some((c) => c > 0.5));
+    assert.deepEqual(answer.sizes, [answer.sizes[2], 2 * vertices, answer.sizes[2]]);
+    assert.ok(answer.normalsTowardsCamera > vertices / 2, "the print faces the camera");
+    assert.ok(answer.sameTwice);
+    assert.ok(answer.refineMs > 0);
+    const distance = meshDistance(answer.mesh, theirs.mesh);
+    t.diagnostic(`frame ${name}: ${JSON.stringify(distance)}, ${answer.refineMs.toFixed(0)} ms`);
+    for (const [figure, most] of Object.entries(SAME_MESH))
+      assert.ok(distance[figure] <= most, `frame ${name}: ${figure} ${distance[figure]}`);
+    assert.deepEqual(answer.refinedMesh, answer.mesh, "both ways give the same mesh");
+  }
+  assert.ok(meshes >= 2, `${meshes} meshes`);
+  await demo.finish();
+});
+
+test("a picture without the poster has no mesh, and a closed estimate gives none", { timeout: SLOW_MS }, async () => {
+  const demo = await openDemo(browser);
+  const [nothing, closed] = await demo.page.evaluate(
+    async (png) => {
+      const { DeepSft } = await import("./src/index.js");
+      const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
+      const grey = await sft.estimate(new ImageData(640, 480), { refine: "physics" });
+      const shown = await sft.estimate(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
+      shown.close();
+      const refusal = await shown.completeMesh().catch((error) => error.code);
+      const answer = [[grey.refined, await grey.completeMesh()], refusal];
+      sft.close();
+      return answer;
+    },
+    frames[0].png.toString("base64"),
+  );
+  assert.deepEqual(nothing, [false, null]);
+  assert.equal(closed, "closed");
+  await demo.finish();
+});
+
+for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
+  test(`an image is drawn with its mesh, on a ${name}`, { timeout: SLOW_MS }, async () => {
+    const demo = await openDemo(browser, { device, query: "?device=cpu" });
+    const { page } = demo;
+    const [{ png }] = frames;
+    await page.setInputFiles("#image-file", { name: "frame.png", mimeType: "image/png", buffer: png });
+    await page.waitForSelector('#live[data-mesh="true"]');
+    for (const overlay of ["shaded", "mesh", "depth", "paper"]) {
+      await page.click(`[data-overlay="${overlay}"]`);
+      await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+      await demo.screenshot(`${name}-image-${overlay}`);
+    }
+    await demo.finish();
+  });
+}

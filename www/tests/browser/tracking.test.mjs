@@ -1,0 +1,221 @@
+// The tracker in the browser: against the native one, against the truth of a clip before a camera, and beside the page.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { DESKTOP, PHONE, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
+import { makeClip, nativeTrack } from "../support/clips.mjs";
+import { median } from "../support/maps.mjs";
+import { meshDistance } from "../support/meshes.mjs";
+import { y4m } from "../support/y4m.mjs";
+
+/** Clips have seeds from 9,000,000 on; these are the tests' own. */
+const SEED = 9_700_001;
+const FRAMES = 60;
+/** The camera's rate. The clip was rendered for 30, so the sheet moves at half its speed here: the software GPU draws too. */
+const CAMERA_FPS = 15;
+/** Grey frames in the middle of the camera's film, when the scene is covered. */
+const COVERED = 20;
+
+/**
+ * Same images, same start: the start differs by what mesh.test.mjs says, and each frame ends where the image, not the start,
+ * puts it.
+ */
+const SAME_MESH = { rmsMm: 0.5, medianPx: 0.1 };
+
+let folder;
+let clip;
+let cameraFile;
+
+before(
+  async () => {
+    folder = await mkdtemp(join(tmpdir(), "deepsft-tracking-"));
+    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED });
+    cameraFile = join(folder, "camera.y4m");
+    const pictures = clip.frames.map(({ picture }) => ({ ...picture, rgb: Uint8Array.from(picture.rgb) }));
+    const [{ width, height }] = pictures;
+    const grey = () => ({ width, height, rgb: new Uint8Array(3 * width * height).fill(110) });
+    // There and back, so that nothing jumps where the film starts over.
+    const film = [...pictures, ...Array.from({ length: COVERED }, grey), ...pictures.toReversed().map((p) => ({ ...p, rgb: Uint8Array.from(p.rgb) }))];
+    film.forEach((picture, i) => stamp(picture, i));
+    await writeFile(cameraFile, y4m(film, CAMERA_FPS));
+  },
+  { timeout: SLOW_MS },
+);
+after(() => rm(folder, { recursive: true, force: true }));
+
+/** The frame of the clip that a frame of the film shows; null while covered. */
+function clipFrame(film) {
+  if (film < FRAMES) return clip.frames[film];
+  return film < FRAMES + COVERED ? null : (clip.frames[2 * FRAMES + COVERED - 1 - film] ?? null);
+}
+
+test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, async (t) => {
+  const browser = await launch();
+  try {
+    const demo = await openDemo(browser);
+    const shown = clip.frames.map(({ png }) => png.toString("base64"));
+    const answers = await demo.page.evaluate(
+      async ([pngs, camera]) => {
+        const [{ DeepSft }, { TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForFrame, intrinsicsOf }] =
+          await Promise.all(
+            ["index", "tracker", "engine", "bundle", "intrinsics"].map((name) => import(`./src/${name}.js`)),
+          );
+        const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
+        const module = await compileEngine(new URL("pkg/deepsft_web_bg.wasm", location.href));
+        const files = await fetchBundle(new URL("models/poster-a4/", location.href));
+        files.delete("weights.bpk");
+        const tracker = new TrackerWorker(undefined);
+        await tracker.start({ module, files, smooth: null });
+        const meshes = [];
+        const times = [];
+        let verdict = null;
+        for (const [i, png] of pngs.entries()) {
+          const frame = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
+          const intrinsics = intrinsicsOf(cameraForFrame(camera, { frame, width: frame.width, height: frame.height }));
+          const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
+          const tracked = await tracker.follow({ number: i, timeS: i / 30, frame, intrinsics });
+          if (estimate) {
+            const [depth, registration] = [estimate.depth.toFloat32Array(), estimate.registration.toFloat32Array()];
+            verdict = (await tracker.answer({ number: i, depth, registration })).verdict;
+          }
+          meshes.push(tracked.found ? [...tracked.vertices] : null);
+          times.push(tracked.times.trackMs);
+        }
+        const { depth } = await tracker.maps();
+        tracker.terminate(new Error("done"));
+        sft.close();
+        return { meshes, times, verdict, area: depth.filter((d) => d > 0).length };
+      },
+      [shown, clip.camera],
+    );
+    const native = await nativeTrack(join(folder, "native"), clip);
+    assert.equal(answers.verdict, "started");
+    // The answer comes after the first frame was followed: its mesh is told with the second.
+    assert.equal(answers.meshes[0], null);
+    assert.ok(answers.area > 5000, "maps of the mesh in the last frame");
+    const distances = [];
+    for (let i = 1; i < FRAMES; i++) {
+      assert.equal(answers.meshes[i] !== null, native[i] !== null, `frame ${i} is found by one only`);
+      if (native[i]) distances.push(meshDistance(answers.meshes[i], native[i]));
+    }
+    assert.ok(distances.length > 0.9 * FRAMES, `${distances.length} frames of ${FRAMES}`);
+    const worst = (figure) => Math.max(...distances.map((distance) => distance[figure]));
+    t.diagnostic(`worst ${worst("rmsMm")} mm, ${worst("medianPx")} px; ${median(answers.times)} ms a frame`);
+    for (const [figure, most] of Object.entries(SAME_MESH))
+      assert.ok(worst(figure) <= most, `${figure} ${distances.map((distance) => distance[figure].toFixed(3))}`);
+    await demo.finish();
+  } finally {
+    await browser.close();
+  }
+});
+
+/** Has the page keep what it tracks, with the number of each frame. */
+async function collectTracked(page) {
+  await page.evaluate((points) => {
+    globalThis.tracked = [];
+    globalThis.longTasks = [];
+    new PerformanceObserver((list) => {
+      for (const { startTime, duration } of list.getEntries()) globalThis.longTasks.push([startTime, duration]);
+    }).observe({ entryTypes: ["longtask"] });
+    const canvas = new OffscreenCanvas(64, 8);
+    const context = canvas.getContext("2d", { willReadFrequently: true });
+    document.addEventListener("deepsft-tracked", ({ tracked: { frame, found, mesh, agreement, times, networkFps } }) => {
+      context.drawImage(frame, 0, frame.height - 8, 64, 8, 0, 0, 64, 8);
+      const { data } = context.getImageData(0, 0, 64, 8);
+      const greys = points.map(([x]) => data[4 * (4 * 64 + Math.floor(x))]);
+      const vertices = found ? mesh.vertices : null;
+      globalThis.tracked.push({ greys, found, agreement, times, networkFps, vertices, at: performance.now() });
+    });
+  }, stampPoints(270));
+}
+
+test(
+  "before a camera it follows the clip beside the page, loses it when it is covered and finds it again",
+  { timeout: SLOW_MS },
+  async (t) => {
+    const browser = await launch({ camera: cameraFile });
+    try {
+      // A small page: on this machine the processor draws it too.
+      const size = { viewport: { width: 480, height: 400 } };
+      const demo = await openDemo(browser, { device: size, query: "?device=cpu", permissions: ["camera"] });
+      const { page } = demo;
+      await collectTracked(page);
+      await page.click("#use-camera");
+      await page.waitForSelector('#live[data-mesh="true"]');
+      const from = await page.evaluate(() => performance.now());
+      // Twice the film: both ways through the covered part.
+      await page.waitForTimeout((2 * 1000 * (2 * FRAMES + COVERED)) / CAMERA_FPS);
+      const { tracked, longTasks } = await page.evaluate((since) => ({
+        tracked: globalThis.tracked
+          .filter(({ at }) => at > since)
+          .map((one) => ({ ...one, vertices: one.vertices && [...one.vertices] })),
+        longTasks: globalThis.longTasks.filter(([at]) => at > since),
+      }), from);
+      const frames = tracked.map((one) => ({ ...one, film: readStamp(one.greys), truth: clipFrame(readStamp(one.greys)) }));
+      const shown = frames.filter(({ truth }) => truth);
+      const covered = frames.filter(({ film, truth }) => !truth && film >= FRAMES + 6);
+      assert.ok(covered.length > 5, `${covered.length} covered frames`);
+      assert.ok(covered.every(({ found }) => !found), "a grey picture shows no sheet");
+      const found = shown.filter((one) => one.found);
+      const share = found.length / shown.length;
+      const seconds = (frames.at(-1).at - frames[0].at) / 1000;
+      const errors = found.map(({ vertices, truth }) => meshDistance(scaled(vertices), truth.vertices));
+      const report = {
+        fps: (frames.length - 1) / seconds,
+        networkFps: median(frames.map((one) => one.networkFps)),
+        share,
+        medianPx: median(errors.map((e) => e.medianPx)),
+        rmsMm: median(errors.map((e) => e.rmsMm)),
+        trackMs: median(frames.map((one) => one.times.trackMs)),
+        captureMs: median(frames.map((one) => one.times.captureMs)),
+        longTasks,
+      };
+      t.diagnostic(JSON.stringify(report));
+      // After the cover the network has to answer and the track to start: half a second of eight.
+      assert.ok(share > 0.85, `found in ${share} of the frames`);
+      assert.ok(report.medianPx < 1, `${report.medianPx} px`);
+      assert.deepEqual(longTasks, [], "the page was kept waiting");
+      await demo.finish();
+    } finally {
+      await browser.close();
+    }
+  },
+);
+
+/** The page takes the camera for one of 0.79 times the long side; the clip's has 380 of 480: the mesh scales in depth. */
+function scaled(vertices) {
+  return vertices.map((value, i) => (i % 3 === 2 ? (value * 380) / (0.79 * 480) : value));
+}
+
+for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
+  test(`every overlay is drawn from the tracked mesh, on a ${name}`, { timeout: SLOW_MS }, async () => {
+    const browser = await launch();
+    try {
+      const demo = await openDemo(browser, { device, query: "?device=cpu" });
+      const { page } = demo;
+      await page.click("#use-clip");
+      await page.waitForSelector('#live[data-mesh="true"]');
+      for (const overlay of ["paper", "shaded", "mesh", "depth", "mask", "plain"]) {
+        await page.click(`[data-overlay="${overlay}"]`);
+        await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+        await page.waitForTimeout(700);
+        await page.waitForSelector('#live[data-mesh="true"]');
+        await demo.screenshot(`${name}-track-${overlay}`);
+      }
+      if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
+      await page.waitForTimeout(1500);
+      for (const part of ["#track-ms", "#network-ms", "#network-fps", "#fps"])
+        assert.ok(Number(await page.textContent(part)) > 0, part);
+      assert.match(await page.textContent("#state-text"), /^Poster tracked · \d+ %$/);
+      await demo.screenshot(`${name}-track-hud`);
+      await demo.finish();
+    } finally {
+      await browser.close();
+    }
+  });
+}

@@ -1,0 +1,30 @@
+// Meshes against each other.
+
+/**
+ * How far two meshes with the same vertices are apart: mm in space, and pixels in the canonical image over the vertices
+ * that lie in it.
+ *
+ * @param {ArrayLike<number>} one (x, y, z) each, camera frame, mm
+ * @param {ArrayLike<number>} other
+ * @returns {{ rmsMm: number, mostMm: number, medianPx: number }}
+ */
+export function meshDistance(one, other) {
+  if (one.length !== other.length) throw new Error(`${one.length / 3} and ${other.length / 3} vertices`);
+  const [distances, pixels] = [[], []];
+  for (let i = 0; i < one.length; i += 3) {
+    distances.push(Math.hypot(one[i] - other[i], one[i + 1] - other[i + 1], one[i + 2] - other[i + 2]));
+    const [p, q] = [one, other].map((mesh) => canonicalPixel(mesh[i], mesh[i + 1], mesh[i + 2]));
+    if (q[0] >= 0 && q[1] >= 0 && q[0] < 480 && q[1] < 270) pixels.push(Math.hypot(p[0] - q[0], p[1] - q[1]));
+  }
+  pixels.sort((a, b) => a - b);
+  return {
+    rmsMm: Math.sqrt(distances.reduce((sum, d) => sum + d * d, 0) / distances.length),
+    mostMm: Math.max(...distances),
+    medianPx: pixels[pixels.length >> 1] ?? 0,
+  };
+}
+
+/** Where the canonical camera (f = 380, 480 x 270) sees a point. */
+function canonicalPixel(x, y, z) {
+  return [(380 * x) / z + 240, (380 * y) / z + 135];
+}

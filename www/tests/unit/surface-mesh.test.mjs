@@ -1,0 +1,42 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { SurfaceMesh } from "deepsft";
+
+/** A square of two faces in the plane z = 500 mm whose printed side looks at the camera, as the template's mesh is wound. */
+const square = (vertices) =>
+  new SurfaceMesh(
+    { vertices: Float32Array.from(vertices.flat()), confidence: new Float32Array(4) },
+    { faces: Uint32Array.of(0, 2, 3, 0, 3, 1), textureCoordinates: Float32Array.of(0, 0, 1, 0, 0, 1, 1, 1) },
+    "tracking",
+  );
+
+test("normals of a frontal sheet look at the camera", () => {
+  const mesh = square([
+    [-10, -10, 500],
+    [10, -10, 500],
+    [-10, 10, 500],
+    [10, 10, 500],
+  ]);
+  for (let i = 0; i < 4; i++) assert.deepEqual([...mesh.normals.subarray(3 * i, 3 * i + 3)], [0, 0, -1]);
+  assert.equal(mesh.normals, mesh.normals, "computed once");
+});
+
+test("at a fold a normal is the mean of both sides by their area, and has length 1", () => {
+  // The second face stands upright along the diagonal: its normal is another one.
+  const mesh = square([
+    [0, 0, 500],
+    [10, 0, 490],
+    [0, 10, 500],
+    [10, 10, 500],
+  ]);
+  const normal = [...mesh.normals.subarray(0, 3)];
+  // Faces (0, 2, 3): (0, 0, -100); (0, 3, 1): (b - a) x (c - a) = (10, 10, 0) x (10, 0, -10) = (-100, 100, -100).
+  const expected = [-100, 100, -200].map((n) => n / Math.hypot(100, 100, 200));
+  for (let k = 0; k < 3; k++) assert.ok(Math.abs(normal[k] - expected[k]) < 1e-6, `${normal}`);
+});
+
+test("a vertex of a face without area has a normal of length 0, not NaN", () => {
+  const mesh = square(Array(4).fill([1, 2, 500]));
+  assert.ok(mesh.normals.every((n) => n === 0));
+});

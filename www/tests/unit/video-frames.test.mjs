@@ -1,0 +1,51 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { VideoFrames } from "../../src/video-frames.js";
+
+/** A video whose frames the test shows. */
+class FakeVideo {
+  #callbacks = [];
+  requestVideoFrameCallback(callback) {
+    this.#callbacks.push(callback);
+  }
+  show(presentationTime) {
+    for (const callback of this.#callbacks.splice(0)) callback(0, { presentationTime });
+  }
+  get listeners() {
+    return this.#callbacks.length;
+  }
+}
+
+test("a frame that was shown before it was asked for is given at once, the newest one only", async () => {
+  const video = new FakeVideo();
+  const frames = new VideoFrames(video);
+  video.show(10);
+  video.show(20);
+  assert.equal(await frames.next(), 20);
+  const waiting = frames.next();
+  video.show(30);
+  assert.equal(await waiting, 30);
+});
+
+test("a frame is given once", async () => {
+  const video = new FakeVideo();
+  const frames = new VideoFrames(video);
+  video.show(10);
+  await frames.next();
+  let answered = false;
+  void frames.next().then(() => (answered = true));
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  assert.equal(answered, false);
+});
+
+test("stopping ends the wait, and the video is listened to no more", async () => {
+  const video = new FakeVideo();
+  const frames = new VideoFrames(video);
+  const waiting = frames.next();
+  frames.stop();
+  assert.equal(await waiting, null);
+  video.show(10);
+  assert.equal(video.listeners, 0);
+  assert.equal(await frames.next(), null);
+});

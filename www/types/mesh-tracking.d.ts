@@ -1,0 +1,55 @@
+import { TrackedFrame } from "./tracked-frame.js";
+import type { Estimate } from "./estimate.js";
+import type { CameraOption } from "./intrinsics.js";
+import type { TrackerStartRequest, TrackerWorker } from "./tracker.js";
+export type MeshTrackingParts = {
+    /**
+     * ended with the loop
+     */
+    tracker: TrackerWorker;
+    start: TrackerStartRequest;
+    estimate: (frame: ImageBitmap, camera: CameraOption) => Promise<Estimate>;
+    camera: CameraOption | undefined;
+    onTracked: (tracked: TrackedFrame) => void;
+    onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
+};
+/** @import { Estimate } from "./estimate.js" */
+/** @import { CameraOption, SourcedCamera } from "./intrinsics.js" */
+/** @import { TrackerStartRequest, TrackerWorker } from "./tracker.js" */
+/**
+ * @typedef {object} MeshTrackingParts
+ * @property {TrackerWorker} tracker ended with the loop
+ * @property {TrackerStartRequest} start
+ * @property {(frame: ImageBitmap, camera: CameraOption) => Promise<Estimate>} estimate
+ * @property {CameraOption | undefined} camera
+ * @property {(tracked: TrackedFrame) => void} onTracked
+ * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
+ */
+/** A mesh being followed through a video. */
+export declare class MeshTracking {
+    #private;
+    /**
+     * Resolves when the loop was stopped; rejects with what ended it otherwise, an error of the engine or one that
+     * a callback threw.
+     *
+     * @type {Promise<void>}
+     */
+    finished: Promise<void>;
+    /**
+     * @param {HTMLVideoElement} video
+     * @param {MeshTrackingParts} parts
+     */
+    constructor(video: HTMLVideoElement, parts: MeshTrackingParts);
+    /** Ends the loop; no callback is called again. */
+    stop(): void;
+    /**
+     * Depth and registration of the mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
+     * mesh is not seen. Rejects once stopped.
+     *
+     * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+     */
+    maps(): Promise<{
+        depth: Float32Array;
+        registration: Float32Array;
+    }>;
+}
