@@ -1,9 +1,16 @@
 // The page's side of browser.mjs.
 
+import { fetchBundle } from "../src/bundle.js";
+import { compileEngine } from "../src/engine.js";
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, DeepSft } from "../src/index.js";
+import { intrinsicsOf } from "../src/intrinsics.js";
+import { TrackerWorker } from "../src/tracker.js";
 
 /** Turns before the measured ones. */
 const WARM_UP = 3;
+
+/** Frames of the clip that the mesh is followed through: as many as `deepsft bench --export` writes. */
+const CLIP_FRAMES = 24;
 
 /** Rows of the network's input: the canonical image's, up to a multiple of 16. */
 const INPUT_HEIGHT = 272;
@@ -99,6 +106,65 @@ function difference(ours, theirs) {
 }
 
 /**
+ * What follows the network, on the same frames as `deepsft bench` measures natively: the mesh fitted to one frame, the start
+ * of a track, and a frame followed. The tracker has a worker and an instance of the engine of its own, as on a page.
+ *
+ * @param {DeepSft} sft
+ * @param {{ width: number, height: number, fx: number, fy: number, cx: number, cy: number }} camera of the clip
+ */
+async function measureMesh(sft, camera) {
+  const numbers = Array.from({ length: CLIP_FRAMES }, (_, k) => k);
+  const clip = await Promise.all(numbers.map((k) => imageData(`/bench-export/clip-${String(k).padStart(2, "0")}.png`)));
+  const copy = (frame) => new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
+  const [refinement, trackStart, track, answers] = [[], [], [], []];
+  for (const frame of clip) {
+    const refined = await sft.estimate(copy(frame), { camera, refine: "physics" });
+    refinement.push(refined.times.refineMs);
+    refined.close();
+    const plain = await sft.estimate(copy(frame), { camera });
+    if (!plain.found) throw new Error("the network did not find the template in the clip");
+    answers.push({ depth: plain.depth.toFloat32Array(), registration: plain.registration.toFloat32Array() });
+    plain.close();
+  }
+  const [module, files] = await Promise.all([
+    compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href), {}),
+    fetchBundle(new URL("/bench-model/", location.href), {}),
+  ]);
+  const tracker = new TrackerWorker();
+  try {
+    await tracker.start({ module, files, smooth: null });
+    const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
+    const follow = (number, k) => tracker.follow({ number, timeS: number / 30, frame: copy(clip[k]), intrinsics });
+    const answer = ({ depth, registration }, number) =>
+      tracker.answer({ number, depth: depth.slice(), registration: registration.slice() });
+    for (const k of numbers) {
+      // A number that does not ascend starts a video afresh.
+      await follow(1, k);
+      const { verdict, answerMs } = await answer(answers[k], 1);
+      if (verdict !== "started") throw new Error(`the tracker did not start on frame ${k} of the clip`);
+      trackStart.push(answerMs);
+    }
+    for (const k of numbers) {
+      const tracked = await follow(k + 1, k);
+      if (k === 0) {
+        await answer(answers[0], 1);
+      } else {
+        if (!tracked.found) throw new Error(`the tracker lost frame ${k} of the clip`);
+        track.push(tracked.times.trackMs);
+      }
+    }
+  } finally {
+    tracker.terminate(new Error("measured"));
+  }
+  return {
+    frames: CLIP_FRAMES,
+    refinement: summary(refinement),
+    track_start: summary(trackStart),
+    track: summary(track),
+  };
+}
+
+/**
  * @param {{ runs: number, withOnnxRuntime: boolean }} options
  */
 export async function measure({ runs, withOnnxRuntime }) {
@@ -138,6 +204,8 @@ export async function measure({ runs, withOnnxRuntime }) {
     if (answer) apart = difference(estimate, answer);
     estimate.close();
   }
+  const { width, height } = trained;
+  const physics = await measureMesh(sft, { width, height, fx: trained.fx, fy: trained.fy, cx: trained.cx, cy: trained.cy });
   sft.close();
   const network = summary(ours.network);
   const rivalNetwork = rival && summary(theirs.network);
@@ -150,6 +218,7 @@ export async function measure({ runs, withOnnxRuntime }) {
     network,
     confidence: summary(ours.judge),
     frame: summary(ours.frame),
+    physics,
     rival: rival && {
       name: `onnxruntime-web ${rival.version}`,
       load_ms: rivalLoadMs,

@@ -139,6 +139,9 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     } else {
         None
     };
+    if let Some(figures) = &in_browser {
+        print_mesh(&native, figures)?;
+    }
     let downloads = download::sizes(root, &manifest, &model, rivals.as_ref())?;
     download::print(&downloads);
 
@@ -154,6 +157,32 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     };
     fs::write(&file, serde_json::to_vec_pretty(&figures)?).with_context(|| format!("writing {}", file.display()))?;
     println!("\nall figures: {}", file.display());
+    Ok(())
+}
+
+/// What follows the network, natively and in the browser, both on one thread.
+fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
+    println!(
+        "\n{:<46}{:>10}{:>10}{:>8}",
+        "the mesh, ms, medians, 1 thread", "native", "browser", "ratio"
+    );
+    for (title, stage) in [
+        ("physics refinement of one frame", "refinement"),
+        ("start of a track", "track_start"),
+        ("one frame followed", "track"),
+    ] {
+        let median = |figures: &Value| {
+            let value = figures
+                .pointer(&format!("/physics/{stage}/median_ms"))
+                .and_then(Value::as_f64);
+            value.with_context(|| format!("nothing was measured of {stage:?}"))
+        };
+        let (native, in_browser) = (median(native)?, median(in_browser)?);
+        println!(
+            "{title:<46}{native:>10.2}{in_browser:>10.2}{:>8.2}",
+            in_browser / native
+        );
+    }
     Ok(())
 }
 
