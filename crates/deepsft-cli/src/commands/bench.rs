@@ -2,9 +2,9 @@
 
 mod export;
 mod frame;
-mod machine;
+pub mod machine;
 mod throughput;
-mod turns;
+pub mod turns;
 
 use crate::failure::usage;
 use crate::input;

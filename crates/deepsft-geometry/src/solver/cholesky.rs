@@ -63,6 +63,11 @@ impl SparseCholesky {
         self.column_starts.len() - 1
     }
 
+    /// Numbers in the factor.
+    pub(crate) fn factor_entries(&self) -> usize {
+        self.factor.len()
+    }
+
     /// Where each column's entries start.
     pub(crate) fn column_starts(&self) -> &[usize] {
         &self.column_starts
