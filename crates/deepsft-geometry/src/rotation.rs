@@ -7,8 +7,8 @@ use glam::{DMat3, DQuat, DVec3, DVec4};
 const NEWTON_STEPS: usize = 8;
 
 /// A Newton step below this angle (radians) is the last. At the maximum the trace is an even function of the
-/// angle, so a step leaves an error of about its cube: 1e-9.
-const LAST_STEP: f64 = 1e-3;
+/// angle, so a step leaves an error of about its cube: 3e-8.
+const LAST_STEP: f64 = 3e-3;
 
 /// Eigenvalues closer to the largest than this share of the matrix's norm count as equal to it.
 const EQUAL_EIGENVALUES: f64 = 1e-9;

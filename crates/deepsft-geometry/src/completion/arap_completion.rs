@@ -151,7 +151,7 @@ impl ArapCompletion {
         let Aligned { vertices, unoriented } = self.components.align(from, &visible.points, &visible.weights);
         let mut rotations = vec![DQuat::IDENTITY; vertices.len()];
         let mut here = Shape::at(vertices);
-        self.evaluate(&mut here, Rotations::BestFrom(&mut rotations), &visible);
+        self.evaluate(&mut here, Rotations::First(&mut rotations), &visible);
         let mut there = Shape::at(here.vertices.clone());
         let initial_energy = here.energy;
         let mut step = vec![DVec3::ZERO; rotations.len()];

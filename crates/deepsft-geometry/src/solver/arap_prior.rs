@@ -49,6 +49,8 @@ pub(crate) struct CellEnergy {
 pub(crate) enum Rotations<'a> {
     /// The best, searched from the cell before.
     Best,
+    /// The best, searched from the cell before, and left here, one a vertex.
+    First(&'a mut [DQuat]),
     /// The best, searched from these, one a vertex, which are left with them.
     BestFrom(&'a mut [DQuat]),
     /// These.
@@ -167,6 +169,10 @@ impl ArapPrior {
             }
             rotation = match &mut rotations {
                 Rotations::Best => self.rotation(i, weights, edges, rest, rotation),
+                Rotations::First(found) => {
+                    found[i] = self.rotation(i, weights, edges, rest, rotation);
+                    found[i]
+                }
                 Rotations::BestFrom(guesses) => {
                     guesses[i] = self.rotation(i, weights, edges, rest, guesses[i]);
                     guesses[i]
