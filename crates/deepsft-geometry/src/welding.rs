@@ -125,9 +125,10 @@ mod tests {
 
     /// A square of 2 x 2 cells, cut along its middle when `cut`, at height z.
     fn square(z: f64, cut: bool) -> TriangleMesh {
-        let halves = if cut { vec![0..2, 1..3] } else { vec![0..3] };
+        let halves = if cut { vec![(0, 2), (1, 3)] } else { vec![(0, 3)] };
         let (mut vertices, mut faces) = (vec![], vec![]);
-        for columns in halves {
+        for (first, end) in halves {
+            let columns = first..end;
             let (start, width) = (vertices.len(), columns.len());
             for row in 0..3 {
                 vertices.extend(

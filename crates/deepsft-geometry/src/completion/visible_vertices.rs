@@ -193,7 +193,8 @@ impl PixelTriangle {
         let weights = [1.0 - second - third, second, third];
         let score = weights.into_iter().fold(f64::INFINITY, f64::min);
         // Infinite and NaN where the triangle has no area.
-        if !(score >= -EXTRAPOLATION && weights.iter().all(|w| w.is_finite())) || !self.is_isometric(vertex.metric) {
+        let encloses = score >= -EXTRAPOLATION && weights.iter().all(|w| w.is_finite());
+        if !encloses || !self.is_isometric(vertex.metric) {
             return None;
         }
         let [p, q, r] = self.p_camera;
