@@ -14,7 +14,6 @@ pub(super) struct Stiffness {
     laplacian: Vec<f64>,
     /// With the holds of the last factorisation.
     held: Vec<f64>,
-    columns: Vec<f64>,
 }
 
 impl Stiffness {
@@ -35,7 +34,6 @@ impl Stiffness {
             cholesky: SparseCholesky::new(starts, rows)?,
             held: laplacian.clone(),
             laplacian,
-            columns: vec![0.0; 3 * n],
         })
     }
 
@@ -64,17 +62,6 @@ impl Stiffness {
 
     /// Solves for three coordinates with the last factorisation.
     pub(super) fn solve(&mut self, right_hand_side: &[DVec3], solution: &mut [DVec3]) {
-        let n = right_hand_side.len();
-        let (x, rest) = self.columns.split_at_mut(n);
-        let (y, z) = rest.split_at_mut(n);
-        for (((x, y), z), r) in x.iter_mut().zip(y).zip(z).zip(right_hand_side) {
-            (*x, *y, *z) = (r.x, r.y, r.z);
-        }
-        self.cholesky.solve(&mut self.columns);
-        let (x, rest) = self.columns.split_at(n);
-        let (y, z) = rest.split_at(n);
-        for (((x, y), z), s) in x.iter().zip(y).zip(z).zip(solution) {
-            *s = DVec3::new(*x, *y, *z);
-        }
+        self.cholesky.solve_points(right_hand_side, solution);
     }
 }
