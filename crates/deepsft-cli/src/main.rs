@@ -55,6 +55,9 @@ enum Command {
     Reconstruct(commands::reconstruct::ReconstructArguments),
     /// Measure how fast this machine synthesises, trains and estimates.
     Bench(commands::bench::BenchArguments),
+    /// Measure ARAP completion: how well hidden parts are recovered, how fast.
+    #[command(subcommand)]
+    Completion(commands::completion::CompletionCommand),
     /// Look after model bundles.
     #[command(subcommand)]
     Bundle(commands::bundle::BundleCommand),
@@ -69,6 +72,7 @@ fn main() -> ExitCode {
         Command::Eval(arguments) => commands::eval::run(&arguments),
         Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
         Command::Bench(arguments) => commands::bench::run(&arguments),
+        Command::Completion(command) => commands::completion::run(&command),
         Command::Bundle(command) => commands::bundle::run(&command),
     };
     match result {

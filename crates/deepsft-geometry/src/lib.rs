@@ -29,20 +29,27 @@ mod photometric;
 pub mod physics;
 mod picture;
 pub mod raster;
+mod refinement;
 mod rigid_alignment;
 mod rotation;
 pub mod solver;
 mod template;
 pub mod tracking;
+mod welding;
 
 pub use camera::{Camera, PAPER_CAMERAS};
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
-pub use completion::{ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport};
+pub use completion::{
+    ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
+    VisibleVertices,
+};
 pub use error::GeometryError;
 pub use glam;
 pub use maps::{Maps, OUTSIDE};
 pub use mesh::TriangleMesh;
 pub use photometric::{draw_template, photometric_error};
 pub use picture::Picture;
+pub use refinement::{RefinedMesh, Refinement};
 pub use rigid_alignment::RigidMotion;
 pub use template::Template;
+pub use welding::Welding;

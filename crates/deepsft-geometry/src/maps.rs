@@ -84,6 +84,20 @@ impl Maps {
         self.set(pixel, OUTSIDE, [OUTSIDE; 2]);
     }
 
+    /// These maps in the mask of `seen`, maps of the same size: what they show outside it is cleared, and what they lack
+    /// inside it is that of `seen`. A mesh is drawn whole, `seen` knows what lies in front of it.
+    #[must_use]
+    pub fn within(mut self, seen: &Self) -> Self {
+        for pixel in 0..self.depth.len().min(seen.depth.len()) {
+            match (seen.inside(pixel), self.inside(pixel)) {
+                (true, false) => self.set(pixel, seen.depth[pixel], seen.registration[pixel]),
+                (false, true) => self.clear(pixel),
+                _ => {}
+            }
+        }
+        self
+    }
+
     /// Whether the object is seen at row-major index `pixel`: depth above -1.
     pub fn inside(&self, pixel: usize) -> bool {
         self.depth[pixel] > OUTSIDE

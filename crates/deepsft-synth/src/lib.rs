@@ -21,6 +21,7 @@ mod hand;
 mod isometry;
 mod noise;
 mod occluder;
+mod partial_view;
 mod photometry;
 mod pose;
 mod poster;
@@ -32,6 +33,7 @@ mod shape;
 mod sheet;
 mod synthesizer;
 mod texture;
+mod volumic;
 
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use config::{EffectsConfig, LightingConfig, SynthConfig};
@@ -39,6 +41,7 @@ pub use dataset::{DatasetDescription, SampleRecord, ShardReader, write_shard};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use error::SynthError;
 pub use isometry::{EdgeLengthChange, edge_length_change};
+pub use partial_view::PartialView;
 pub use pose::{PoseConfig, sample_pose, share_in_view};
 pub use poster::{
     POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
@@ -46,3 +49,4 @@ pub use poster::{
 };
 pub use scene::Scene;
 pub use synthesizer::{Sample, Synthesizer};
+pub use volumic::{RodBend, capsule};

@@ -4,8 +4,7 @@ use crate::TrainError;
 use burn::tensor::Device;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
-use deepsft_geometry::physics::PhysicsRefinement;
-use deepsft_geometry::{Template, photometric_error};
+use deepsft_geometry::{Refinement, Template, photometric_error};
 use deepsft_synth::{Sample, Synthesizer};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -74,14 +73,14 @@ pub struct EvaluationSummary {
 }
 
 impl Evaluation {
-    /// Evaluates `estimator` on `samples`, with physics refinement of the frames in which the template was found if
+    /// Evaluates `estimator` on `samples`, refining the frames in which the template was found if
     /// there is a `refinement`, calling `each` after every frame.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
     pub fn run(
         estimator: &Estimator,
-        mut refinement: Option<&mut PhysicsRefinement>,
+        mut refinement: Option<&mut Refinement>,
         template: &Template,
         samples: impl IntoIterator<Item = Sample>,
         mut each: impl FnMut(&Sample, &Estimate, &FrameResult),
@@ -93,7 +92,7 @@ impl Evaluation {
                 && estimate.judgement.found
             {
                 let camera = estimator.canonical_camera();
-                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps, None);
+                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
                 if let Some(refined) = refined.map_err(DeepSftError::from)? {
                     estimate.maps = refined.maps;
                 }

@@ -1,6 +1,8 @@
-//! `cargo xtask bench`: every throughput and size in one run, beside ONNX Runtime with the same weights.
+//! `cargo xtask bench`: every throughput and size in one run, beside ONNX Runtime with the same weights; ARAP completion
+//! beside libigl with `--only completion`.
 
 mod browser;
+mod completion;
 mod download;
 mod rivals;
 
@@ -25,8 +27,10 @@ pub struct Options {
     pub build: bool,
     /// Whether to measure in the browser too.
     pub browser: bool,
-    /// Whether to install ONNX Runtime and measure it too.
+    /// Whether to install ONNX Runtime (for completion libigl) and measure it too.
     pub rivals: bool,
+    /// Measure ARAP completion beside libigl, and nothing else.
+    pub only_completion: bool,
     /// Frames for each median.
     pub runs: u32,
 }
@@ -39,6 +43,7 @@ impl Default for Options {
             build: true,
             browser: true,
             rivals: true,
+            only_completion: false,
             runs: 21,
         }
     }
@@ -64,7 +69,11 @@ impl Options {
                 }
                 "--no-build" => options.build = false,
                 "--no-browser" => options.browser = false,
-                "--no-onnxruntime" => options.rivals = false,
+                "--no-onnxruntime" | "--no-libigl" => options.rivals = false,
+                "--only" => match value()?.as_str() {
+                    "completion" => options.only_completion = true,
+                    other => anyhow::bail!("--only {other}: there is only `completion`"),
+                },
                 other => anyhow::bail!("cargo xtask bench does not know {other:?}"),
             }
         }
@@ -81,6 +90,9 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     let target_folder = tools::target_folder(root)?;
     let folder = target_folder.join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    if options.only_completion {
+        return completion::run(root, &target_folder, &folder, options);
+    }
     let model = root.join(&options.model);
     let model = model
         .canonicalize()
@@ -90,8 +102,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         tools::ensure_node_packages(root, &manifest.tools)?;
     }
     if options.build {
-        let build = ["build", "--release", "--package", "deepsft-cli"];
-        tools::run(tools::cargo(root).args(build))?;
+        build_program(root)?;
         if options.browser {
             web::build(root)?;
         }
@@ -102,11 +113,8 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         None
     };
 
-    let program = target_folder
-        .join("release")
-        .join(format!("deepsft{}", env::consts::EXE_SUFFIX));
     let deepsft = || {
-        let mut command = Command::new(&program);
+        let mut command = program(&target_folder);
         command.arg("bench").arg("--model").arg(&model);
         command
     };
@@ -186,6 +194,17 @@ fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
     Ok(())
 }
 
+/// Builds the program `deepsft`.
+fn build_program(root: &Path) -> Result<()> {
+    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-cli"]))
+}
+
+/// The program `deepsft` as it was built.
+fn program(target_folder: &Path) -> Command {
+    let name = format!("deepsft{}", env::consts::EXE_SUFFIX);
+    Command::new(target_folder.join("release").join(name))
+}
+
 /// How far ONNX Runtime's answer is from ours.
 fn print_agreement(agreement: &Value) -> Result<()> {
     let figure = |pointer: &str| {
@@ -230,6 +249,7 @@ mod tests {
             ("--model", "--model"),
             ("--runs many", "many"),
             ("--runs 0", "0"),
+            ("--only synthesis", "synthesis"),
         ] {
             let error = format!("{:#}", parse(line).unwrap_err());
             assert!(error.contains(named), "{line}: {error}");
@@ -237,10 +257,20 @@ mod tests {
     }
 
     #[test]
+    fn completion_can_be_measured_alone_with_and_without_libigl() {
+        let options = parse("--only completion --no-libigl").unwrap();
+        assert!(options.only_completion && !options.rivals);
+        assert!(parse("--only completion").unwrap().rivals);
+        let root = crate::workspace_root().unwrap();
+        let pinned = rivals::pinned_python(&root, completion::REQUIREMENTS, "libigl").unwrap();
+        assert!(pinned.starts_with(char::is_numeric), "{pinned}");
+    }
+
+    #[test]
     fn both_onnx_runtimes_are_of_one_version() {
         let root = crate::workspace_root().unwrap();
         assert_eq!(
-            rivals::pinned_python(&root, "onnxruntime").unwrap(),
+            rivals::pinned_python(&root, rivals::REQUIREMENTS, "onnxruntime").unwrap(),
             rivals::pinned_npm(&root, "onnxruntime-web").unwrap()
         );
     }

@@ -2,10 +2,10 @@
 
 mod export;
 mod frame;
-mod machine;
+pub mod machine;
 mod physics;
 mod throughput;
-mod turns;
+pub mod turns;
 
 use crate::failure::usage;
 use crate::input;

@@ -53,7 +53,8 @@ pub struct EvalArguments {
     /// Measure on a data set as `deepsft synth` writes
     #[arg(long, value_name = "DIR")]
     dataset: Option<PathBuf>,
-    /// Physics refinement: fit the template's mesh to the image, starting from the network's maps
+    /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
+    /// network sees by what is hidden (arap)
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
     refine: Refine,
     /// Write the figures to this file

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod bundle;
+pub mod completion;
 pub mod eval;
 pub mod poster;
 pub mod reconstruct;

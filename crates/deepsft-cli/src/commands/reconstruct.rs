@@ -7,8 +7,7 @@ use crate::{input, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::physics::PhysicsRefinement;
-use deepsft_geometry::{Camera, Maps, Picture, TriangleMesh, photometric_error};
+use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -29,7 +28,7 @@ Writes for each image DIR/<name of the image>/ with
   mask.npy          bool [270, 480]: where the object is seen
   sheet.png         input, a checkerboard laid on the object, depth, difference to the template
   mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
-  whole-mesh.glb    with --refine physics: the whole object, hidden parts included
+  whole-mesh.glb    with --refine physics or arap: the whole object, hidden parts included
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the image is
@@ -51,7 +50,8 @@ pub struct ReconstructArguments {
     /// Folder to write; results of the same images there are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Physics refinement: fit the template's mesh to the image, starting from the network's maps
+    /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
+    /// network sees by what is hidden (arap)
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
     refine: Refine,
     /// What computes: cpu, vulkan or webgpu (the last two if the program was built with them)
@@ -72,7 +72,7 @@ struct Report {
     confidence: f32,
     /// Share of the canonical image that the object covers.
     mask_area: f32,
-    /// Whether the maps are those of a mesh fitted to the image; absent when none was asked for. False when the
+    /// Whether the maps are those of a fitted mesh; absent when none was asked for. False when the
     /// network's own maps explained the image better or there was too little to fit a mesh to.
     #[serde(skip_serializing_if = "Option::is_none")]
     refined: Option<bool>,
@@ -157,7 +157,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// A model ready to be used on one image after the other.
 struct Model {
-    refinement: Option<PhysicsRefinement>,
+    refinement: Option<Refinement>,
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
@@ -180,7 +180,7 @@ impl Model {
         let mut whole = None;
         if let Some(refinement) = self.refinement.as_mut().filter(|_| judgement.found) {
             let camera = self.estimator.canonical_camera();
-            let fitted = stages.time("refinement", || refinement.refine(&canonical, camera, &maps, None))?;
+            let fitted = stages.time("refinement", || refinement.refine(&canonical, camera, &maps))?;
             if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
                 refined = Some(true);
                 maps = fitted.maps;

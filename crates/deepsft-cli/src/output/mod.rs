@@ -3,7 +3,7 @@
 
 pub mod atomic;
 mod canvas;
-mod color_map;
+pub mod color_map;
 pub mod curve_plot;
 pub mod glb;
 pub mod model_card;

@@ -182,11 +182,31 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     assert_eq!(fs::read(results.join("mesh.glb")).unwrap()[..4], *b"glTF");
     assert!(report["refined"].is_null());
 
-    // An untrained network finds nothing that physics could refine, and the report says so.
-    deepsft(folder.path(), &[&arguments[..], &["--refine", "physics"]].concat()).succeeds();
-    let report = json(&results.join("report.json"));
-    assert_eq!(report["refined"].as_bool(), Some(false));
-    assert!(!results.join("whole-mesh.glb").exists());
+    // An untrained network finds nothing that could be refined, and the report says so.
+    for how in ["physics", "arap"] {
+        deepsft(folder.path(), &[&arguments[..], &["--refine", how]].concat()).succeeds();
+        let report = json(&results.join("report.json"));
+        assert_eq!(report["refined"].as_bool(), Some(false), "{how}");
+        assert!(!results.join("whole-mesh.glb").exists());
+    }
+}
+
+#[test]
+fn completion_is_measured_and_its_worst_frames_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["completion", "accuracy", "--frames", "12", "--seed", "3"];
+    let files = ["--json", "completion.json", "--sheet", "completion.png"];
+    let run = deepsft(folder.path(), &[&arguments[..], &files[..]].concat());
+    assert!(run.succeeds().stdout.contains("poster") && run.stdout.contains("closed"));
+    let report = json(&folder.path().join("completion.json"));
+    for object in 0..2 {
+        let object = &report["objects"][object];
+        assert_eq!(object["per_frame"].as_array().unwrap().len(), 12);
+        let figure = |name: &str| object["all"][name].as_f64().unwrap();
+        assert!(figure("arap_mm") > 0.0 && figure("arap_mm") < figure("rigid_mm"));
+    }
+    let sheet = deepsft::decode_picture(&fs::read(folder.path().join("completion.png")).unwrap()).unwrap();
+    assert!(sheet.width() > 5 * 240 && sheet.height() > 12 * 135);
 }
 
 #[test]

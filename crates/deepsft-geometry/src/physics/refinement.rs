@@ -320,13 +320,7 @@ impl PhysicsRefinement {
         let accepted = photometric_cost[1] < photometric_cost[0];
         if accepted {
             // The mask is the network's: it sees what lies in front. Where the mesh ends before it, its own values stay.
-            for pixel in 0..maps.depth().len() {
-                match (maps.inside(pixel), refined.inside(pixel)) {
-                    (true, false) => refined.set(pixel, maps.depth()[pixel], maps.registration()[pixel]),
-                    (false, true) => refined.clear(pixel),
-                    _ => {}
-                }
-            }
+            refined = refined.within(maps);
         } else {
             refined = maps.clone();
         }

@@ -30,6 +30,10 @@ pub(crate) struct ArapPrior {
     rest: Vec<DVec3>,
     /// d_i.
     degrees: Vec<f64>,
+    /// Sum of w_ij q_ij over j.
+    rest_sums: Vec<DVec3>,
+    /// Most neighbours of a vertex.
+    most_neighbours: usize,
     pub(crate) arap: f64,
     pub(crate) smoothness: f64,
 }
@@ -45,6 +49,8 @@ pub(crate) struct CellEnergy {
 pub(crate) enum Rotations<'a> {
     /// The best, searched from the cell before.
     Best,
+    /// The best, searched from the cell before, and left here, one a vertex.
+    First(&'a mut [DQuat]),
     /// The best, searched from these, one a vertex, which are left with them.
     BestFrom(&'a mut [DQuat]),
     /// These.
@@ -77,15 +83,26 @@ impl ArapPrior {
         for i in 0..v.len() {
             starts[i + 1] += starts[i];
         }
-        let degrees = (0..v.len())
-            .map(|i| weights[starts[i]..starts[i + 1]].iter().sum())
+        let cells = || starts.windows(2).map(|cell| cell[0]..cell[1]);
+        let degrees = cells().map(|cell| weights[cell].iter().sum()).collect();
+        let rest_sums = cells()
+            .map(|cell| {
+                weights[cell.clone()]
+                    .iter()
+                    .zip(&rest[cell])
+                    .map(|(w, q)| *w * *q)
+                    .sum()
+            })
             .collect();
+        let most_neighbours = cells().map(|cell| cell.len()).max().unwrap_or(0);
         Self {
+            degrees,
+            rest_sums,
+            most_neighbours,
             starts,
             neighbours,
             weights,
             rest,
-            degrees,
             arap,
             smoothness,
         }
@@ -102,26 +119,30 @@ impl ArapPrior {
         edges.map(|k| (self.neighbours[k], self.weights[k]))
     }
 
+    /// Neighbours of a vertex, the weights of the edges to them, and the rest edges q_ij.
+    pub(crate) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+        let edges = self.starts[i]..self.starts[i + 1];
+        edges.map(|k| (self.neighbours[k], self.weights[k], self.rest[k]))
+    }
+
     /// d_i: the sum of a vertex's weights.
     pub(crate) fn degree(&self, i: usize) -> f64 {
         self.degrees[i]
     }
 
-    /// The best rotation of cell `i`, searched from `guess`.
-    fn rotation(&self, i: usize, vertices: &[DVec3], guess: DQuat) -> DQuat {
+    /// The best rotation of cell `i` with deformed edges `edges`, searched from `guess`.
+    fn rotation(&self, i: usize, weights: &[f64], edges: &[DVec3], rest: &[DVec3], guess: DQuat) -> DQuat {
         let mut covariance = DMat3::ZERO;
-        let (mut rest_sum, mut edge_sum) = (DVec3::ZERO, DVec3::ZERO);
-        for k in self.starts[i]..self.starts[i + 1] {
-            let (q, weight) = (self.rest[k], self.weights[k]);
-            let e = weight * (vertices[i] - vertices[self.neighbours[k]]);
+        let mut edge_sum = DVec3::ZERO;
+        for ((q, weight), edge) in rest.iter().zip(weights).zip(edges) {
+            let e = *weight * *edge;
             covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
-            rest_sum += weight * q;
             edge_sum += e;
         }
         covariance *= self.arap;
         if self.smoothness > 0.0 && self.degrees[i] > 0.0 {
-            let e = edge_sum * (self.smoothness / self.degrees[i]);
-            covariance += DMat3::from_cols(e * rest_sum.x, e * rest_sum.y, e * rest_sum.z);
+            let (e, q) = (edge_sum * (self.smoothness / self.degrees[i]), self.rest_sums[i]);
+            covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
         }
         nearest_rotation(covariance, guess)
     }
@@ -135,30 +156,40 @@ impl ArapPrior {
         mut visit: impl FnMut(usize, &[DVec3], DVec3),
     ) -> CellEnergy {
         let mut energy = CellEnergy::default();
-        let mut residuals = Vec::new();
+        let mut buffer = vec![DVec3::ZERO; self.most_neighbours];
         let mut rotation = DQuat::IDENTITY;
-        for i in 0..self.vertices() {
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let cell = self.starts[i]..self.starts[i + 1];
+            let (neighbours, weights) = (&self.neighbours[cell.clone()], &self.weights[cell.clone()]);
+            let rest = &self.rest[cell];
+            // First the edges e_ij, then what the rotation leaves of them.
+            let edges = &mut buffer[..neighbours.len()];
+            for (edge, &j) in edges.iter_mut().zip(neighbours) {
+                *edge = vertex - vertices[j];
+            }
             rotation = match &mut rotations {
-                Rotations::Best => self.rotation(i, vertices, rotation),
+                Rotations::Best => self.rotation(i, weights, edges, rest, rotation),
+                Rotations::First(found) => {
+                    found[i] = self.rotation(i, weights, edges, rest, rotation);
+                    found[i]
+                }
                 Rotations::BestFrom(guesses) => {
-                    guesses[i] = self.rotation(i, vertices, guesses[i]);
+                    guesses[i] = self.rotation(i, weights, edges, rest, guesses[i]);
                     guesses[i]
                 }
                 Rotations::Held(held) => held[i],
             };
             let matrix = DMat3::from_quat(rotation);
-            residuals.clear();
             let mut sum = DVec3::ZERO;
-            for k in self.starts[i]..self.starts[i + 1] {
-                let residual = vertices[i] - vertices[self.neighbours[k]] - matrix * self.rest[k];
-                energy.arap += self.weights[k] * residual.length_squared();
-                sum += self.weights[k] * residual;
-                residuals.push(residual);
+            for ((edge, q), &weight) in edges.iter_mut().zip(rest).zip(weights) {
+                *edge -= matrix * *q;
+                energy.arap += weight * edge.length_squared();
+                sum += weight * *edge;
             }
             if self.degrees[i] > 0.0 {
                 energy.smoothness += sum.length_squared() / self.degrees[i];
             }
-            visit(i, &residuals, sum);
+            visit(i, edges, sum);
         }
         energy
     }
@@ -176,11 +207,13 @@ impl ArapPrior {
             } else {
                 DVec3::ZERO
             };
+            let mut pulls = DVec3::ZERO;
             for ((j, weight), residual) in self.neighbours(i).zip(residuals) {
                 let pull = weight * (self.arap * *residual + mean);
-                gradient[i] += pull;
+                pulls += pull;
                 gradient[j] -= pull;
             }
+            gradient[i] += pulls;
         })
     }
 }

@@ -14,7 +14,7 @@ use std::{
 const PYTHON_NAMES: [&str; 2] = ["python3", "python"];
 
 /// The pinned versions: of Python's packages, and of npm's.
-const REQUIREMENTS: &str = "requirements.txt";
+pub const REQUIREMENTS: &str = "requirements.txt";
 const PACKAGE: &str = "package.json";
 
 /// The installed programs.
@@ -30,7 +30,7 @@ pub struct Rivals {
 }
 
 /// The folder of the scripts and pinned versions.
-fn scripts(root: &Path) -> PathBuf {
+pub fn scripts(root: &Path) -> PathBuf {
     root.join("crates/xtask/bench")
 }
 
@@ -42,7 +42,7 @@ impl Rivals {
     pub fn install(root: &Path, folder: &Path, with_browser: bool) -> Result<Self> {
         let scripts = scripts(root);
         let without = "ONNX Runtime cannot be installed; `cargo xtask bench --no-onnxruntime` measures without it";
-        let python = install_python(&scripts, &folder.join("python")).context(without)?;
+        let python = install_python(&scripts, REQUIREMENTS, &folder.join("python")).context(without)?;
         let web = if with_browser {
             Some(install_web(&scripts, &folder.join("npm")).context(without)?)
         } else {
@@ -95,9 +95,12 @@ impl Rivals {
     }
 }
 
-/// A virtual environment with the packages of `requirements.txt`; its Python.
-fn install_python(scripts: &Path, folder: &Path) -> Result<PathBuf> {
-    let wanted = scripts.join(REQUIREMENTS);
+/// A virtual environment in `folder` with the packages that the file `requirements` pins; its Python.
+///
+/// # Errors
+/// When there is no Python or a package cannot be had.
+pub fn install_python(scripts: &Path, requirements: &str, folder: &Path) -> Result<PathBuf> {
+    let wanted = scripts.join(requirements);
     let python = folder.join(if cfg!(windows) {
         "Scripts/python.exe"
     } else {
@@ -178,17 +181,17 @@ pub fn printed_by(command: &mut Command) -> Result<String> {
     String::from_utf8(output.stdout).context("reading what it printed")
 }
 
-/// The version that `requirements.txt` pins a package to.
+/// The version that a file of requirements pins a package to.
 ///
 /// # Errors
 /// When it pins none.
 #[cfg(test)]
-pub fn pinned_python(root: &Path, package: &str) -> Result<String> {
-    let text = fs::read_to_string(scripts(root).join(REQUIREMENTS))?;
+pub fn pinned_python(root: &Path, requirements: &str, package: &str) -> Result<String> {
+    let text = fs::read_to_string(scripts(root).join(requirements))?;
     let mut pins = text.lines().filter_map(|line| line.split_once("=="));
     let pin = pins.find(|(name, _)| *name == package);
     pin.map(|(_, version)| version.to_owned())
-        .with_context(|| format!("no {package} in {REQUIREMENTS}"))
+        .with_context(|| format!("no {package} in {requirements}"))
 }
 
 /// The version that `package.json` pins a package to.

@@ -191,14 +191,15 @@ impl Times {
 }
 
 /// A process that answers lines with lines. It ends when this is dropped and its input with it.
-struct Process {
+pub struct Process {
     child: Child,
     questions: Option<ChildStdin>,
     answers: BufReader<ChildStdout>,
 }
 
 impl Process {
-    fn start(command: &mut Command, threads: usize) -> Result<Self> {
+    /// Starts it and tells it the number of threads.
+    pub fn start(command: &mut Command, threads: usize) -> Result<Self> {
         let threads = threads.to_string();
         command
             .env("RAYON_NUM_THREADS", &threads)
@@ -219,7 +220,8 @@ impl Process {
         })
     }
 
-    fn ask(&mut self, question: &str) -> Result<String> {
+    /// Its answer to a line.
+    pub fn ask(&mut self, question: &str) -> Result<String> {
         thread::sleep(REST);
         let questions = self.questions.as_mut().context("the process was told to end")?;
         writeln!(questions, "{question}")?;

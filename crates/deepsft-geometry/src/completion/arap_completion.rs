@@ -1,0 +1,292 @@
+//! The completion of one frame.
+
+use super::components::{Aligned, Components, Holds};
+use super::quasi_newton::{QuasiNewton, dot};
+use super::rotation_extension::extended_rotations;
+use super::stiffness::Stiffness;
+use super::{Completion, CompletionEnergy, CompletionOptions, CompletionReport};
+use crate::solver::arap_prior::{ArapPrior, CellEnergy, Rotations};
+use crate::solver::checked::{check_scale, check_weight, vertex_in};
+use crate::solver::{LengthScale, VertexPoint};
+use crate::{GeometryError, TriangleMesh, Welding};
+use glam::{DQuat, DVec3};
+
+/// Halvings of a step that does not lower the energy before the search is given up.
+const HALVINGS: usize = 12;
+
+/// Share of the linear decrease that a step must reach (Armijo's rule; the usual 1e-4).
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// ARAP shape completion, the paper's section of that name: the mesh that minimises
+/// E = E_data + 20 E_arap + 0.005 E_smooth, where E_data ties visible vertices to their 3D points. It
+/// recovers what is hidden; it does not improve what is seen.
+///
+/// The three coordinates share one n x n matrix, whose symbolic factorisation is done once a template and
+/// holds for every set of visible vertices. Each frame is one numeric factorisation, then local
+/// rotations and a solve an iteration (Sorkine and Alexa 2007), the steps sharpened by L-BFGS on
+/// that matrix (Liu et al. 2017, *Quasi-Newton Methods for Real-Time Simulation of Hyperelastic
+/// Materials*), so that far hidden parts arrive within the iterations the paper allows. The energy never
+/// rises. Lengths may be in any unit; the result is the same.
+///
+/// Starts from the rigid alignment of the rest shape, or of the last frame's mesh, with the
+/// visible points, component by component; without a last frame the rotations of the visible part are then
+/// extended into the hidden one. What the points leave open is taken from elsewhere and
+/// reported:
+///
+/// * one visible vertex: the shape moves there without turning; with several on one line it turns
+///   as little as it can;
+/// * a component without a visible vertex follows the rigid motion of all visible vertices;
+/// * faces without area hold their vertices together weakly; points that are not finite are as if hidden.
+///
+/// Texture seams do not tear: the vertices of a seam that stand in the mesh once for each chart are
+/// solved as one ([`Welding`]).
+///
+/// ```
+/// use deepsft_geometry::solver::VertexPoint;
+/// use deepsft_geometry::{ArapCompletion, CompletionOptions, Picture, Template, glam::DVec3};
+/// let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
+/// let mesh = template.mesh();
+/// let mut completion = ArapCompletion::new(mesh, CompletionOptions::default())?;
+/// // The left half is seen.
+/// let seen = |(vertex, p): (usize, &DVec3)| VertexPoint { vertex, p_camera: *p + 500.0 * DVec3::Z, weight: 1.0 };
+/// let points: Vec<_> = mesh.vertices().iter().enumerate().map(seen).filter(|p| p.p_camera.x < 0.0).collect();
+/// let whole = completion.complete(&points, None)?;
+/// assert!(whole.report.converged);
+/// assert!(whole.vertices.iter().all(|p| (p.z - 500.0).abs() < 1e-6));
+/// # Ok::<(), deepsft_geometry::GeometryError>(())
+/// ```
+#[derive(Debug)]
+pub struct ArapCompletion {
+    welding: Welding,
+    prior: ArapPrior,
+    components: Components,
+    matrix: Stiffness,
+    quasi_newton: QuasiNewton,
+    scale: LengthScale,
+    options: CompletionOptions,
+}
+
+/// Visible welded vertices of one frame: weight (0 when hidden) and weighted mean point of each vertex.
+pub(super) struct Visible {
+    pub(super) weights: Vec<f64>,
+    pub(super) points: Vec<DVec3>,
+    ignored: usize,
+}
+
+/// A shape with its energies, the weighted sum of them, and half the gradient of that sum.
+struct Shape {
+    vertices: Vec<DVec3>,
+    gradient: Vec<DVec3>,
+    energy: CompletionEnergy,
+    total: f64,
+}
+
+impl Shape {
+    fn at(vertices: Vec<DVec3>) -> Self {
+        Self {
+            gradient: vec![DVec3::ZERO; vertices.len()],
+            vertices,
+            energy: CompletionEnergy::default(),
+            total: 0.0,
+        }
+    }
+
+    /// Moves to `share` of `step` away from `from`; the energies are those of the old place until evaluated.
+    fn move_to(&mut self, from: &Self, share: f64, step: &[DVec3]) {
+        for ((to, from), step) in self.vertices.iter_mut().zip(&from.vertices).zip(step) {
+            *to = *from + share * *step;
+        }
+    }
+}
+
+impl ArapCompletion {
+    /// Prepares for `template`, the rest shape.
+    ///
+    /// # Errors
+    /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length,
+    /// [`GeometryError::Weight`] for an ARAP weight that is not positive or a smoothness weight that is
+    /// negative.
+    pub fn new(template: &TriangleMesh, options: CompletionOptions) -> Result<Self, GeometryError> {
+        check_scale("arap", options.arap_weight)?;
+        check_weight("smoothness", options.smoothness_weight)?;
+        let scale = LengthScale::of(template)?;
+        let welding = Welding::of(template)?;
+        let prior = ArapPrior::new(welding.mesh(), options.arap_weight, options.smoothness_weight);
+        // E_smooth is at most E_arap, so this matrix bounds the Hessian of both from above.
+        let matrix = Stiffness::new(&prior, 2.0 * (options.arap_weight + options.smoothness_weight))?;
+        Ok(Self {
+            welding,
+            components: Components::of(&prior),
+            prior,
+            matrix,
+            quasi_newton: QuasiNewton::default(),
+            scale,
+            options,
+        })
+    }
+
+    /// Changes the limit of iterations, the completion's budget of time, for the frames to come.
+    pub fn set_max_iterations(&mut self, max_iterations: usize) {
+        self.options.max_iterations = max_iterations;
+    }
+
+    /// Numbers in the factorised matrix: what the memory of a completion grows with.
+    pub fn factor_entries(&self) -> usize {
+        self.matrix.factor_entries()
+    }
+
+    /// Completes the mesh from the `points` of one frame, in any order; several on one vertex, or on the copies of
+    /// one vertex on a seam, are averaged. `start` is the last frame's mesh, if there is one: its shape is
+    /// aligned to the new points.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoVisibleVertex`] when no point is finite and of positive weight: nothing says where
+    /// the object is. [`GeometryError::VertexIndex`], [`GeometryError::Weight`] for points that cannot be,
+    /// [`GeometryError::StartLength`], [`GeometryError::VertexNotFinite`] for such a start,
+    /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
+    pub fn complete(&mut self, points: &[VertexPoint], start: Option<&[DVec3]>) -> Result<Completion, GeometryError> {
+        let visible = self.visible(points)?;
+        let from = self.checked_start(start)?;
+        let from = from.as_deref().unwrap_or(self.welding.mesh().vertices());
+        let Aligned { vertices, unoriented } = self.components.align(from, &visible.points, &visible.weights);
+        let mut rotations = vec![DQuat::IDENTITY; vertices.len()];
+        let mut here = Shape::at(vertices);
+        self.evaluate(&mut here, Rotations::First(&mut rotations), &visible);
+        let mut there = Shape::at(here.vertices.clone());
+        let initial_energy = here.energy;
+        let mut step = vec![DVec3::ZERO; rotations.len()];
+        self.quasi_newton.clear();
+
+        let extended = match start {
+            Some(_) => None,
+            None => {
+                let (prior, matrix) = (&self.prior, &mut self.matrix);
+                let extended = extended_rotations(prior, matrix, &self.components, &visible, &rotations)?;
+                Some(extended)
+            }
+        };
+        let Holds { of_vertex, loose } = self.components.tie(visible.weights.clone(), self.options.arap_weight);
+        self.matrix.factorize(&of_vertex)?;
+        if let Some(mut extended) = extended {
+            // With the rotations held the energy is quadratic: one step leads to its minimum.
+            self.evaluate(&mut there, Rotations::Held(&extended), &visible);
+            self.quasi_newton
+                .direction(&mut self.matrix, &there.gradient, &mut step);
+            there.move_to(&here, 1.0, &step);
+            self.evaluate(&mut there, Rotations::BestFrom(&mut extended), &visible);
+            if there.total < here.total {
+                std::mem::swap(&mut here, &mut there);
+                rotations = extended;
+            }
+        }
+
+        let tolerance = self.options.step_tolerance * self.scale.get();
+        let (mut converged, mut iterations) = (false, 0);
+        while !converged && iterations < self.options.max_iterations {
+            iterations += 1;
+            self.quasi_newton.direction(&mut self.matrix, &here.gradient, &mut step);
+            // The gradient is half that of the energy.
+            let slope = 2.0 * dot(&step, &here.gradient);
+            let longest = longest(&step);
+            let (mut share, mut lower) = (1.0, false);
+            for _ in 0..HALVINGS {
+                there.move_to(&here, share, &step);
+                self.evaluate(&mut there, Rotations::BestFrom(&mut rotations), &visible);
+                lower = there.total <= here.total + SUFFICIENT_DECREASE * share * slope;
+                if lower || share * longest <= tolerance {
+                    break;
+                }
+                share *= 0.5;
+            }
+            converged = share * longest <= tolerance;
+            if !lower {
+                break;
+            }
+            self.quasi_newton
+                .remember(&step, share, &here.gradient, &there.gradient);
+            std::mem::swap(&mut here, &mut there);
+        }
+        let report = CompletionReport {
+            converged,
+            iterations,
+            visible_vertices: visible.weights.iter().filter(|&&w| w > 0.0).count(),
+            ignored_points: visible.ignored,
+            components: self.components.count(),
+            unseen_components: loose,
+            unoriented_components: unoriented,
+            initial_energy,
+            final_energy: here.energy,
+        };
+        Ok(Completion {
+            vertices: self.welding.split(&here.vertices),
+            report,
+        })
+    }
+
+    fn visible(&self, points: &[VertexPoint]) -> Result<Visible, GeometryError> {
+        let n = self.prior.vertices();
+        let mut visible = Visible {
+            weights: vec![0.0; n],
+            points: vec![DVec3::ZERO; n],
+            ignored: 0,
+        };
+        for point in points {
+            vertex_in(point.vertex, self.welding.vertices())?;
+            check_weight("point data", point.weight)?;
+            let welded = self.welding.welded(point.vertex).filter(|_| point.p_camera.is_finite());
+            if let Some(vertex) = welded {
+                visible.weights[vertex] += point.weight;
+                visible.points[vertex] += point.weight * point.p_camera;
+            } else {
+                visible.ignored += 1;
+            }
+        }
+        for (sum, &weight) in visible.points.iter_mut().zip(&visible.weights) {
+            if weight > 0.0 {
+                *sum /= weight;
+            }
+        }
+        if visible.weights.iter().all(|&w| w <= 0.0) {
+            return Err(GeometryError::NoVisibleVertex {
+                ignored: visible.ignored,
+            });
+        }
+        Ok(visible)
+    }
+
+    /// The start's welded vertices.
+    fn checked_start(&self, start: Option<&[DVec3]>) -> Result<Option<Vec<DVec3>>, GeometryError> {
+        let Some(start) = start else {
+            return Ok(None);
+        };
+        if start.len() != self.welding.vertices() {
+            return Err(GeometryError::StartLength {
+                actual: start.len(),
+                expected: self.welding.vertices(),
+            });
+        }
+        match start.iter().position(|p| !p.is_finite()) {
+            Some(vertex) => Err(GeometryError::VertexNotFinite { vertex }),
+            None => Ok(Some(self.welding.weld(start))),
+        }
+    }
+
+    /// Energies and gradient at the shape's vertices.
+    fn evaluate(&self, shape: &mut Shape, rotations: Rotations<'_>, visible: &Visible) {
+        let mut data = 0.0;
+        let seen = visible.weights.iter().zip(&visible.points);
+        for ((gradient, p), (&weight, point)) in shape.gradient.iter_mut().zip(&shape.vertices).zip(seen) {
+            // A hidden vertex has the point 0 and the weight 0.
+            let residual = p - point;
+            *gradient = weight * residual;
+            data += weight * residual.length_squared();
+        }
+        let CellEnergy { arap, smoothness } = self.prior.add_gradient(&shape.vertices, rotations, &mut shape.gradient);
+        shape.energy = CompletionEnergy { data, arap, smoothness };
+        shape.total = data + self.prior.arap * arap + self.prior.smoothness * smoothness;
+    }
+}
+
+fn longest(step: &[DVec3]) -> f64 {
+    step.iter().map(|s| s.length_squared()).fold(0.0, f64::max).sqrt()
+}

@@ -1,0 +1,81 @@
+//! The direction of a step: L-BFGS around a solve with a factorised matrix.
+
+use super::stiffness::Stiffness;
+use glam::DVec3;
+use std::collections::VecDeque;
+
+/// Pairs of (step, change of gradient) that are remembered. Beyond 5 the count of iterations no longer
+/// falls (Liu et al. 2017 find the same).
+const MEMORY: usize = 5;
+
+/// The two loops of L-BFGS (Nocedal 1980) with a factorised matrix in the middle, as in Liu et al. 2017,
+/// *Quasi-Newton Methods for Real-Time Simulation of Hyperelastic Materials*. Keeps its memory from solve to solve:
+/// nothing is allocated but at first.
+#[derive(Debug, Default)]
+pub(super) struct QuasiNewton {
+    /// Newest first.
+    pairs: VecDeque<Pair>,
+    unused: Vec<Pair>,
+    right_hand_side: Vec<DVec3>,
+}
+
+#[derive(Debug, Default)]
+struct Pair {
+    step: Vec<DVec3>,
+    change: Vec<DVec3>,
+    /// Their product, positive.
+    curvature: f64,
+}
+
+impl QuasiNewton {
+    /// Forgets all steps.
+    pub(super) fn clear(&mut self) {
+        self.unused.extend(self.pairs.drain(..));
+    }
+
+    /// Writes the step from a place with this `gradient`.
+    pub(super) fn direction(&mut self, matrix: &mut Stiffness, gradient: &[DVec3], direction: &mut [DVec3]) {
+        let right = &mut self.right_hand_side;
+        right.clear();
+        right.extend(gradient.iter().map(|g| -*g));
+        let mut alphas = [0.0; MEMORY];
+        for (pair, alpha) in self.pairs.iter().zip(&mut alphas) {
+            *alpha = dot(&pair.step, right) / pair.curvature;
+            add_scaled(right, -*alpha, &pair.change);
+        }
+        matrix.solve(right, direction);
+        for (pair, alpha) in self.pairs.iter().zip(&alphas).rev() {
+            let beta = dot(&pair.change, direction) / pair.curvature;
+            add_scaled(direction, alpha - beta, &pair.step);
+        }
+    }
+
+    /// Remembers that `share` of `step` led from a gradient to another.
+    pub(super) fn remember(&mut self, step: &[DVec3], share: f64, before: &[DVec3], after: &[DVec3]) {
+        let oldest = if self.pairs.len() == MEMORY {
+            self.pairs.pop_back()
+        } else {
+            self.unused.pop()
+        };
+        let mut pair = oldest.unwrap_or_default();
+        pair.step.clear();
+        pair.step.extend(step.iter().map(|s| share * *s));
+        pair.change.clear();
+        pair.change.extend(after.iter().zip(before).map(|(a, b)| a - b));
+        pair.curvature = dot(&pair.step, &pair.change);
+        if pair.curvature > 0.0 {
+            self.pairs.push_front(pair);
+        } else {
+            self.unused.push(pair);
+        }
+    }
+}
+
+/// The scalar product of two vectors of points.
+pub(super) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn add_scaled(to: &mut [DVec3], factor: f64, what: &[DVec3]) {
+    to.iter_mut().zip(what).for_each(|(t, w)| *t += factor * *w);
+}

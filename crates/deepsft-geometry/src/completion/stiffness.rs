@@ -1,0 +1,67 @@
+//! The matrix of ARAP completion.
+
+use crate::GeometryError;
+use crate::solver::arap_prior::ArapPrior;
+use crate::solver::cholesky::SparseCholesky;
+use glam::DVec3;
+
+/// The n x n matrix that the three coordinates share: the cotangent Laplacian, weighted, and on its diagonal what
+/// holds each vertex. Analysed once a template, factorised once a frame.
+#[derive(Debug)]
+pub(super) struct Stiffness {
+    cholesky: SparseCholesky,
+    /// Without holds, in the pattern's order.
+    laplacian: Vec<f64>,
+    /// With the holds of the last factorisation.
+    held: Vec<f64>,
+}
+
+impl Stiffness {
+    /// `weight` times the Laplacian of the cells.
+    pub(super) fn new(prior: &ArapPrior, weight: f64) -> Result<Self, GeometryError> {
+        let n = prior.vertices();
+        let (mut starts, mut rows, mut laplacian) = (vec![0], vec![], vec![]);
+        for i in 0..n {
+            rows.push(i);
+            laplacian.push(weight * prior.degree(i));
+            for (j, edge) in prior.neighbours(i).filter(|n| n.0 > i) {
+                rows.push(j);
+                laplacian.push(-weight * edge);
+            }
+            starts.push(rows.len());
+        }
+        Ok(Self {
+            cholesky: SparseCholesky::new(starts, rows)?,
+            held: laplacian.clone(),
+            laplacian,
+        })
+    }
+
+    /// The diagonal entry of vertex `i`, without holds.
+    pub(super) fn diagonal(&self, i: usize) -> f64 {
+        self.laplacian[self.cholesky.column_starts()[i]]
+    }
+
+    /// Numbers in the factor.
+    pub(super) fn factor_entries(&self) -> usize {
+        self.cholesky.factor_entries()
+    }
+
+    /// Factorises with `holds` on the diagonal, one a vertex.
+    pub(super) fn factorize(&mut self, holds: &[f64]) -> Result<(), GeometryError> {
+        self.held.copy_from_slice(&self.laplacian);
+        for (start, hold) in self.cholesky.column_starts().iter().zip(holds) {
+            self.held[*start] += hold;
+        }
+        if self.cholesky.factorize(&self.held) {
+            Ok(())
+        } else {
+            Err(GeometryError::Singular { unknowns: holds.len() })
+        }
+    }
+
+    /// Solves for three coordinates with the last factorisation.
+    pub(super) fn solve(&mut self, right_hand_side: &[DVec3], solution: &mut [DVec3]) {
+        self.cholesky.solve_points(right_hand_side, solution);
+    }
+}
