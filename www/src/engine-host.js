@@ -111,7 +111,9 @@ export async function refine(request) {
  * @returns {Promise<RawRefined | null>}
  */
 async function refinement({ depth, registration, canonical }) {
-  const raw = await started().refine(depth, registration, canonical);
+  const raw = await (canonical === null
+    ? started().complete(depth, registration)
+    : started().refine(depth, registration, canonical));
   if (!raw) return null;
   try {
     const { accepted, vertices, confidence, depth, registration, refineMs } = raw;

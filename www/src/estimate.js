@@ -82,6 +82,8 @@ export class Estimate {
   #refine;
   /** @type {Promise<RawRefined | null> | null} */
   #refined = null;
+  /** @type {Promise<RawRefined | null> | null} */
+  #completed = null;
 
   /**
    * @param {RawEstimate} raw
@@ -116,22 +118,36 @@ export class Estimate {
   }
 
   /**
-   * The whole surface, hidden parts included: the template's mesh fitted to this image (a third of a second on a
-   * desktop's CPU), once; later calls give the same mesh.
+   * The whole surface, hidden parts included, computed once a method.
    *
-   * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or no mesh explains the image better than the
-   *   network's maps
+   * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+   * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay where the network has them and
+   * the others follow as rigidly as possible. The mesh's `method` says which it is.
+   *
+   * @param {{ method?: "physics" | "arap" }} [options]
+   * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
    * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
    */
-  async completeMesh() {
+  async completeMesh({ method = "physics" } = {}) {
     if (!this.found) return null;
+    if (method === "arap") return this.#arapMesh();
     this.#refined ??= this.#refine({
       depth: this.depth.values(),
       registration: this.registration.values(),
       canonical: this.canonical.data,
     });
     const refined = await this.#refined;
-    return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : null;
+    return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : this.#arapMesh();
+  }
+
+  async #arapMesh() {
+    this.#completed ??= this.#refine({
+      depth: this.depth.values(),
+      registration: this.registration.values(),
+      canonical: null,
+    });
+    const completed = await this.#completed;
+    return completed ? new SurfaceMesh(completed, this.#topology, "arap") : null;
   }
 
   /** Lets the maps and the frame go. */

@@ -3,9 +3,10 @@
 /** @import { MeshTopology } from "./engine.js" */
 
 /**
- * Where a mesh comes from: fitted to one image (`physics`), or followed through a video (`tracking`).
+ * Where a mesh comes from: fitted to one image (`physics`), completed from the network's maps (`arap`), or followed through a
+ * video (`tracking`).
  *
- * @typedef {"physics" | "tracking"} MeshMethod
+ * @typedef {"physics" | "arap" | "tracking"} MeshMethod
  */
 
 /** A triangle mesh in the camera's frame. */
@@ -21,7 +22,10 @@ export class SurfaceMesh {
   constructor({ vertices, confidence }, { faces, textureCoordinates }, method) {
     /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
     this.vertices = vertices;
-    /** How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. */
+    /**
+     * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `arap`: 1 where the
+     * network sees the vertex, else 0.
+     */
     this.confidence = confidence;
     /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
     this.faces = faces;

@@ -89,7 +89,7 @@ export type EstimateRequest = {
 export type RefineRequest = {
     depth: Float32Array;
     registration: Float32Array;
-    canonical: Uint8ClampedArray;
+    canonical: Uint8ClampedArray | null;
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "./error.js" */
@@ -145,7 +145,11 @@ export type RefineRequest = {
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray }} RefineRequest */
+/**
+ * With the canonical image: physics refinement. Without: ARAP completion.
+ *
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ */
 /**
  * Compiles the WebAssembly module while it downloads.
  *

@@ -95,14 +95,19 @@ export declare class Estimate {
      */
     constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, refine: (request: RefineRequest) => Promise<RawRefined | null>);
     /**
-     * The whole surface, hidden parts included: the template's mesh fitted to this image (a third of a second on a
-     * desktop's CPU), once; later calls give the same mesh.
+     * The whole surface, hidden parts included, computed once a method.
      *
-     * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or no mesh explains the image better than the
-     *   network's maps
+     * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+     * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay where the network has them and
+     * the others follow as rigidly as possible. The mesh's `method` says which it is.
+     *
+     * @param {{ method?: "physics" | "arap" }} [options]
+     * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
      * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
      */
-    completeMesh(): Promise<SurfaceMesh | null>;
+    completeMesh({ method }?: {
+        method?: "physics" | "arap";
+    }): Promise<SurfaceMesh | null>;
     /** Lets the maps and the frame go. */
     close(): void;
 }

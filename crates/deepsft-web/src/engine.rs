@@ -12,7 +12,7 @@ use crate::{
 use deepsft::{
     DeviceDescription, DeviceKind, Estimator, ModelBundle,
     geometry::{
-        CANONICAL_HEIGHT, CANONICAL_WIDTH,
+        CANONICAL_HEIGHT, CANONICAL_WIDTH, CompletionOptions, MapsCompletion,
         physics::{PhysicsOptions, PhysicsRefinement},
     },
     start_device,
@@ -34,6 +34,8 @@ struct Core {
     device: DeviceDescription,
     /// Made for the first frame that is refined.
     refinement: RefCell<Option<PhysicsRefinement>>,
+    /// Made for the first frame that is completed.
+    completion: RefCell<Option<MapsCompletion>>,
 }
 
 #[wasm_bindgen]
@@ -65,6 +67,7 @@ impl Engine {
                     estimator,
                     device: description,
                     refinement: RefCell::new(None),
+                    completion: RefCell::new(None),
                 }),
             })
         })
@@ -126,6 +129,20 @@ impl Engine {
         })
     }
 
+    /// ARAP completion of one frame, without its image: visible vertices stay where the maps have them, the others follow as
+    /// rigidly as possible.
+    ///
+    /// `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
+    /// vertices. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawRefined | undefined>")]
+    pub fn complete(&self, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let completed = core.complete(depth, &registration)?;
+            Ok(completed.map_or(JsValue::UNDEFINED, JsValue::from))
+        })
+    }
+
     /// Faces and texture coordinates of the template's mesh, the same for every frame.
     #[wasm_bindgen(
         js_name = templateMesh,
@@ -181,6 +198,22 @@ impl Core {
             &times,
         ))
     }
+
+    fn complete(&self, depth: Vec<f32>, registration: &[f32]) -> Result<Option<RawRefined>, Failure> {
+        let maps = maps_from(depth, registration)?;
+        let mut completion = self.completion.borrow_mut();
+        let completion = match &mut *completion {
+            Some(completion) => completion,
+            none => none.insert(MapsCompletion::new(
+                self.bundle.template().mesh(),
+                CompletionOptions::default(),
+            )?),
+        };
+        let mut stopwatch = Stopwatch::start();
+        let completed = completion.complete(&maps, self.estimator.canonical_camera(), None)?;
+        Ok(completed.map(|completed| RawRefined::of_completion(&completed, stopwatch.lap_ms())))
+    }
+
     fn refine(&self, depth: Vec<f32>, registration: &[f32], canonical: &[u8]) -> Result<Option<RawRefined>, Failure> {
         let maps = maps_from(depth, registration)?;
         let canonical = picture_from(canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;

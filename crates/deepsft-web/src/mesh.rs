@@ -1,7 +1,7 @@
 //! Meshes as JavaScript holds them.
 
 use crate::estimate::object;
-use deepsft::geometry::{TriangleMesh, glam::DVec3, physics::Refined};
+use deepsft::geometry::{CompletedMaps, TriangleMesh, glam::DVec3, physics::Refined};
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;
 
@@ -25,6 +25,25 @@ impl RawRefined {
             confidence: refined.confidence.as_slice().into(),
             depth: refined.maps.depth().into(),
             registration: refined.maps.registration().as_flattened().into(),
+            refine_ms,
+        }
+    }
+}
+
+impl RawRefined {
+    /// The same of an ARAP completion: an accepted mesh whose confidence is 1 at the vertices that the maps show and 0 at
+    /// those that were recovered.
+    pub fn of_completion(completed: &CompletedMaps, refine_ms: f64) -> Self {
+        let mut confidence = vec![0.0_f32; completed.vertices_camera.len()];
+        for &vertex in &completed.visible {
+            confidence[vertex] = 1.0;
+        }
+        Self {
+            accepted: true,
+            vertices: positions(&completed.vertices_camera),
+            confidence: confidence.as_slice().into(),
+            depth: completed.maps.depth().into(),
+            registration: completed.maps.registration().as_flattened().into(),
             refine_ms,
         }
     }

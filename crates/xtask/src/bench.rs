@@ -176,6 +176,7 @@ fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
     );
     for (title, stage) in [
         ("physics refinement of one frame", "refinement"),
+        ("ARAP completion of one frame", "completion"),
         ("start of a track", "track_start"),
         ("one frame followed", "track"),
     ] {

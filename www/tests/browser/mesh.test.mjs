@@ -52,9 +52,14 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
         const [first, again] = await Promise.all([raw.completeMesh(), raw.completeMesh()]);
         const refined = await sft.estimate(blob, { camera, refine: "physics" });
         const whole = await refined.completeMesh();
+        const completed = await raw.completeMesh({ method: "arap" });
         all.push({
           found: raw.found,
           mesh: first && [...first.vertices],
+          method: first && first.method,
+          completed: completed && [...completed.vertices],
+          completedMethod: completed && completed.method,
+          recovered: completed && completed.confidence.filter((c) => c === 0).length,
           sameTwice: first?.vertices === again?.vertices,
           confidence: first && [...first.confidence],
           normalsTowardsCamera: first && first.normals.filter((n, i) => i % 3 === 2 && n < 0).length,
@@ -74,6 +79,7 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
     [pictures, CAMERA],
   );
   const native = await nativeEstimates(join(folder, "native"), frames, { ...CAMERA, distortion: [0, 0, 0, 0, 0] }, "physics");
+  const completions = await nativeEstimates(join(folder, "arap"), frames, { ...CAMERA, distortion: [0, 0, 0, 0, 0] }, "arap");
   let meshes = 0;
   for (const [i, { name }] of frames.entries()) {
     const [answer, theirs] = [answers[i], native.get(name)];
@@ -82,10 +88,21 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
     const apart = disagreement(answer, theirs);
     for (const [figure, most] of Object.entries(SAME_MAPS))
       assert.ok(apart[figure] <= most, `frame ${name}: ${figure} ${apart[figure]}`);
+    const completion = completions.get(name);
+    assert.equal(answer.completed === null, !completion.mesh);
+    if (completion.mesh) {
+      assert.equal(answer.completedMethod, "arap");
+      assert.ok(answer.recovered < answer.completed.length / 3, "some vertices are seen");
+      const distance = meshDistance(answer.completed, completion.mesh);
+      t.diagnostic(`frame ${name}: completed, ${JSON.stringify(distance)}`);
+      for (const [figure, most] of Object.entries(SAME_MESH))
+        assert.ok(distance[figure] <= most, `frame ${name}, completed: ${figure} ${distance[figure]}`);
+    }
     if (!theirs.mesh) {
-      assert.equal(answer.mesh, null);
+      assert.deepEqual(answer.mesh, answer.completed, "without physics the completion stands in");
       continue;
     }
+    assert.equal(answer.method, "physics");
     meshes++;
     const vertices = answer.mesh.length / 3;
     assert.equal(answer.confidence.length, vertices);

@@ -176,6 +176,7 @@ fn print(report: &Report) {
     );
     for (stage, times) in [
         ("physics refinement of one frame", &report.physics.refinement),
+        ("ARAP completion of one frame", &report.physics.completion),
         ("start of a track", &report.physics.track_start),
         ("one frame followed", &report.physics.track),
     ] {

@@ -24,6 +24,8 @@ pub struct MapsCompletion {
 pub struct CompletedMaps {
     /// All vertices of the template, camera frame, in the template's unit.
     pub vertices_camera: Vec<DVec3>,
+    /// Indices of the vertices that the maps show; the others are recovered.
+    pub visible: Vec<usize>,
     /// Depth and registration drawn from the mesh where the given maps show the object; where the mesh ends
     /// before them their own values stay.
     pub maps: Maps,
@@ -63,6 +65,7 @@ impl MapsCompletion {
         let drawn = VisibleSurface::new(&self.template, &completed.vertices, camera).maps();
         Ok(Some(CompletedMaps {
             vertices_camera: completed.vertices,
+            visible: points.iter().map(|point| point.vertex).collect(),
             maps: drawn.within(maps),
             report: completed.report,
         }))

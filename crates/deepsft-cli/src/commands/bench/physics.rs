@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use deepsft::{DeviceKind, ModelBundle};
 use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
 use deepsft_geometry::tracking::{Answer, Tracker, TrackingOptions};
-use deepsft_geometry::{Maps, Picture};
+use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion, Picture};
 use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 use serde::Serialize;
 
@@ -25,6 +25,8 @@ pub struct Physics {
     pub frames: usize,
     /// Physics refinement of a frame on its own, from the network's maps.
     pub refinement: Times,
+    /// ARAP completion of a frame on its own, from the network's maps, with drawing the mesh.
+    pub completion: Times,
     /// The start of a track from the network's maps of the newest frame.
     pub track_start: Times,
     /// One frame followed.
@@ -52,12 +54,20 @@ pub fn measure(bundle: &ModelBundle) -> Result<Physics> {
         .collect::<Result<_, _>>()?;
 
     let mut physics = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default())?;
-    let (mut refinement, mut track_start, mut track) = (Vec::new(), Vec::new(), Vec::new());
+    let mut arap = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default())?;
+    let (mut refinement, mut completion) = (Vec::new(), Vec::new());
+    let (mut track_start, mut track) = (Vec::new(), Vec::new());
     for (image, maps) in frames.iter().zip(&maps) {
         let mut ms = 0.0;
         let refined = timed(&mut ms, || physics.refine(image, &camera, maps, None))?;
         ensure!(refined.is_some(), "the network did not find the template in the clip");
         refinement.push(ms);
+        let completed = timed(&mut ms, || arap.complete(maps, &camera, None))?;
+        ensure!(
+            completed.is_some(),
+            "the network shows too little of the template in the clip"
+        );
+        completion.push(ms);
     }
     let mut tracker = Tracker::new(bundle.template(), TrackingOptions::default())?;
     for (k, (image, maps)) in frames.iter().zip(&maps).enumerate() {
@@ -90,6 +100,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<Physics> {
     Ok(Physics {
         frames: FRAMES,
         refinement: times(refinement)?,
+        completion: times(completion)?,
         track_start: times(track_start)?,
         track: times(track)?,
     })
