@@ -1,9 +1,16 @@
 // The page's side of browser.mjs.
 
+import { fetchBundle } from "../src/bundle.js";
+import { compileEngine } from "../src/engine.js";
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, DeepSft } from "../src/index.js";
+import { intrinsicsOf } from "../src/intrinsics.js";
+import { TrackerWorker } from "../src/tracker.js";
 
 /** Turns before the measured ones. */
 const WARM_UP = 3;
+
+/** Frames of the clip that the mesh is followed through, as the native program measures them. */
+const CLIP_FRAMES = 24;
 
 /** Rows of the network's input: the canonical image's, up to a multiple of 16. */
 const INPUT_HEIGHT = 272;
@@ -99,6 +106,52 @@ function difference(ours, theirs) {
 }
 
 /**
+ * What follows the network, on the clip that the native program measured too: a frame refined, a track started on it, a
+ * frame followed.
+ *
+ * @param {DeepSft} sft
+ * @param {object} trained the training camera, which took the clip
+ */
+async function measurePhysics(sft, trained) {
+  const module = await compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href));
+  const files = await fetchBundle(new URL("/bench-model/", location.href));
+  const tracker = new TrackerWorker(undefined);
+  await tracker.start({ module, files, smooth: null });
+  const intrinsics = intrinsicsOf({ distortion: [0, 0, 0, 0, 0], ...trained });
+  const names = Array.from({ length: CLIP_FRAMES }, (_, k) => `/bench-export/clip-${String(k).padStart(2, "0")}.png`);
+  const frames = await Promise.all(names.map(imageData));
+  const copy = ({ data, width, height }) => new ImageData(new Uint8ClampedArray(data), width, height);
+  const estimates = [];
+  for (const frame of frames) estimates.push(await sft.estimate(frame, { camera: trained, refine: "physics" }));
+  const answerOf = async (frame) => {
+    const estimate = await sft.estimate(frame, { camera: trained });
+    return { depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() };
+  };
+  const starts = [];
+  // A number that does not ascend starts the video afresh.
+  for (const frame of frames) {
+    await tracker.follow({ number: 0, timeS: 0, frame: copy(frame), intrinsics });
+    const { verdict, answerMs } = await tracker.answer({ number: 0, ...(await answerOf(frame)) });
+    if (verdict !== "started") throw new Error(`the tracker ${verdict} the start of a track`);
+    starts.push(answerMs);
+  }
+  const tracks = [];
+  for (const [k, frame] of frames.entries()) {
+    const { found, times } = await tracker.follow({ number: k, timeS: k / 30, frame: copy(frame), intrinsics });
+    if (k === 0) await tracker.answer({ number: 0, ...(await answerOf(frame)) });
+    else if (found) tracks.push(times.trackMs);
+    else throw new Error(`the tracker lost frame ${k} of the clip`);
+  }
+  tracker.terminate(new Error("measured"));
+  return {
+    frames: CLIP_FRAMES,
+    refinement: summary(estimates.map(({ times }) => times.refineMs)),
+    track_start: summary(starts),
+    track: summary(tracks),
+  };
+}
+
+/**
  * @param {{ runs: number, withOnnxRuntime: boolean }} options
  */
 export async function measure({ runs, withOnnxRuntime }) {
@@ -138,6 +191,7 @@ export async function measure({ runs, withOnnxRuntime }) {
     if (answer) apart = difference(estimate, answer);
     estimate.close();
   }
+  const physics = await measurePhysics(sft, trained);
   sft.close();
   const network = summary(ours.network);
   const rivalNetwork = rival && summary(theirs.network);
@@ -150,6 +204,7 @@ export async function measure({ runs, withOnnxRuntime }) {
     network,
     confidence: summary(ours.judge),
     frame: summary(ours.frame),
+    physics,
     rival: rival && {
       name: `onnxruntime-web ${rival.version}`,
       load_ms: rivalLoadMs,

@@ -118,6 +118,11 @@ export class Hud {
     this.#showCamera(camera);
   }
 
+  /** @param {boolean} software whether the processor does the drawing: then the panels do without blurred glass */
+  showSoftware(software) {
+    element("#live").dataset.software = String(software);
+  }
+
   /** @param {boolean} there whether a mesh is drawn */
   showMesh(there) {
     element("#live").dataset.mesh = String(there);

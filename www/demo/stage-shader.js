@@ -129,9 +129,13 @@ vec3 depthOverlay(Maps maps, float slope) {
 void main() {
   vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
   vec2 pixel = (canvas - u_view.xy) / u_view.z;
-  vec2 canonical = canonicalFromImage(pixel);
+  // The maps are only looked up where an overlay is drawn from them, for the processors that draw by themselves.
+  vec2 canonical = vec2(0.0);
   Maps maps = Maps(0.0, vec2(0.0), 0.0);
-  if (u_overlay != 0) maps = sampleMaps(canonical);
+  if (u_overlay != 0) {
+    canonical = canonicalFromImage(pixel);
+    maps = sampleMaps(canonical);
+  }
   // Derivatives are taken here, where all pixels come by.
   float edge = max(fwidth(maps.coverage), 1e-3);
   vec2 stride = fwidth(maps.uv) * u_sheetMm;
