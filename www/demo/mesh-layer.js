@@ -1,20 +1,12 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
-import { createProgram, createTexture } from "./gl.js";
-import {
-  BLUR_FRAGMENT_SHADER,
-  LIGHT_FRAGMENT_SHADER,
-  MESH_FRAGMENT_SHADER,
-  MESH_OVERLAY_NUMBERS,
-  MESH_VERTEX_SHADER,
-} from "./mesh-shader.js";
-import { PAPERS } from "./papers.js";
+import { createProgram, createTexture, programVariants } from "./gl.js";
+import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { Paper } from "./papers.js" */
-
-/** @typedef {keyof typeof MESH_OVERLAY_NUMBERS} MeshOverlay */
 
 /** Pixels of the picture of the light along the image's long side: folds are wider than one, print is narrower. */
 const LIGHT_LENGTH = 160;
@@ -41,7 +33,7 @@ const STRIDE = 8;
 
 export class MeshLayer {
   #gl;
-  #program;
+  #programs;
   #lightProgram;
   #blurProgram;
   #print;
@@ -68,7 +60,7 @@ export class MeshLayer {
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.#gl = gl;
-    this.#program = createProgram(gl, MESH_VERTEX_SHADER, MESH_FRAGMENT_SHADER);
+    this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
     this.#lightProgram = createProgram(gl, MESH_VERTEX_SHADER, LIGHT_FRAGMENT_SHADER);
     this.#blurProgram = createProgram(gl, VERTEX_SHADER, BLUR_FRAGMENT_SHADER);
     this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
@@ -139,12 +131,10 @@ export class MeshLayer {
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    const { program, uniform } = this.#program;
+    const { program, uniform } = this.#programs(mesh.overlay, mesh.paper);
     gl.useProgram(program);
     this.#bind(uniform, { light: this.#light[0]?.texture ?? null, heat: mesh.heat });
     this.#project(uniform, mesh.camera, [mesh.view.left, mesh.view.top, mesh.view.scale], mesh.canvasSize);
-    gl.uniform1i(uniform("u_overlay"), MESH_OVERLAY_NUMBERS[mesh.overlay]);
-    gl.uniform1i(uniform("u_paper"), PAPERS.get(mesh.paper) ?? 0);
     gl.uniform1f(uniform("u_strength"), mesh.strength);
     gl.uniform1f(uniform("u_seconds"), mesh.seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...mesh.sheetMm);

@@ -1,10 +1,14 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { PAPERS_GLSL } from "./papers.js";
+import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
 import { DISTORTION_GLSL } from "./stage-shader.js";
 
-/** Numbers of the overlays in the shader. */
-export const MESH_OVERLAY_NUMBERS = /** @type {const} */ ({ paper: 1, depth: 2, mesh: 3, shaded: 4 });
+/** @import { Paper } from "./papers.js" */
+
+/** @typedef {"paper" | "depth" | "mesh" | "shaded"} MeshOverlay */
+
+/** @type {Readonly<Record<MeshOverlay, string>>} */
+export const MESH_OVERLAYS = { paper: "paper()", depth: "depthColor()", mesh: "wire(border)", shaded: "plaster()" };
 
 /** Distances between which surfaces hide each other, mm. */
 const NEAR_MM = 20;
@@ -81,14 +85,18 @@ void main() {
   o_light = sum / 5.3;
 }`;
 
-export const MESH_FRAGMENT_SHADER = `#version 300 es
+/**
+ * What is drawn where the mesh is.
+ *
+ * @param {MeshOverlay} overlay
+ * @param {Paper} paper
+ */
+export const meshFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
 uniform sampler2D u_light;         // blurred
 uniform sampler2D u_heat;
 uniform vec2 u_frameSize;          // pixels
-uniform int u_overlay;
-uniform int u_paper;
 uniform float u_strength;
 uniform float u_seconds;
 uniform vec2 u_sheetMm;
@@ -157,19 +165,15 @@ vec4 paper() {
   // The blank back stays as the camera sees it; it hides what is behind all the same.
   if (!gl_FrontFacing) return vec4(0.0);
   vec2 stride = fwidth(v_uv) * u_sheetMm;
-  vec3 color = paperColor(u_paper, v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
+  vec3 color = ${PAPER_FUNCTIONS[paper]}(v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
   return vec4(displayFromLinear(color * lightAt(v_pixel) * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
 }
 
 void main() {
   // Distance to the sheet's border, pixels: its edge is drawn softly.
   vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-6));
-  float inside = u_overlay == ${MESH_OVERLAY_NUMBERS.mesh} ? 1.0 : clamp(min(border.x, border.y) + 0.25, 0.0, 1.0);
-  vec4 color;
-  if (u_overlay == ${MESH_OVERLAY_NUMBERS.paper}) color = paper();
-  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.depth}) color = depthColor();
-  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.mesh}) color = wire(border);
-  else color = plaster();
+  float inside = ${overlay === "mesh" ? "1.0" : "clamp(min(border.x, border.y) + 0.25, 0.0, 1.0)"};
+  vec4 color = ${MESH_OVERLAYS[overlay]};
   bool outside = any(lessThan(v_pixel, vec2(0.0))) || any(greaterThan(v_pixel, u_frameSize));
   o_color = color * inside * u_strength * (outside ? 0.0 : 1.0);
 }`;

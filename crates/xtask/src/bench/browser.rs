@@ -25,7 +25,17 @@ struct Figures {
     network: Times,
     confidence: Times,
     frame: Times,
+    physics: Physics,
     rival: Option<Rival>,
+}
+
+/// What follows the network, on the clip that the native program measures too.
+#[derive(Deserialize)]
+struct Physics {
+    frames: u32,
+    refinement: Times,
+    track_start: Times,
+    track: Times,
 }
 
 #[derive(Deserialize)]
@@ -99,6 +109,7 @@ pub fn print(figures: &Value) -> Result<()> {
         network,
         confidence,
         frame,
+        physics,
         rival,
     } = Figures::deserialize(figures)?;
     let row = |title: &str, cell: String| println!("{title:<46}{cell:>14}");
@@ -116,6 +127,14 @@ pub fn print(figures: &Value) -> Result<()> {
         row(title, format!("{:.2}", times.median_ms));
     }
     row("loading engine and model from this machine", format!("{load_ms:.0}"));
+    row(&format!("the mesh, ms, medians of {}", physics.frames), String::new());
+    for (title, times) in [
+        ("  physics refinement of one frame", physics.refinement),
+        ("  start of a track", physics.track_start),
+        ("  one frame followed", physics.track),
+    ] {
+        row(title, format!("{:.2}", times.median_ms));
+    }
     if let Some(Rival {
         name,
         load_ms,
@@ -157,6 +176,7 @@ mod tests {
             let figures = json!({
                 "runs": 5, "load_ms": 1.0, "canonical_warp": times, "network": times, "confidence": times,
                 "frame": times, "rival": rival,
+                "physics": {"frames": 24, "refinement": times, "track_start": times, "track": times},
             });
             Figures::deserialize(figures).unwrap()
         };
