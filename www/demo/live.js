@@ -15,9 +15,8 @@ import { TemplateLight, shadingOf } from "./shading.js";
 const MAPS_SHOWN_MS = 1500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
-/** Canvas pixels a CSS pixel: the fewest on slow machines, and those where the processor draws. */
+/** Canvas pixels a CSS pixel, at least, on slow machines. */
 const LEAST_QUALITY = 0.5;
-const SOFTWARE_QUALITY = 0.5;
 /** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
 const LEAST_AGREEMENT = 0.6;
 
@@ -240,7 +239,6 @@ export class Live {
    */
   #animate() {
     this.#stopAnimation();
-    if (this.#stage.software) this.#stage.quality = SOFTWARE_QUALITY;
     this.#hud.showSoftware(this.#stage.software);
     this.#stage.animated = !this.#stage.software && !prefersStillness();
     if (!this.#stage.animated) return;

@@ -81,8 +81,13 @@ export class MeshLayer {
       gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * STRIDE, 4 * offset);
     }
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
-    gl.enableVertexAttribArray(3);
-    gl.vertexAttribPointer(3, 2, gl.FLOAT, false, 0, 0);
+    for (const [location, size, offset] of [
+      [3, 2, 0],
+      [4, 1, 2],
+    ]) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 12, 4 * offset);
+    }
     gl.bindVertexArray(null);
   }
 
@@ -92,7 +97,12 @@ export class MeshLayer {
     gl.bindTexture(gl.TEXTURE_2D, this.#print);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, texture);
     gl.generateMipmap(gl.TEXTURE_2D);
-    const coordinates = Float32Array.from({ length: 2 * faces.length }, (_, i) => textureCoordinates[2 * faces[i >> 1] + (i & 1)]);
+    const coordinates = new Float32Array(3 * faces.length);
+    faces.forEach((vertex, corner) => {
+      const uv = textureCoordinates.subarray(2 * vertex, 2 * vertex + 2);
+      const face = faces.subarray(corner - (corner % 3), corner - (corner % 3) + 3);
+      coordinates.set([...uv, diagonalOf(face, textureCoordinates)], 3 * corner);
+    });
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
     gl.bufferData(gl.ARRAY_BUFFER, coordinates, gl.STATIC_DRAW);
     this.#faces = faces;
@@ -241,4 +251,20 @@ export class MeshLayer {
     gl.bindVertexArray(null);
     gl.disable(gl.DEPTH_TEST);
   }
+}
+
+/**
+ * The corner opposite the edge that only halves a cell of a grid: the one that runs along neither u nor v.
+ *
+ * @param {Uint32Array} face three vertices
+ * @param {Float32Array} textureCoordinates
+ * @returns {number} -1 when the face is not half a cell
+ */
+function diagonalOf(face, textureCoordinates) {
+  const runs = (/** @type {number} */ corner, /** @type {0 | 1} */ axis) => {
+    const [from, to] = [face[(corner + 1) % 3], face[(corner + 2) % 3]];
+    return Math.abs(textureCoordinates[2 * from + axis] - textureCoordinates[2 * to + axis]) > 1e-6;
+  };
+  const diagonals = [0, 1, 2].filter((corner) => runs(corner, 0) && runs(corner, 1));
+  return diagonals.length === 1 ? diagonals[0] : -1;
 }

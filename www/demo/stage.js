@@ -20,6 +20,8 @@ import { viewOf } from "./view.js";
 
 /** Canvas pixels a CSS pixel, at most: more cannot be seen and costs time. */
 const MOST_DENSITY = 2;
+/** Canvas pixels, at most, where the processor draws. */
+const MOST_SOFTWARE_PIXELS = 330_000;
 /** Seconds in which an overlay appears after the sheet was found. */
 const APPEAR_SECONDS = 0.25;
 /** Width of the wireframe's lines, CSS pixels. */
@@ -186,7 +188,7 @@ export class Stage {
    */
   draw(seconds) {
     const [gl, canvas, camera] = [this.#gl, this.#canvas, this.#camera];
-    const density = this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+    const density = this.#density();
     const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     gl.viewport(0, 0, width, height);
@@ -241,6 +243,13 @@ export class Stage {
       frame: this.#textures.frame,
       heat: this.#textures.heat,
     });
+  }
+
+  /** Canvas pixels a CSS pixel. */
+  #density() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    if (this.software) return Math.min(1, Math.sqrt(MOST_SOFTWARE_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    return this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
   }
 
   /**
