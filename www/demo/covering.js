@@ -6,7 +6,10 @@ import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 const MOST_REMEMBERED = 60;
 
 /** A vertex is seen when the mask is within so many canonical pixels of it: the sheet's own border is not covered. */
-const REACH = 2;
+const REACH = 3;
+
+/** Confidence of a vertex from which on the image shows it, whatever the mask says, and below which it says nothing. */
+const SHOWN = { from: 0.35, fully: 0.65 };
 
 /** Weight of a new answer against those before: flicker of the mask at a hand's outline is smoothed. */
 const NEW_WEIGHT = 0.6;
@@ -30,17 +33,18 @@ export class Covering {
    * Share of each vertex's surroundings that is seen, 0 to 1.
    *
    * @param {number} frame
-   * @param {Float32Array} vertices (x, y, z) each, camera frame, mm
+   * @param {{ vertices: Float32Array, confidence: Float32Array }} mesh
+   * @param {boolean} certain whether the mesh lies well enough for a mask to be looked up at it
    * @returns {Float32Array}
    */
-  follow(frame, vertices) {
-    this.#meshes.set(frame, vertices);
+  follow(frame, { vertices, confidence }, certain) {
+    if (certain) this.#meshes.set(frame, vertices);
     for (const old of this.#meshes.keys()) {
       if (this.#meshes.size <= MOST_REMEMBERED) break;
       this.#meshes.delete(old);
     }
     if (3 * this.#seen.length !== vertices.length) this.#seen = new Float32Array(vertices.length / 3).fill(1);
-    return this.#seen;
+    return confirmed(this.#seen, confidence);
   }
 
   /**
@@ -55,6 +59,20 @@ export class Covering {
     const seen = seenShares(vertices, mask);
     this.#seen = this.#seen.map((before, i) => before + NEW_WEIGHT * (seen[i] - before));
   }
+}
+
+/**
+ * What is seen by the mask or by the print itself.
+ *
+ * @param {Float32Array} seen by the mask, 0 to 1
+ * @param {Float32Array} confidence of the vertices
+ * @returns {Float32Array}
+ */
+export function confirmed(seen, confidence) {
+  return seen.map((share, i) => {
+    const shown = (confidence[i] - SHOWN.from) / (SHOWN.fully - SHOWN.from);
+    return Math.max(share, Math.min(1, Math.max(0, shown)));
+  });
 }
 
 /**

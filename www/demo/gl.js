@@ -32,6 +32,29 @@ export function createProgram(gl, vertexShader, fragmentShader) {
   return { program, uniform };
 }
 
+/** @typedef {ReturnType<typeof createProgram>} Program */
+
+/**
+ * Programs that differ in what is drawn, each made when it is first drawn. A shader that chose by itself would be as slow
+ * as all choices together where the processor draws, and on some GPUs.
+ *
+ * @template {string[]} Choice
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} vertexShader
+ * @param {(...choice: Choice) => string} fragmentShader
+ * @returns {(...choice: Choice) => Program}
+ */
+export function programVariants(gl, vertexShader, fragmentShader) {
+  /** @type {Map<string, Program>} */
+  const programs = new Map();
+  return (...choice) => {
+    const key = choice.join(" ");
+    const program = programs.get(key) ?? createProgram(gl, vertexShader, fragmentShader(...choice));
+    programs.set(key, program);
+    return program;
+  };
+}
+
 /**
  * A texture that does not repeat.
  *

@@ -10,6 +10,9 @@ const STAGES = /** @type {const} */ (["capture", "warp", "track", "network", "ju
 /** Seconds over which the figures are averaged, so that they can be read. */
 const MEAN_SECONDS = 1.5;
 
+/** What is said of a sheet that is there: the network sees it, or the tracker follows it. */
+const STATE_WORDS = { found: "Found", tracked: "Tracked" };
+
 /** Where intrinsics come from, in words. */
 const SOURCE_WORDS = {
   given: "given with the clip",
@@ -118,6 +121,11 @@ export class Hud {
     this.#showCamera(camera);
   }
 
+  /** @param {boolean} software whether the processor does the drawing: then the panels do without blurred glass */
+  showSoftware(software) {
+    element("#live").dataset.software = String(software);
+  }
+
   /** @param {boolean} there whether a mesh is drawn */
   showMesh(there) {
     element("#live").dataset.mesh = String(there);
@@ -161,7 +169,7 @@ export class Hud {
   #showState(found, how, share) {
     element("#state").dataset.state = found ? "found" : "missing";
     element("#state").dataset.how = found ? how : "";
-    element("#state-text").textContent = found ? `Poster ${how} · ${Math.round(100 * share)} %` : "Poster not found";
+    element("#state-text").textContent = found ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %` : "Poster not found";
     element("#hint").hidden = found;
   }
 
@@ -169,7 +177,7 @@ export class Hud {
   #showLost() {
     element("#state").dataset.state = "waiting";
     element("#state").dataset.how = "";
-    element("#state-text").textContent = "Looking for the poster";
+    element("#state-text").textContent = "Looking again";
   }
 
   /** @param {SourcedCamera} camera */

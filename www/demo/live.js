@@ -2,7 +2,7 @@
 
 import { DeepSftError } from "deepsft";
 import { animate, prefersStillness } from "./animation.js";
-import { Covering, seenShares } from "./covering.js";
+import { Covering, confirmed, seenShares } from "./covering.js";
 import { depthRange, depthTicks } from "./heat.js";
 import { TemplateLight, shadingOf } from "./shading.js";
 
@@ -15,9 +15,10 @@ import { TemplateLight, shadingOf } from "./shading.js";
 const MAPS_SHOWN_MS = 1500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
-/** Canvas pixels a CSS pixel: the fewest on slow machines, and those where the processor draws. */
+/** Canvas pixels a CSS pixel, at least, on slow machines. */
 const LEAST_QUALITY = 0.5;
-const SOFTWARE_QUALITY = 0.7;
+/** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
+const LEAST_AGREEMENT = 0.6;
 
 /** Fired on the document for each estimate, before it is closed, for those who script the page. */
 export class EstimateEvent extends Event {
@@ -120,7 +121,7 @@ export class Live {
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
-    this.#stage.addMesh(mesh, seenShares(mesh.vertices, mask));
+    this.#stage.addMesh(mesh, confirmed(seenShares(mesh.vertices, mask), mesh.confidence));
     this.#hud.showMesh(true);
     this.#orbit.show(mesh);
     this.redraw();
@@ -162,7 +163,7 @@ export class Live {
     const { mesh } = tracked;
     this.#tracked = mesh !== null;
     if (mesh) {
-      const seen = this.#covering.follow(tracked.number, mesh.vertices);
+      const seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
       this.#followDepth(depthsOf(mesh));
       // The mask is the network's: it is shown over the frames that the network saw.
       if (this.#stage.overlay !== "mask") this.#stage.showMesh(tracked, mesh, seen);
@@ -238,7 +239,7 @@ export class Live {
    */
   #animate() {
     this.#stopAnimation();
-    if (this.#stage.software) this.#stage.quality = SOFTWARE_QUALITY;
+    this.#hud.showSoftware(this.#stage.software);
     this.#stage.animated = !this.#stage.software && !prefersStillness();
     if (!this.#stage.animated) return;
     const draw = (/** @type {number} */ seconds) => {

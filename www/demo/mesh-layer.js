@@ -1,20 +1,12 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
-import { createProgram, createTexture } from "./gl.js";
-import {
-  BLUR_FRAGMENT_SHADER,
-  LIGHT_FRAGMENT_SHADER,
-  MESH_FRAGMENT_SHADER,
-  MESH_OVERLAY_NUMBERS,
-  MESH_VERTEX_SHADER,
-} from "./mesh-shader.js";
-import { PAPERS } from "./papers.js";
+import { createProgram, createTexture, programVariants } from "./gl.js";
+import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { Paper } from "./papers.js" */
-
-/** @typedef {keyof typeof MESH_OVERLAY_NUMBERS} MeshOverlay */
 
 /** Pixels of the picture of the light along the image's long side: folds are wider than one, print is narrower. */
 const LIGHT_LENGTH = 160;
@@ -41,7 +33,7 @@ const STRIDE = 8;
 
 export class MeshLayer {
   #gl;
-  #program;
+  #programs;
   #lightProgram;
   #blurProgram;
   #print;
@@ -68,7 +60,7 @@ export class MeshLayer {
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.#gl = gl;
-    this.#program = createProgram(gl, MESH_VERTEX_SHADER, MESH_FRAGMENT_SHADER);
+    this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
     this.#lightProgram = createProgram(gl, MESH_VERTEX_SHADER, LIGHT_FRAGMENT_SHADER);
     this.#blurProgram = createProgram(gl, VERTEX_SHADER, BLUR_FRAGMENT_SHADER);
     this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
@@ -89,8 +81,13 @@ export class MeshLayer {
       gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * STRIDE, 4 * offset);
     }
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
-    gl.enableVertexAttribArray(3);
-    gl.vertexAttribPointer(3, 2, gl.FLOAT, false, 0, 0);
+    for (const [location, size, offset] of [
+      [3, 2, 0],
+      [4, 1, 2],
+    ]) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 12, 4 * offset);
+    }
     gl.bindVertexArray(null);
   }
 
@@ -100,7 +97,12 @@ export class MeshLayer {
     gl.bindTexture(gl.TEXTURE_2D, this.#print);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, texture);
     gl.generateMipmap(gl.TEXTURE_2D);
-    const coordinates = Float32Array.from({ length: 2 * faces.length }, (_, i) => textureCoordinates[2 * faces[i >> 1] + (i & 1)]);
+    const coordinates = new Float32Array(3 * faces.length);
+    faces.forEach((vertex, corner) => {
+      const uv = textureCoordinates.subarray(2 * vertex, 2 * vertex + 2);
+      const face = faces.subarray(corner - (corner % 3), corner - (corner % 3) + 3);
+      coordinates.set([...uv, diagonalOf(face, textureCoordinates)], 3 * corner);
+    });
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
     gl.bufferData(gl.ARRAY_BUFFER, coordinates, gl.STATIC_DRAW);
     this.#faces = faces;
@@ -139,12 +141,10 @@ export class MeshLayer {
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    const { program, uniform } = this.#program;
+    const { program, uniform } = this.#programs(mesh.overlay, mesh.paper);
     gl.useProgram(program);
     this.#bind(uniform, { light: this.#light[0]?.texture ?? null, heat: mesh.heat });
     this.#project(uniform, mesh.camera, [mesh.view.left, mesh.view.top, mesh.view.scale], mesh.canvasSize);
-    gl.uniform1i(uniform("u_overlay"), MESH_OVERLAY_NUMBERS[mesh.overlay]);
-    gl.uniform1i(uniform("u_paper"), PAPERS.get(mesh.paper) ?? 0);
     gl.uniform1f(uniform("u_strength"), mesh.strength);
     gl.uniform1f(uniform("u_seconds"), mesh.seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...mesh.sheetMm);
@@ -251,4 +251,20 @@ export class MeshLayer {
     gl.bindVertexArray(null);
     gl.disable(gl.DEPTH_TEST);
   }
+}
+
+/**
+ * The corner opposite the edge that only halves a cell of a grid: the one that runs along neither u nor v.
+ *
+ * @param {Uint32Array} face three vertices
+ * @param {Float32Array} textureCoordinates
+ * @returns {number} -1 when the face is not half a cell
+ */
+function diagonalOf(face, textureCoordinates) {
+  const runs = (/** @type {number} */ corner, /** @type {0 | 1} */ axis) => {
+    const [from, to] = [face[(corner + 1) % 3], face[(corner + 2) % 3]];
+    return Math.abs(textureCoordinates[2 * from + axis] - textureCoordinates[2 * to + axis]) > 1e-6;
+  };
+  const diagonals = [0, 1, 2].filter((corner) => runs(corner, 0) && runs(corner, 1));
+  return diagonals.length === 1 ? diagonals[0] : -1;
 }

@@ -1,10 +1,14 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { PAPERS_GLSL } from "./papers.js";
+import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
 import { DISTORTION_GLSL } from "./stage-shader.js";
 
-/** Numbers of the overlays in the shader. */
-export const MESH_OVERLAY_NUMBERS = /** @type {const} */ ({ paper: 1, depth: 2, mesh: 3, shaded: 4 });
+/** @import { Paper } from "./papers.js" */
+
+/** @typedef {"paper" | "depth" | "mesh" | "shaded"} MeshOverlay */
+
+/** @type {Readonly<Record<MeshOverlay, string>>} */
+export const MESH_OVERLAYS = { paper: "paper()", depth: "depthColor()", mesh: "wire(border)", shaded: "plaster()" };
 
 /** Distances between which surfaces hide each other, mm. */
 const NEAR_MM = 20;
@@ -16,6 +20,7 @@ layout(location = 0) in vec3 a_position;   // camera frame, mm
 layout(location = 1) in vec3 a_normal;
 layout(location = 2) in vec2 a_seen;       // confidence, share not covered by something else
 layout(location = 3) in vec2 a_uv;
+layout(location = 4) in float a_diagonal;  // corner opposite the edge that only halves a cell of the grid; -1 for none
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
 uniform vec2 u_targetSize;         // pixels
@@ -26,8 +31,10 @@ out vec2 v_seen;
 out vec2 v_uv;
 out vec2 v_pixel;
 out vec3 v_corner;
+flat out int v_diagonal;
 
 void main() {
+  v_diagonal = int(a_diagonal);
   v_position = a_position;
   v_normal = a_normal;
   v_seen = a_seen;
@@ -81,14 +88,18 @@ void main() {
   o_light = sum / 5.3;
 }`;
 
-export const MESH_FRAGMENT_SHADER = `#version 300 es
+/**
+ * What is drawn where the mesh is.
+ *
+ * @param {MeshOverlay} overlay
+ * @param {Paper} paper
+ */
+export const meshFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
 uniform sampler2D u_light;         // blurred
 uniform sampler2D u_heat;
 uniform vec2 u_frameSize;          // pixels
-uniform int u_overlay;
-uniform int u_paper;
 uniform float u_strength;
 uniform float u_seconds;
 uniform vec2 u_sheetMm;
@@ -101,6 +112,7 @@ in vec2 v_seen;
 in vec2 v_uv;
 in vec2 v_pixel;
 in vec3 v_corner;
+flat in int v_diagonal;
 out vec4 o_color;                  // premultiplied
 ${PAPERS_GLSL}
 
@@ -113,15 +125,18 @@ float lightAt(vec2 pixel) {
 }
 
 vec4 wire(vec2 border) {
-  vec3 slope = fwidth(v_corner);
-  vec3 distances = v_corner / max(slope, vec3(1e-5));
-  float line = 1.0 - smoothstep(0.5 * u_lineWidth - 0.5, 0.5 * u_lineWidth + 0.5, min(min(distances.x, distances.y), distances.z));
+  vec3 distances = v_corner / max(fwidth(v_corner), vec3(1e-5));
+  vec3 lines = 1.0 - smoothstep(0.5 * u_lineWidth - 0.5, 0.5 * u_lineWidth + 0.5, distances);
+  // Lines that only halve cells step back, and all of them where they would run into each other.
+  if (v_diagonal >= 0) lines[v_diagonal] *= 0.3;
+  float triangle = 1.0 / max(max(fwidth(v_corner.x), fwidth(v_corner.y)), fwidth(v_corner.z));
+  float line = max(max(lines.x, lines.y), lines.z) * mix(0.6, 0.85, smoothstep(3.0, 10.0, triangle));
   float rim = 1.0 - smoothstep(u_lineWidth - 0.5, u_lineWidth + 0.5, min(border.x, border.y));
   vec3 tone = mix(vec3(1.0, 0.56, 0.36), vec3(0.45, 1.0, 0.82), smoothstep(0.15, 0.6, v_seen.x));
   float covered = mix(0.35, 1.0, smoothstep(0.3, 0.7, v_seen.y));
-  float ink = max(0.85 * line, rim) * covered;
+  float ink = max(line, rim) * covered;
   // A veil behind the lines, so that they are read on any print.
-  float veil = 0.38 * covered;
+  float veil = 0.42 * covered;
   return vec4(mix(vec3(0.03, 0.06, 0.075), tone, ink) * max(ink, veil), max(ink, veil));
 }
 
@@ -131,16 +146,18 @@ vec4 plaster() {
   vec3 key = normalize(vec3(-0.62, -0.62, -0.48));
   vec3 fill = normalize(vec3(0.8, 0.1, -0.6));
   float diffuse = max(dot(normal, key), 0.0);
-  float gloss = pow(max(dot(normal, normalize(key + toEye)), 0.0), 38.0);
-  vec3 base = gl_FrontFacing ? vec3(0.80, 0.77, 0.70) : vec3(0.62, 0.16, 0.085);
-  vec3 light = diffuse * vec3(1.12, 1.04, 0.92) + 0.20 * max(dot(normal, fill), 0.0) * vec3(0.5, 0.75, 1.0)
-    + (0.16 - 0.1 * normal.y) * vec3(0.55, 0.68, 0.80);
+  float gloss = pow(max(dot(normal, normalize(key + toEye)), 0.0), 60.0);
+  vec3 base = gl_FrontFacing ? vec3(0.74, 0.71, 0.64) : vec3(0.62, 0.16, 0.085);
+  // Steeper than a matt surface falls off, so that a gentle bend is seen.
+  vec3 light = pow(diffuse, 1.6) * vec3(1.12, 1.04, 0.92) + 0.16 * max(dot(normal, fill), 0.0) * vec3(0.5, 0.75, 1.0)
+    + (0.08 - 0.05 * normal.y) * vec3(0.55, 0.68, 0.80);
   vec2 mm = v_uv * u_sheetMm;
   vec2 slope = max(fwidth(mm), vec2(1e-4));
   vec2 line = abs(fract((mm - 0.5 * u_sheetMm) / 15.0 + 0.5) - 0.5) * 15.0 / slope;
   float grid = 1.0 - smoothstep(0.3, 1.3, min(line.x, line.y));
-  base *= 1.0 - 0.34 * grid * smoothstep(14.0, 5.0, 15.0 * max(slope.x, slope.y));
-  return vec4(displayFromLinear(base * light + 0.16 * gloss), 1.0);
+  float cellPixels = 15.0 / max(slope.x, slope.y);
+  base *= 1.0 - 0.34 * grid * smoothstep(4.0, 12.0, cellPixels);
+  return vec4(displayFromLinear(base * light + 0.07 * gloss), 1.0);
 }
 
 vec4 depthColor() {
@@ -157,19 +174,15 @@ vec4 paper() {
   // The blank back stays as the camera sees it; it hides what is behind all the same.
   if (!gl_FrontFacing) return vec4(0.0);
   vec2 stride = fwidth(v_uv) * u_sheetMm;
-  vec3 color = paperColor(u_paper, v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
+  vec3 color = ${PAPER_FUNCTIONS[paper]}(v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
   return vec4(displayFromLinear(color * lightAt(v_pixel) * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
 }
 
 void main() {
   // Distance to the sheet's border, pixels: its edge is drawn softly.
   vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-6));
-  float inside = u_overlay == ${MESH_OVERLAY_NUMBERS.mesh} ? 1.0 : clamp(min(border.x, border.y) + 0.25, 0.0, 1.0);
-  vec4 color;
-  if (u_overlay == ${MESH_OVERLAY_NUMBERS.paper}) color = paper();
-  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.depth}) color = depthColor();
-  else if (u_overlay == ${MESH_OVERLAY_NUMBERS.mesh}) color = wire(border);
-  else color = plaster();
+  float inside = ${overlay === "mesh" ? "1.0" : "clamp(min(border.x, border.y) + 0.25, 0.0, 1.0)"};
+  vec4 color = ${MESH_OVERLAYS[overlay]};
   bool outside = any(lessThan(v_pixel, vec2(0.0))) || any(greaterThan(v_pixel, u_frameSize));
   o_color = color * inside * u_strength * (outside ? 0.0 : 1.0);
 }`;

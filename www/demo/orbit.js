@@ -108,7 +108,7 @@ export class Orbit {
     gl.bufferData(gl.ARRAY_BUFFER, textureCoordinates, gl.STATIC_DRAW);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
     this.#count = faces.length;
-    this.#size = 0.6 * Math.hypot(widthMm, heightMm);
+    this.#size = 0.54 * Math.hypot(widthMm, heightMm);
   }
 
   /** Forgets where the sheet was, and how the view was turned. */

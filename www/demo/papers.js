@@ -2,16 +2,16 @@
 
 /** @typedef {"aurora" | "ink" | "squares"} Paper */
 
-/** @type {ReadonlyMap<Paper, number>} number of each paper in the shader */
-export const PAPERS = new Map([
-  ["aurora", 0],
-  ["ink", 1],
-  ["squares", 2],
-]);
+/**
+ * The function of each paper in {@link PAPERS_GLSL}: `vec3 f(vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`.
+ *
+ * @type {Readonly<Record<Paper, string>>}
+ */
+export const PAPER_FUNCTIONS = { aurora: "auroraPaper", ink: "inkPaper", squares: "squaresPaper" };
 
 /**
- * GLSL: `vec3 paperColor(int paper, vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`, linear light; `mm` from the
- * sheet's top left. Detail finer than a pixel, which is `pixelMm` wide on the sheet, fades out.
+ * GLSL: the papers' functions, linear light, `mm` from the sheet's top left (detail finer than a pixel, which is `pixelMm`
+ * wide on the sheet, fades out), and `displayFromLinear` and back for sRGB.
  */
 export const PAPERS_GLSL = `
 float hash(vec2 p) {
@@ -113,12 +113,6 @@ vec3 squaresPaper(vec2 mm, float pixelMm, vec2 sizeMm, float seconds) {
   float cross = min(fromCentre.x, fromCentre.y);
   float mark = (1.0 - smoothstep(0.5, 0.5 + pixelMm, cross)) * step(length(fromCentre), 12.0);
   return mix(color, vec3(0.75, 0.08, 0.03), mark);
-}
-
-vec3 paperColor(int paper, vec2 mm, float pixelMm, vec2 sizeMm, float seconds) {
-  if (paper == 0) return auroraPaper(mm, pixelMm, sizeMm, seconds);
-  if (paper == 1) return inkPaper(mm, pixelMm, sizeMm, seconds);
-  return squaresPaper(mm, pixelMm, sizeMm, seconds);
 }
 
 vec3 displayFromLinear(vec3 linear) {

@@ -1,6 +1,8 @@
 // The stage's shader: one pass that draws the frame and the overlay for every pixel of the canvas.
 
-import { PAPERS_GLSL } from "./papers.js";
+import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
+
+/** @import { Paper } from "./papers.js" */
 
 /** OpenCV's distortion of the normalised image plane. */
 export const DISTORTION_GLSL = `
@@ -19,10 +21,51 @@ void main() {
   gl_Position = vec4(vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0), 0.0, 1.0);
 }`;
 
-/** Numbers of the overlays that are drawn from the maps, pixel by pixel. */
-export const MAP_OVERLAY_NUMBERS = /** @type {const} */ ({ plain: 0, paper: 1, depth: 2, mask: 3 });
+/** @typedef {"paper" | "depth" | "mask"} MapOverlay */
 
-export const FRAGMENT_SHADER = `#version 300 es
+/** @type {Readonly<Record<MapOverlay, string>>} */
+export const MAP_OVERLAYS = {
+  paper: "color = mix(color, paperOverlay(maps, pixelMm, canonical), inside);",
+  depth: "color = mix(color, depthOverlay(maps, levelSlope), 0.94 * inside);",
+  mask: `color = mix(color, u_accent * (0.35 + 0.65 * dot(color, vec3(0.3, 0.6, 0.1))), 0.72 * inside);
+  float rim = 1.0 - smoothstep(1.0, 2.2, abs(maps.coverage - CONTOUR) / edge);
+  color = mix(color, vec3(1.0), 0.9 * rim * u_strength);`,
+};
+
+/** The overlay of one pixel, drawn from the maps. */
+const overlayGlsl = (/** @type {MapOverlay} */ overlay) => `
+  vec2 canonical = canonicalFromImage(pixel);
+  Maps maps = sampleMaps(canonical);
+  float edge = max(fwidth(maps.coverage), 1e-3);
+  vec2 stride = fwidth(maps.uv) * u_sheetMm;
+  float pixelMm = max(max(stride.x, stride.y), 1e-3);
+  float levelSlope = max(fwidth(maps.depth) / u_depthScale.z, 1e-4);
+  float inside = clamp((maps.coverage - CONTOUR) / edge + 0.5, 0.0, 1.0) * u_strength;
+  ${MAP_OVERLAYS[overlay]}`;
+
+/** What fills the canvas beside the image: the image again, larger, far out of focus and dark. */
+export const BACKDROP_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_frame;         // the camera's image, sRGB, mipmapped
+uniform vec2 u_canvasSize;         // pixels
+uniform vec2 u_frameSize;          // pixels
+out vec4 o_color;
+void main() {
+  vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
+  vec2 aspect = u_canvasSize / u_frameSize;
+  vec2 uv = 0.5 + (canvas - 0.5 * u_canvasSize) / (u_frameSize * max(aspect.x, aspect.y));
+  vec3 sum = vec3(0.0);
+  for (int j = -1; j <= 1; j++) for (int i = -1; i <= 1; i++) sum += textureLod(u_frame, uv + vec2(i, j) * 0.05, 6.0).rgb;
+  o_color = vec4(mix(vec3(0.055, 0.063, 0.075), sum / 9.0, 0.22), 1.0);
+}`;
+
+/**
+ * The frame, and over it what is drawn from the maps.
+ *
+ * @param {"plain" | MapOverlay} overlay
+ * @param {Paper} paper
+ */
+export const stageFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -39,8 +82,6 @@ uniform vec2 u_frameSize;          // pixels
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec4 u_region;             // part of the image the network sees: left, top, right, bottom
 uniform vec3 u_canonical;          // width, height, focal length, pixels
-uniform int u_overlay;
-uniform int u_paper;
 uniform float u_strength;          // of the overlay, 0 to 1
 uniform float u_seconds;
 uniform vec2 u_sheetMm;
@@ -102,17 +143,8 @@ vec3 frameColor(vec2 pixel) {
   return texture(u_frame, pixel / u_frameSize).rgb;
 }
 
-/* What fills the canvas beside the image: the image again, larger, far out of focus and dark. */
-vec3 backdrop(vec2 canvas) {
-  vec2 aspect = u_canvasSize / u_frameSize;
-  vec2 uv = 0.5 + (canvas - 0.5 * u_canvasSize) / (u_frameSize * max(aspect.x, aspect.y));
-  vec3 sum = vec3(0.0);
-  for (int j = -1; j <= 1; j++) for (int i = -1; i <= 1; i++) sum += textureLod(u_frame, uv + vec2(i, j) * 0.05, 6.0).rgb;
-  return mix(vec3(0.055, 0.063, 0.075), sum / 9.0, 0.22);
-}
-
 vec3 paperOverlay(Maps maps, float pixelMm, vec2 canonical) {
-  vec3 color = paperColor(u_paper, maps.uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds);
+  vec3 color = ${PAPER_FUNCTIONS[paper]}(maps.uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds);
   float shading = texture(u_shading, canonical / u_canonical.xy).r;
   return displayFromLinear(color * shading * u_tint);
 }
@@ -129,32 +161,9 @@ vec3 depthOverlay(Maps maps, float slope) {
 void main() {
   vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
   vec2 pixel = (canvas - u_view.xy) / u_view.z;
-  vec2 canonical = canonicalFromImage(pixel);
-  Maps maps = Maps(0.0, vec2(0.0), 0.0);
-  if (u_overlay != 0) maps = sampleMaps(canonical);
-  // Derivatives are taken here, where all pixels come by.
-  float edge = max(fwidth(maps.coverage), 1e-3);
-  vec2 stride = fwidth(maps.uv) * u_sheetMm;
-  float pixelMm = max(max(stride.x, stride.y), 1e-3);
-  float levelSlope = max(fwidth(maps.depth) / u_depthScale.z, 1e-4);
-
-  if (any(lessThan(pixel, vec2(0.0))) || any(greaterThan(pixel, u_frameSize))) {
-    o_color = vec4(backdrop(canvas), 1.0);
-    return;
-  }
   vec3 color = frameColor(pixel);
   vec2 beyond = max(max(u_region.xy - pixel, pixel - u_region.zw), 0.0) * u_view.z;
   color *= mix(1.0, 0.42, smoothstep(0.0, 1.5, max(beyond.x, beyond.y)));
-
-  float inside = clamp((maps.coverage - CONTOUR) / edge + 0.5, 0.0, 1.0) * u_strength;
-  if (u_overlay != 0 && inside > 0.0) {
-    if (u_overlay == 1) color = mix(color, paperOverlay(maps, pixelMm, canonical), inside);
-    if (u_overlay == 2) color = mix(color, depthOverlay(maps, levelSlope), 0.94 * inside);
-    if (u_overlay == 3) color = mix(color, u_accent * (0.35 + 0.65 * dot(color, vec3(0.3, 0.6, 0.1))), 0.72 * inside);
-  }
-  if (u_overlay == 3) {
-    float rim = 1.0 - smoothstep(1.0, 2.2, abs(maps.coverage - CONTOUR) / edge);
-    color = mix(color, vec3(1.0), 0.9 * rim * u_strength);
-  }
+${overlay === "plain" ? "" : overlayGlsl(overlay)}
   o_color = vec4(color, 1.0);
 }`;

@@ -1,24 +1,27 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { createProgram, createTexture, drawsInSoftware } from "./gl.js";
+import { createProgram, createTexture, drawsInSoftware, programVariants } from "./gl.js";
 import { heatRow } from "./heat.js";
 import { MeshLayer } from "./mesh-layer.js";
-import { MESH_OVERLAY_NUMBERS } from "./mesh-shader.js";
-import { PAPERS } from "./papers.js";
+import { MESH_OVERLAYS } from "./mesh-shader.js";
 import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
 import { softMask } from "./soft-mask.js";
-import { FRAGMENT_SHADER, MAP_OVERLAY_NUMBERS, VERTEX_SHADER } from "./stage-shader.js";
+import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
 import { viewOf } from "./view.js";
 
 /** @import { DeepSft, Estimate, SourcedCamera, SurfaceMesh } from "deepsft" */
-/** @import { MeshOverlay } from "./mesh-layer.js" */
+/** @import { Program } from "./gl.js" */
+/** @import { MeshOverlay } from "./mesh-shader.js" */
+/** @import { MapOverlay } from "./stage-shader.js" */
 /** @import { Paper } from "./papers.js" */
 
 /** @typedef {"paper" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
 
 /** Canvas pixels a CSS pixel, at most: more cannot be seen and costs time. */
 const MOST_DENSITY = 2;
+/** Canvas pixels, at most, where the processor draws. */
+const MOST_SOFTWARE_PIXELS = 330_000;
 /** Seconds in which an overlay appears after the sheet was found. */
 const APPEAR_SECONDS = 0.25;
 /** Width of the wireframe's lines, CSS pixels. */
@@ -29,7 +32,8 @@ const SAMPLERS = /** @type {const} */ (["frame", "depth", "registration", "cover
 export class Stage {
   #canvas;
   #gl;
-  #program;
+  #programs;
+  #backdropProgram;
   #textures;
   #meshLayer;
   /** Whether there is a mesh that belongs to the frame. */
@@ -69,7 +73,8 @@ export class Stage {
     this.#canvas = canvas;
     this.#gl = gl;
     this.software = drawsInSoftware(gl);
-    this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
+    this.#programs = programVariants(gl, VERTEX_SHADER, stageFragmentShader);
+    this.#backdropProgram = createProgram(gl, VERTEX_SHADER, BACKDROP_FRAGMENT_SHADER);
     this.#meshLayer = new MeshLayer(gl);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     const texture = (/** @type {number} */ filter) => createTexture(gl, filter);
@@ -183,7 +188,7 @@ export class Stage {
    */
   draw(seconds) {
     const [gl, canvas, camera] = [this.#gl, this.#canvas, this.#camera];
-    const density = this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+    const density = this.#density();
     const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     gl.viewport(0, 0, width, height);
@@ -196,14 +201,15 @@ export class Stage {
       { width, height, top: this.#covered.top * density, bottom: this.#covered.bottom * density },
       camera,
     );
-    const { program, uniform } = this.#program;
+    const meshOverlay = this.#hasMesh && this.overlay in MESH_OVERLAYS;
+    const mapOverlay = !meshOverlay && this.overlay in MAP_OVERLAYS ? /** @type {MapOverlay} */ (this.overlay) : "plain";
+    const age = (performance.now() - this.#foundSince) / 1000;
+    const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
+    gl.enable(gl.SCISSOR_TEST);
+    this.#drawBackdrop([width, height], camera, { left, top, scale });
+    const { program, uniform } = this.#programs(mapOverlay, this.paper);
     gl.useProgram(program);
-    SAMPLERS.forEach((name, unit) => {
-      gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(gl.TEXTURE_2D, this.#textures[name]);
-      gl.uniform1i(uniform(`u_${name}`), unit);
-    });
-    gl.activeTexture(gl.TEXTURE0);
+    this.#bind(uniform, SAMPLERS);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
     gl.uniform3f(uniform("u_view"), left, top, scale);
     gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
@@ -211,19 +217,16 @@ export class Stage {
     gl.uniform1fv(uniform("u_distortion"), camera.distortion);
     gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
     gl.uniform3f(uniform("u_canonical"), CANONICAL_WIDTH, CANONICAL_HEIGHT, CANONICAL_FOCAL);
-    const meshOverlay = this.#hasMesh && this.overlay in MESH_OVERLAY_NUMBERS;
-    const mapOverlay = meshOverlay || !(this.overlay in MAP_OVERLAY_NUMBERS) ? "plain" : this.overlay;
-    const age = (performance.now() - this.#foundSince) / 1000;
-    const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
-    gl.uniform1i(uniform("u_overlay"), MAP_OVERLAY_NUMBERS[/** @type {keyof typeof MAP_OVERLAY_NUMBERS} */ (mapOverlay)]);
-    gl.uniform1i(uniform("u_paper"), PAPERS.get(this.paper) ?? 0);
     gl.uniform1f(uniform("u_strength"), strength);
     gl.uniform1f(uniform("u_seconds"), seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...this.#sheetMm);
     gl.uniform3f(uniform("u_tint"), ...this.tint);
     gl.uniform3f(uniform("u_depthScale"), this.depthScale.near, this.depthScale.far, this.depthScale.step);
     gl.uniform3f(uniform("u_accent"), 0.25, 0.88, 0.72);
+    const [bottom, imageHeight] = [Math.floor(height - top - camera.height * scale), Math.ceil(camera.height * scale) + 1];
+    gl.scissor(Math.floor(left), bottom, Math.ceil(camera.width * scale) + 1, imageHeight);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.SCISSOR_TEST);
     if (!meshOverlay) return;
     this.#meshLayer.draw({
       camera,
@@ -240,6 +243,55 @@ export class Stage {
       frame: this.#textures.frame,
       heat: this.#textures.heat,
     });
+  }
+
+  /** Canvas pixels a CSS pixel. */
+  #density() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    if (this.software) return Math.min(1, Math.sqrt(MOST_SOFTWARE_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    return this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+  }
+
+  /**
+   * What the image leaves of the canvas: strips above, below and beside it.
+   *
+   * @param {[number, number]} canvasSize
+   * @param {SourcedCamera} camera
+   * @param {{ left: number, top: number, scale: number }} view
+   */
+  #drawBackdrop([width, height], camera, { left, top, scale }) {
+    const gl = this.#gl;
+    const [right, foot] = [left + camera.width * scale, top + camera.height * scale];
+    const strips = [
+      [0, 0, width, top],
+      [0, foot, width, height - foot],
+      [0, 0, left, height],
+      [right, 0, width - right, height],
+    ].filter(([, , w, h]) => w > 0.5 && h > 0.5);
+    if (strips.length === 0) return;
+    const { program, uniform } = this.#backdropProgram;
+    gl.useProgram(program);
+    this.#bind(uniform, ["frame"]);
+    gl.uniform2f(uniform("u_canvasSize"), width, height);
+    gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
+    for (const [x, y, w, h] of strips) {
+      gl.scissor(Math.floor(x), Math.floor(height - y - h), Math.ceil(w) + 1, Math.ceil(h) + 1);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+  }
+
+  /**
+   * @param {Program["uniform"]} uniform
+   * @param {readonly (typeof SAMPLERS)[number][]} samplers
+   */
+  #bind(uniform, samplers) {
+    const gl = this.#gl;
+    samplers.forEach((name, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, this.#textures[name]);
+      gl.uniform1i(uniform(`u_${name}`), unit);
+    });
+    gl.activeTexture(gl.TEXTURE0);
   }
 
   /**

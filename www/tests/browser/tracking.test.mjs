@@ -18,6 +18,12 @@ const SEED = 9_700_001;
 const FRAMES = 60;
 /** The camera's rate. The clip was rendered for 30, so the sheet moves at half its speed here: the software GPU draws too. */
 const CAMERA_FPS = 15;
+/**
+ * Milliseconds of the processor that the page's own thread may spend on JavaScript a frame: it grabs and hands over. A solve
+ * alone takes more. (How long a task lasts by the clock also counts what else the machine does: it is only told.)
+ */
+const MOST_SCRIPT_MS = 10;
+
 /** Grey frames in the middle of the camera's film, when the scene is covered. */
 const COVERED = 20;
 
@@ -147,9 +153,17 @@ test(
       await collectTracked(page);
       await page.click("#use-camera");
       await page.waitForSelector('#live[data-mesh="true"]');
+      const cdp = await page.context().newCDPSession(page);
+      await cdp.send("Performance.enable", { timeDomain: "threadTicks" });
+      const scriptMs = async () => {
+        const { metrics } = await cdp.send("Performance.getMetrics");
+        return 1000 * metrics.find(({ name }) => name === "ScriptDuration").value;
+      };
       const from = await page.evaluate(() => performance.now());
+      const scriptBefore = await scriptMs();
       // Twice the film: both ways through the covered part.
       await page.waitForTimeout((2 * 1000 * (2 * FRAMES + COVERED)) / CAMERA_FPS);
+      const scriptSpent = (await scriptMs()) - scriptBefore;
       const { tracked, longTasks } = await page.evaluate((since) => ({
         tracked: globalThis.tracked
           .filter(({ at }) => at > since)
@@ -173,13 +187,14 @@ test(
         rmsMm: median(errors.map((e) => e.rmsMm)),
         trackMs: median(frames.map((one) => one.times.trackMs)),
         captureMs: median(frames.map((one) => one.times.captureMs)),
-        longTasks,
+        scriptMsAFrame: scriptSpent / frames.length,
+        longTasks: longTasks.map(([, ms]) => ms),
       };
       t.diagnostic(JSON.stringify(report));
       // After the cover the network has to answer and the track to start: half a second of eight.
       assert.ok(share > 0.85, `found in ${share} of the frames`);
       assert.ok(report.medianPx < 1, `${report.medianPx} px`);
-      assert.deepEqual(longTasks, [], "the page was kept waiting");
+      assert.ok(report.scriptMsAFrame < MOST_SCRIPT_MS, `${report.scriptMsAFrame} ms of the page's thread a frame`);
       await demo.finish();
     } finally {
       await browser.close();
@@ -211,7 +226,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.waitForTimeout(1500);
       for (const part of ["#track-ms", "#network-ms", "#network-fps", "#fps"])
         assert.ok(Number(await page.textContent(part)) > 0, part);
-      assert.match(await page.textContent("#state-text"), /^Poster tracked · \d+ %$/);
+      assert.match(await page.textContent("#state-text"), /^Tracked · \d+ %$/);
       await demo.screenshot(`${name}-track-hud`);
       await demo.finish();
     } finally {

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { Covering, seenShares } from "../../demo/covering.js";
+import { Covering, confirmed, seenShares } from "../../demo/covering.js";
 
 /** A point that the canonical camera sees at a pixel, 380 mm away: a millimetre a pixel. */
 const at = (column, row) => [column - CANONICAL_WIDTH / 2 + 0.5, row - CANONICAL_HEIGHT / 2 + 0.5, 380];
@@ -15,27 +15,35 @@ function leftHalf() {
   return mask;
 }
 
-test("a vertex is seen up to two pixels beyond the mask, and where the image does not reach", () => {
-  const vertices = Float32Array.from([at(100, 100), at(241, 100), at(243, 100), at(600, 100), at(300, -5)].flat());
+/** A mesh of one vertex that the image says nothing about. */
+const mesh = (vertex) => ({ vertices: Float32Array.from(vertex), confidence: Float32Array.of(0) });
+
+test("a vertex is seen up to three pixels beyond the mask, and where the image does not reach", () => {
+  const vertices = Float32Array.from([at(100, 100), at(242, 100), at(243, 100), at(600, 100), at(300, -5)].flat());
   assert.deepEqual([...seenShares(vertices, leftHalf())], [1, 1, 0, 1, 1]);
+});
+
+test("what the image itself confirms is seen, whatever the mask says", () => {
+  const seen = confirmed(Float32Array.of(0, 0, 0, 1), Float32Array.of(0.2, 0.5, 0.9, 0));
+  for (const [i, expected] of [0, 0.5, 1, 1].entries()) assert.ok(Math.abs(seen[i] - expected) < 1e-6, `${seen}`);
 });
 
 test("the mask of an older frame is looked up at the mesh of that frame", () => {
   const covering = new Covering();
-  const before = Float32Array.from(at(300, 100));
-  assert.deepEqual([...covering.follow(1, before)], [1], "nothing covers it before the first answer");
-  covering.follow(2, Float32Array.from(at(100, 100)));
+  assert.deepEqual([...covering.follow(1, mesh(at(300, 100)), true)], [1], "nothing covers it before the first answer");
+  covering.follow(2, mesh(at(100, 100)), true);
   covering.answer(1, leftHalf());
-  const [share] = covering.follow(3, Float32Array.from(at(100, 100)));
+  const [share] = covering.follow(3, mesh(at(100, 100)), true);
   assert.ok(Math.abs(share - 0.4) < 1e-6, `${share}: hidden in frame 1, with a weight of 0.6`);
   covering.answer(2, leftHalf());
-  const [again] = covering.follow(4, Float32Array.from(at(100, 100)));
+  const [again] = covering.follow(4, mesh(at(100, 100)), true);
   assert.ok(Math.abs(again - 0.76) < 1e-6, `${again}`);
 });
 
-test("an answer to a frame that was not followed changes nothing", () => {
+test("an answer to a frame that was not followed, or not well, changes nothing", () => {
   const covering = new Covering();
-  covering.follow(1, Float32Array.from(at(300, 100)));
+  covering.follow(1, mesh(at(300, 100)), false);
+  covering.answer(1, leftHalf());
   covering.answer(7, leftHalf());
-  assert.deepEqual([...covering.follow(2, Float32Array.from(at(300, 100)))], [1]);
+  assert.deepEqual([...covering.follow(2, mesh(at(300, 100)), true)], [1]);
 });
