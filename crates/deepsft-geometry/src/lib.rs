@@ -22,6 +22,7 @@ mod camera;
 mod canonical;
 mod completion;
 mod error;
+mod islands;
 mod maps;
 mod mesh;
 pub mod metrics;
@@ -40,6 +41,7 @@ pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_c
 pub use completion::{ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport};
 pub use error::GeometryError;
 pub use glam;
+pub use islands::remove_islands;
 pub use maps::{Maps, OUTSIDE};
 pub use mesh::TriangleMesh;
 pub use photometric::{draw_template, photometric_error};

@@ -5,6 +5,7 @@ pub mod bundle;
 pub mod eval;
 pub mod poster;
 pub mod reconstruct;
+pub mod study;
 pub mod synth;
 pub mod template;
 pub mod train;
