@@ -51,6 +51,9 @@ enum Command {
     Train(commands::train::TrainArguments),
     /// Measure a model against ground truth.
     Eval(commands::eval::EvalArguments),
+    /// Measure how errors grow with what makes a frame hard.
+    #[command(subcommand)]
+    Study(commands::study::StudyCommand),
     /// Find the template in photographs: depth, registration, mask and mesh.
     Reconstruct(commands::reconstruct::ReconstructArguments),
     /// Measure how fast this machine synthesises, trains and estimates.
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
         Command::Synth(arguments) => commands::synth::run(&arguments),
         Command::Train(arguments) => commands::train::run(&arguments),
         Command::Eval(arguments) => commands::eval::run(&arguments),
+        Command::Study(command) => commands::study::run(&command),
         Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
         Command::Bench(arguments) => commands::bench::run(&arguments),
         Command::Completion(command) => commands::completion::run(&command),

@@ -22,6 +22,7 @@ mod camera;
 mod canonical;
 mod completion;
 mod error;
+mod islands;
 mod maps;
 mod mesh;
 pub mod metrics;
@@ -45,6 +46,7 @@ pub use completion::{
 };
 pub use error::GeometryError;
 pub use glam;
+pub use islands::remove_islands;
 pub use maps::{Maps, OUTSIDE};
 pub use mesh::TriangleMesh;
 pub use photometric::{draw_template, photometric_error};

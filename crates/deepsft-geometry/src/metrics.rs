@@ -57,9 +57,23 @@ pub fn frame_metrics(
     camera: &Camera,
     template_size_mm: DVec2,
 ) -> Result<FrameMetrics, GeometryError> {
+    frame_metrics_between((predicted, camera), (truth, camera), template_size_mm)
+}
+
+/// As [`frame_metrics`], for maps that were made believing in another camera than the true one: each side's 3D points
+/// come from its own camera. Both cameras have one image size, and a pixel is the same pixel of both.
+///
+/// # Errors
+/// [`GeometryError::MapSize`] when maps or the cameras' images are not all of one size.
+pub fn frame_metrics_between(
+    (predicted, believed): (&Maps, &Camera),
+    (truth, camera): (&Maps, &Camera),
+    template_size_mm: DVec2,
+) -> Result<FrameMetrics, GeometryError> {
     let expected = (camera.width() as usize, camera.height() as usize);
-    for maps in [truth, predicted] {
-        let actual = (maps.width(), maps.height());
+    let believed_size = (believed.width() as usize, believed.height() as usize);
+    let sizes = [truth, predicted].map(|maps| (maps.width(), maps.height()));
+    for actual in sizes.into_iter().chain([believed_size]) {
         if actual != expected {
             return Err(GeometryError::MapSize { actual, expected });
         }
@@ -81,8 +95,9 @@ pub fn frame_metrics(
         let depth_error = f64::from(predicted.depth()[pixel]) - f64::from(truth.depth()[pixel]);
         depth.add(depth_error * depth_error);
         let centre = DVec2::new((pixel % expected.0) as f64 + 0.5, (pixel / expected.0) as f64 + 0.5);
-        let ray = camera.ray_from_pixel(centre).extend(1.0);
-        points.add((ray * depth_error).length_squared());
+        let point =
+            |camera: &Camera, maps: &Maps| camera.ray_from_pixel(centre).extend(1.0) * f64::from(maps.depth()[pixel]);
+        points.add((point(believed, predicted) - point(camera, truth)).length_squared());
         let error_mm = (uv(predicted, pixel) - uv(truth, pixel)) * template_size_mm;
         millimetres.add(error_mm.length_squared());
         if let Some(jacobian) = jacobian_mm(truth, pixel, camera, template_size_mm) {
@@ -331,6 +346,22 @@ mod tests {
         predicted.set(134 * 480 + 430, 410.0, [0.5; 2]);
         let expected = 10.0 * (190.5_f64.powi(2) + 0.25 + 380.0_f64.powi(2)).sqrt() / 380.0;
         assert!((compare(&predicted, &truth).points_rmse_mm.unwrap() - expected).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_believed_focal_length_moves_the_points_and_not_the_pixels() {
+        // Pixel (430, 134) is 190.5 px right of and 0.5 px above the axis. Believing f = 760 instead of 380 halves the
+        // ray's slope: at 400 mm the points are 400 (190.5, 0.5) (1/380 - 1/760) apart.
+        let mut truth = Maps::empty(480, 270);
+        truth.set(134 * 480 + 430, 400.0, [0.5; 2]);
+        let believed = Camera::pinhole(480, 270, 760.0, 760.0, 240.0, 135.0).unwrap();
+        let camera = training_camera();
+        let metrics = frame_metrics_between((&truth, &believed), (&truth, &camera), SHEET_MM).unwrap();
+        let expected = 400.0 * 190.5_f64.hypot(0.5) / 760.0;
+        assert!((metrics.points_rmse_mm.unwrap() - expected).abs() < 1e-9);
+        assert_eq!(metrics.depth_rmse_mm, Some(0.0));
+        let small = Camera::pinhole(48, 27, 76.0, 76.0, 24.0, 13.5).unwrap();
+        assert!(frame_metrics_between((&truth, &small), (&truth, &camera), SHEET_MM).is_err());
     }
 
     #[test]

@@ -48,7 +48,36 @@ impl Template {
 
     fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, GeometryError> {
         let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
-        let (columns, rows) = (cells(width_mm) + 1, cells(height_mm) + 1);
+        Self::of_grid(
+            texture,
+            width_mm,
+            height_mm,
+            (cells(width_mm) + 1, cells(height_mm) + 1),
+        )
+    }
+
+    /// The same sheet with every cell of its grid cut into four: what a method that fits the ordinary mesh is
+    /// tried on, so that it does not find its own mesh again. Vertex (i, j) of this grid is vertex (2 i, 2 j) there.
+    ///
+    /// # Errors
+    /// None for a template that exists; the signature is the mesh's.
+    pub fn finer(&self) -> Result<Self, GeometryError> {
+        let grid = (2 * self.columns - 1, 2 * self.rows - 1);
+        Self::of_grid(self.texture.clone(), self.width_mm, self.height_mm, grid)
+    }
+
+    /// The same sheet with another picture on it.
+    pub fn with_texture(self, texture: Picture) -> Self {
+        Self { texture, ..self }
+    }
+
+    /// A sheet whose mesh has `columns` x `rows` vertices, at least two each.
+    fn of_grid(
+        texture: Picture,
+        width_mm: f64,
+        height_mm: f64,
+        (columns, rows): (usize, usize),
+    ) -> Result<Self, GeometryError> {
         let mut vertices = Vec::with_capacity(columns * rows);
         let mut texture_coordinates = Vec::with_capacity(columns * rows);
         for j in 0..rows {
@@ -136,6 +165,23 @@ mod tests {
             area += normal.length() / 2.0;
         }
         assert!((area - 297.0 * 210.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_finer_sheet_keeps_the_vertices_and_halves_the_cells() {
+        let template = sheet();
+        let finer = template.finer().unwrap();
+        let ((columns, rows), (fine_columns, fine_rows)) = (template.grid(), finer.grid());
+        assert_eq!(finer.mesh().faces().len(), 4 * template.mesh().faces().len());
+        assert_eq!(finer.mesh().vertices().len(), fine_columns * fine_rows);
+        for j in 0..rows {
+            for i in 0..columns {
+                let there = finer.mesh().vertices()[2 * j * fine_columns + 2 * i];
+                // u is a quotient of small whole numbers: the same but for rounding.
+                assert!(there.distance(template.mesh().vertices()[j * columns + i]) < 1e-9);
+            }
+        }
+        assert_eq!(finer.size_mm(), template.size_mm());
     }
 
     #[test]

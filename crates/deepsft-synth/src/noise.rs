@@ -13,6 +13,7 @@ pub(crate) enum Stream {
     Shape,
     Pool,
     Motion,
+    Disturbance,
 }
 
 /// The generator of a purpose within sample `index` of the data set `seed`.

@@ -22,6 +22,19 @@ pub struct FrameResult {
     pub metrics: FrameMetrics,
     /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<f64>,
+    /// What physics refinement did, where it was asked and could fit a mesh.
+    pub refinement: Option<FrameRefinement>,
+}
+
+/// What physics refinement did to one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameRefinement {
+    /// Whether the mesh was taken; otherwise the network's own maps stay.
+    pub mesh_taken: bool,
+    /// Errors of the network's own maps.
+    pub network: FrameMetrics,
+    /// Mean robust photometric cost of the network's maps and of the mesh's.
+    pub photometric_cost: [f64; 2],
 }
 
 /// All frames of a set.
@@ -41,7 +54,7 @@ pub struct Figures {
     /// RMSE of registration, mm on the template.
     pub registration_rmse_mm: Option<f64>,
     /// RMSE of 3D points, mm.
-    pub points_rmse_mm: Option<f64>,
+    pub rmse_3d_mm: Option<f64>,
     /// Intersection over union of the masks.
     pub mask_iou: Option<f64>,
     /// Share of the true mask that is predicted.
@@ -70,6 +83,21 @@ pub struct EvaluationSummary {
     pub mean: Figures,
     /// Medians over frames.
     pub median: Figures,
+    /// What physics refinement did, if it was asked.
+    pub refinement: Option<RefinementSummary>,
+}
+
+/// Where physics refinement won and lost, over the frames that show the template and got a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RefinementSummary {
+    /// Frames that got a mesh.
+    pub frames: usize,
+    /// Share of them in which the network's own maps stay.
+    pub fallback_share: f64,
+    /// Share of them whose registration error is larger than the network's.
+    pub worse_registration_share: f64,
+    /// Share of them whose 3D error is larger than the network's.
+    pub worse_3d_share: f64,
 }
 
 impl Evaluation {
@@ -88,16 +116,23 @@ impl Evaluation {
         let mut frames = Vec::new();
         for (index, sample) in samples.into_iter().enumerate() {
             let mut estimate = pollster::block_on(estimator.estimate(&sample.image, &sample.camera))?;
+            let mut refinement_of_frame = None;
             if let Some(refinement) = refinement.as_deref_mut()
                 && estimate.judgement.found
             {
                 let camera = estimator.canonical_camera();
                 let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
                 if let Some(refined) = refined.map_err(DeepSftError::from)? {
+                    refinement_of_frame = Some(FrameRefinement {
+                        mesh_taken: refined.accepted,
+                        network: frame_metrics(&estimate.maps, &sample.truth, &sample.camera, template.size_mm())?,
+                        photometric_cost: refined.photometric_cost,
+                    });
                     estimate.maps = refined.maps;
                 }
             }
-            let result = FrameResult::new(index as u64, &sample, &estimate, template)?;
+            let mut result = FrameResult::new(index as u64, &sample, &estimate, template)?;
+            result.refinement = refinement_of_frame;
             each(&sample, &estimate, &result);
             frames.push(result);
         }
@@ -126,7 +161,7 @@ impl Evaluation {
                 depth_rmse_mm: of(|m| m.depth_rmse_mm),
                 registration_rmse_px: of(|m| m.registration_rmse_px),
                 registration_rmse_mm: of(|m| m.registration_rmse_mm),
-                points_rmse_mm: of(|m| m.points_rmse_mm),
+                rmse_3d_mm: of(|m| m.points_rmse_mm),
                 mask_iou: of(|m| m.mask_iou),
                 coverage: of(|m| m.coverage),
                 photometric_error: Summary::of(self.shown().map(|f| f.photometric_error)).map(pick),
@@ -140,7 +175,30 @@ impl Evaluation {
             empty_flagged_share: share(flagged, empty),
             mean: figures(|s| s.mean),
             median: figures(|s| s.median),
+            refinement: self.refinement_summary(),
         }
+    }
+
+    fn refinement_summary(&self) -> Option<RefinementSummary> {
+        let refined: Vec<(&FrameMetrics, &FrameRefinement)> = self
+            .shown()
+            .filter_map(|frame| Some((&frame.metrics, frame.refinement.as_ref()?)))
+            .collect();
+        let share = |counts: &dyn Fn(&FrameMetrics, &FrameRefinement) -> bool| {
+            refined
+                .iter()
+                .filter(|(metrics, refinement)| counts(metrics, refinement))
+                .count() as f64
+                / refined.len() as f64
+        };
+        (!refined.is_empty()).then(|| RefinementSummary {
+            frames: refined.len(),
+            fallback_share: share(&|_, refinement| !refinement.mesh_taken),
+            worse_registration_share: share(&|metrics, refinement| {
+                metrics.registration_rmse_px > refinement.network.registration_rmse_px
+            }),
+            worse_3d_share: share(&|metrics, refinement| metrics.points_rmse_mm > refinement.network.points_rmse_mm),
+        })
     }
 
     fn shown(&self) -> impl Iterator<Item = &FrameResult> {
@@ -161,6 +219,7 @@ impl FrameResult {
             judgement: estimate.judgement,
             metrics,
             photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
+            refinement: None,
         })
     }
 }
@@ -190,4 +249,61 @@ pub(crate) fn watch(network: &Network, samples: &[Sample], device: &Device) -> R
         }
     }
     Ok(frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A frame in which the network was off by 2 px and 20 mm.
+    fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> FrameResult {
+        let metrics = |px, mm| FrameMetrics {
+            registration_rmse_px: Some(px),
+            points_rmse_mm: Some(mm),
+            ..FrameMetrics::default()
+        };
+        FrameResult {
+            index: 0,
+            has_template,
+            judgement: Judgement {
+                found: true,
+                confidence: 0.9,
+                area: 0.2,
+            },
+            metrics: metrics(px, mm),
+            photometric_error: None,
+            refinement: mesh_taken.map(|mesh_taken| FrameRefinement {
+                mesh_taken,
+                network: metrics(2.0, 20.0),
+                photometric_cost: [1.0, 0.5],
+            }),
+        }
+    }
+
+    #[test]
+    fn the_summary_tells_where_physics_lost_and_where_the_networks_maps_stay() {
+        let mut evaluation = Evaluation {
+            frames: vec![
+                frame(true, Some(true), 0.5, 3.0),
+                frame(true, Some(true), 3.0, 15.0),
+                frame(true, Some(true), 0.4, 25.0),
+                frame(true, Some(false), 2.0, 20.0),
+                frame(true, None, 9.0, 90.0),
+                frame(false, Some(true), 9.0, 90.0),
+            ],
+        };
+        let expected = RefinementSummary {
+            frames: 4,
+            fallback_share: 0.25,
+            worse_registration_share: 0.25,
+            worse_3d_share: 0.25,
+        };
+        assert_eq!(evaluation.summary().refinement, Some(expected));
+        assert_eq!(
+            evaluation.summary().mean.rmse_3d_mm,
+            Some((3.0 + 15.0 + 25.0 + 20.0 + 90.0) / 5.0)
+        );
+        evaluation.frames.retain(|frame| frame.refinement.is_none());
+        assert_eq!(evaluation.summary().refinement, None);
+    }
 }

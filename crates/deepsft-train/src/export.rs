@@ -103,6 +103,7 @@ mod tests {
             },
             metrics: Default::default(),
             photometric_error: None,
+            refinement: None,
         }
     }
 

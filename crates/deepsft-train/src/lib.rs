@@ -11,14 +11,18 @@ mod export;
 mod loader;
 mod loss;
 mod schedule;
+mod study;
 mod targets;
 mod trainer;
 
 pub use batch::{Batch, BatchShape, BatchTensors};
 pub use checkpoint::{Checkpoint, CurvePoint};
 pub use error::TrainError;
-pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameResult};
+pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
 pub use export::export_bundle;
 pub use loss::{LossWeights, Losses, step_one_loss};
 pub use schedule::Schedule;
+pub use study::{
+    StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,
+};
 pub use trainer::{Budget, Progress, TrainConfig, Trained, train};

@@ -29,11 +29,12 @@ median over the frames that show the object:
   depth_rmse_mm          depth, mm
   registration_rmse_px   how far an overlay sits from the truth, pixels of the 480 x 270 image
   registration_rmse_mm   the same on the object, mm
-  points_rmse_mm         3D points, mm
+  rmse_3d_mm             3D points, mm
   mask_iou, coverage     overlap of the masks; share of the true mask that was found
   photometric_error      the paper's E_pr, intensities 0 to 1, not corrected for light
 The JSON has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\": {\"depth_rmse_mm\"})
-and each frame in \"per_frame\".
+and each frame in \"per_frame\". With --refine physics, \"refinement\" says where the mesh was refused and where it is
+worse than the network's own maps, whose errors stand beside each frame's (\"network_...\").
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
@@ -89,8 +90,20 @@ struct FrameReport {
     depth_rmse_mm: Option<f64>,
     registration_rmse_px: Option<f64>,
     registration_rmse_mm: Option<f64>,
+    rmse_3d_mm: Option<f64>,
     mask_iou: Option<f64>,
     coverage: Option<f64>,
+    #[serde(flatten)]
+    refinement: Option<RefinementReport>,
+}
+
+#[derive(Serialize)]
+struct RefinementReport {
+    mesh_taken: bool,
+    network_depth_rmse_mm: Option<f64>,
+    network_registration_rmse_px: Option<f64>,
+    network_rmse_3d_mm: Option<f64>,
+    photometric_cost: [f64; 2],
 }
 
 pub fn run(arguments: &EvalArguments) -> Result<()> {
@@ -193,8 +206,16 @@ impl FrameReport {
             depth_rmse_mm: metrics.depth_rmse_mm,
             registration_rmse_px: metrics.registration_rmse_px,
             registration_rmse_mm: metrics.registration_rmse_mm,
+            rmse_3d_mm: metrics.points_rmse_mm,
             mask_iou: metrics.mask_iou,
             coverage: metrics.coverage,
+            refinement: result.refinement.map(|refinement| RefinementReport {
+                mesh_taken: refinement.mesh_taken,
+                network_depth_rmse_mm: refinement.network.depth_rmse_mm,
+                network_registration_rmse_px: refinement.network.registration_rmse_px,
+                network_rmse_3d_mm: refinement.network.points_rmse_mm,
+                photometric_cost: refinement.photometric_cost,
+            }),
         }
     }
 }
@@ -218,7 +239,7 @@ fn print(report: &Report) {
             median.registration_rmse_mm,
         ),
         ("depth RMSE, mm", mean.depth_rmse_mm, median.depth_rmse_mm),
-        ("3D point RMSE, mm", mean.points_rmse_mm, median.points_rmse_mm),
+        ("3D point RMSE, mm", mean.rmse_3d_mm, median.rmse_3d_mm),
         ("mask IoU", mean.mask_iou, median.mask_iou),
         ("coverage", mean.coverage, median.coverage),
         ("photometric error", mean.photometric_error, median.photometric_error),
@@ -231,6 +252,15 @@ fn print(report: &Report) {
         "not found where it is not  {:>11}",
         percent(summary.empty_flagged_share)
     );
+    if let Some(refinement) = &summary.refinement {
+        println!(
+            "physics, {} frames: the network's maps stay in {}; worse than they are in registration {}, in 3D {}",
+            refinement.frames,
+            percent(Some(refinement.fallback_share)),
+            percent(Some(refinement.worse_registration_share)),
+            percent(Some(refinement.worse_3d_share)),
+        );
+    }
     if summary.frames_without_answer > 0 {
         println!(
             "{} frames that show it have no pixel in common with the answer",
@@ -372,6 +402,7 @@ mod tests {
                 judgement,
                 metrics,
                 photometric_error: None,
+                refinement: None,
             };
             worst.offer(&sample, &estimate, &result);
         }

@@ -6,6 +6,7 @@ pub mod completion;
 pub mod eval;
 pub mod poster;
 pub mod reconstruct;
+pub mod study;
 pub mod synth;
 pub mod template;
 pub mod train;

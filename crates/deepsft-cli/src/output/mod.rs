@@ -3,6 +3,7 @@
 
 pub mod atomic;
 mod canvas;
+mod chart;
 pub mod color_map;
 pub mod curve_plot;
 pub mod glb;
@@ -10,4 +11,6 @@ pub mod model_card;
 pub mod npy;
 pub mod panels;
 pub mod sheet;
+pub mod study_plot;
+pub mod study_table;
 pub mod surface;

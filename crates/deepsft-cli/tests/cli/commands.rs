@@ -124,6 +124,7 @@ fn a_data_set_is_the_same_however_it_is_cut_and_can_be_evaluated_on() {
         "depth_rmse_mm",
         "registration_rmse_px",
         "registration_rmse_mm",
+        "rmse_3d_mm",
         "mask_iou",
         "coverage",
     ];
@@ -255,4 +256,33 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
         .collect();
     assert_eq!(samples, ["16", "32"]);
     deepsft(folder.path(), &["bundle", "verify", "model"]).succeeds();
+}
+
+#[test]
+fn a_study_has_every_level_of_every_series_and_draws_them() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path(), "model");
+    let outputs = ["--json", "study.json", "--plot", "study.png", "--sheet", "worst.png"];
+    let arguments = ["study", "physics", "--model", "model", "--frames", "1", "--seed", "31"];
+    let run = deepsft(folder.path(), &[&arguments[..], &outputs].concat());
+    assert!(run.succeeds().stdout.contains("| px | found |"), "{}", run.stdout);
+    let study = json(&folder.path().join("study.json"));
+    let series = study["series"].as_array().unwrap();
+    assert_eq!(series.len(), 10);
+    // The network is untrained, so only what starts from the disturbed truth is sure to be refined.
+    let errors = &series[0];
+    assert_eq!(errors["start"].as_str(), Some("disturbed-truth"));
+    for row in errors["rows"].as_array().unwrap() {
+        let level = row["level"].as_f64().unwrap();
+        let started = row["start"]["median"]["registration_rmse_px"].as_f64().unwrap();
+        assert!((started - level).abs() < 0.01, "{row}");
+        assert!(
+            row["physics"]["median"]["rmse_3d_mm"].is_number() && row["found"] == 1,
+            "{row}"
+        );
+    }
+    for name in ["study.png", "worst.png"] {
+        let picture = deepsft::decode_picture(&fs::read(folder.path().join(name)).unwrap()).unwrap();
+        assert!(picture.width() > 480, "{name}");
+    }
 }

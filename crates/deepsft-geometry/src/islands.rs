@@ -1,0 +1,145 @@
+//! Islands of a mask: pieces too small to be the object.
+
+use crate::Maps;
+
+/// Pixels of one row that are next to each other and inside the mask.
+struct Run {
+    start: usize,
+    end: usize,
+    /// A run of the same piece, itself for the piece's first.
+    parent: usize,
+    /// Pixels of the piece; right for its first run.
+    area: usize,
+}
+
+/// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `least_share` of the largest
+/// piece's pixels, and gives the number of pixels cleared. A hand before a sheet cuts it into several
+/// large pieces, which stay; a few pixels far from it are a network's mistake. Linear in the mask's area.
+///
+/// ```
+/// use deepsft_geometry::{Maps, remove_islands};
+/// let mut maps = Maps::empty(480, 270);
+/// (0..100).for_each(|x| maps.set(480 + x, 500.0, [0.5, 0.5]));
+/// maps.set(48_000, 500.0, [0.5, 0.5]);
+/// assert_eq!(remove_islands(&mut maps, 0.05), 1);
+/// assert_eq!(maps.area(), 100);
+/// ```
+pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
+    let (width, mut runs) = (maps.width(), Vec::<Run>::new());
+    let mut above = 0..0;
+    for row in 0..maps.height() {
+        let first = runs.len();
+        let mut start = None;
+        for pixel in row * width..=(row + 1) * width {
+            let inside = pixel < (row + 1) * width && maps.inside(pixel);
+            match (start, inside) {
+                (None, true) => start = Some(pixel),
+                (Some(from), false) => {
+                    let parent = runs.len();
+                    runs.push(Run {
+                        start: from,
+                        end: pixel,
+                        parent,
+                        area: pixel - from,
+                    });
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        // Both rows' runs ascend: walk them side by side.
+        let (mut upper, mut lower) = (above.start, first);
+        while upper < above.end && lower < runs.len() {
+            let (top, bottom) = (&runs[upper], &runs[lower]);
+            if top.start + width < bottom.end && bottom.start < top.end + width {
+                join(&mut runs, upper, lower);
+            }
+            if runs[upper].end + width < runs[lower].end {
+                upper += 1;
+            } else {
+                lower += 1;
+            }
+        }
+        above = first..runs.len();
+    }
+    let largest = runs.iter().map(|run| run.area).max().unwrap_or(0);
+    let mut cleared = 0;
+    for index in 0..runs.len() {
+        let piece = root(&mut runs, index);
+        if (runs[piece].area as f64) < least_share * largest as f64 {
+            let pixels = runs[index].start..runs[index].end;
+            cleared += pixels.len();
+            pixels.for_each(|pixel| maps.clear(pixel));
+        }
+    }
+    cleared
+}
+
+/// The first run of a run's piece; shortens the way there.
+fn root(runs: &mut [Run], mut index: usize) -> usize {
+    while runs[index].parent != index {
+        runs[index].parent = runs[runs[index].parent].parent;
+        index = runs[index].parent;
+    }
+    index
+}
+
+fn join(runs: &mut [Run], a: usize, b: usize) {
+    let (a, b) = (root(runs, a), root(runs, b));
+    if a != b {
+        let (keep, joined) = (a.min(b), a.max(b));
+        runs[joined].parent = keep;
+        runs[keep].area += runs[joined].area;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn maps(rows: &[&str]) -> Maps {
+        let mut maps = Maps::empty(rows[0].len(), rows.len());
+        for (pixel, mark) in rows.concat().bytes().enumerate() {
+            if mark == b'#' {
+                maps.set(pixel, 500.0, [0.5; 2]);
+            }
+        }
+        maps
+    }
+
+    #[test]
+    fn a_piece_is_joined_by_sides_however_it_winds() {
+        // One spiral of 30, one U of 7 whose arms meet last, one pixel that touches the spiral at a corner only.
+        let drawn = [
+            "########..#.#",
+            "#......#..#.#",
+            "#.####.#..###",
+            "#.#..#.#.....",
+            "#.#....#.....",
+            "#.######.....",
+            ".#...........",
+        ];
+        let mut all = maps(&drawn);
+        assert_eq!(remove_islands(&mut all, 0.0), 0);
+        assert_eq!(all, maps(&drawn));
+        assert_eq!(remove_islands(&mut all, 0.2), 1);
+        assert!(!all.inside(6 * 13 + 1) && all.inside(10) && all.inside(5 * 13 + 4));
+        assert_eq!(remove_islands(&mut all, 0.3), 7);
+        assert!(!all.inside(10) && all.inside(0));
+    }
+
+    #[test]
+    fn pieces_do_not_join_around_the_end_of_a_row() {
+        let mut two = maps(&["....##", "#.....", "......"]);
+        assert_eq!(remove_islands(&mut two, 0.6), 1);
+        assert!(two.inside(4) && !two.inside(6));
+    }
+
+    #[test]
+    fn nothing_and_everything_have_no_island() {
+        let mut nothing = Maps::empty(7, 5);
+        assert_eq!(remove_islands(&mut nothing, 1.0), 0);
+        let mut everything = maps(&["###", "###"]);
+        assert_eq!(remove_islands(&mut everything, 1.0), 0);
+    }
+}
