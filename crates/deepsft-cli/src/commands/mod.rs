@@ -2,9 +2,12 @@
 
 pub mod bench;
 pub mod bundle;
+pub mod clip;
 pub mod eval;
 pub mod poster;
 pub mod reconstruct;
+pub mod study;
 pub mod synth;
 pub mod template;
+pub mod track;
 pub mod train;

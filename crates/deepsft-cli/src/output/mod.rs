@@ -11,3 +11,5 @@ pub mod npy;
 pub mod panels;
 pub mod sheet;
 pub mod surface;
+pub mod track_plot;
+pub mod wireframe;
