@@ -33,6 +33,7 @@ mod rigid_alignment;
 mod rotation;
 pub mod solver;
 mod template;
+pub mod tracking;
 
 pub use camera::{Camera, PAPER_CAMERAS};
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};

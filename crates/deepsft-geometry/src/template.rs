@@ -31,7 +31,22 @@ impl Template {
                 return Err(GeometryError::TemplateSize { side, actual });
             }
         }
-        let cell = width_mm.hypot(height_mm) * CELL_SHARE;
+        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_SHARE)
+    }
+
+    /// The same sheet with `times` as large cells.
+    pub(crate) fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
+        let cell = self.size_mm().length() * CELL_SHARE * times as f64;
+        // Nothing is drawn with it.
+        Self::with_cells(
+            Picture::from_fn(1, 1, |_, _| [0; 3]),
+            self.width_mm,
+            self.height_mm,
+            cell,
+        )
+    }
+
+    fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, GeometryError> {
         let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
         let (columns, rows) = (cells(width_mm) + 1, cells(height_mm) + 1);
         let mut vertices = Vec::with_capacity(columns * rows);

@@ -9,9 +9,14 @@
 //!    normalised locally so that light drops out, and the mesh moves until they agree.
 //! 4. The maps are drawn from the mesh. When they explain the image no better than the network's own, those stay.
 
+mod agreement;
+mod level;
 mod locator;
 mod measurements;
+pub(crate) mod mesh_fit;
+mod print;
 mod refinement;
+mod rigid_fit;
 
 pub use locator::SurfaceLocator;
 pub use measurements::{Measurement, measurements};

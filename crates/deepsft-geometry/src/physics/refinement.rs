@@ -1,30 +1,23 @@
 //! The refinement of one frame.
 
-use super::locator::SurfaceLocator;
+use super::agreement::Agreement;
+use super::level::Level;
 use super::measurements::{Measurement, measurements};
+use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX};
 use crate::raster::VisibleSurface;
-use crate::solver::normalized_image::GreyImage;
-use crate::solver::{
-    Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage, Photometric,
-    PointDepth, Reprojection, Robust, SolveOptions, SolveReport, SurfacePoint, TexturePoint,
-};
+use crate::solver::normalized_image::{GreyImage, Normalizer};
+use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust, SolveReport, SurfacePoint};
 use crate::{Camera, GeometryError, Maps, Picture, RigidMotion, Template};
 use glam::DVec3;
 
 /// Fewest measurements from which a mesh is fitted.
 const FEWEST_MEASUREMENTS: usize = 12;
 
-/// Pixels between two photometric points.
-const PHOTOMETRIC_STEP: usize = 3;
-
-/// Window in which mean and contrast are taken, pixels.
-const WINDOW_PX: f32 = 8.0;
-
 /// Blur at which mesh and network are compared, pixels.
 const JUDGED_BLUR_PX: f32 = 0.7;
 
-/// Shares of the weight of isometry that a mesh far from its place is solved with in turn.
-const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
+/// Solver steps without the image, each stiffness.
+const SETTLING_STEPS: usize = 12;
 
 /// How the refinement weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +68,11 @@ pub struct Refined {
     pub maps: Maps,
     /// Vertices of the mesh, camera frame, mm.
     pub vertices_camera: Vec<DVec3>,
+    /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the
+    /// normalised print there. 0 where the print is not seen or has no contrast.
+    pub confidence: Vec<f32>,
+    /// The same for the whole visible print.
+    pub agreement: f64,
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
     /// Mean robust photometric cost of the network's maps and of the mesh's, over the pixels of both.
@@ -85,15 +83,8 @@ pub struct Refined {
 
 /// Refines maps for one template.
 pub struct PhysicsRefinement {
-    template: Template,
     options: PhysicsOptions,
-    locator: SurfaceLocator,
-    /// Stiffer from one to the next, the last with the weight of the options.
-    isometry: [Isometry; 3],
-    bending: Bending,
-    solver: MeshSolver,
-    /// The print, grey, and its mipmap.
-    print: Vec<GreyImage>,
+    fit: MeshFit,
 }
 
 impl PhysicsRefinement {
@@ -102,28 +93,15 @@ impl PhysicsRefinement {
     /// # Errors
     /// [`GeometryError`] for weights that are no weights.
     pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
-        let mesh = template.mesh();
-        let scale = LengthScale::of(mesh)?;
-        let stiffness = |share: f64| Isometry::new(mesh, scale, share * options.isometry);
-        let [soft, medium, stiff] = STIFFENING;
-        let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
-        let bending = Bending::new(mesh, options.bending)?;
-        let solver = MeshSolver::new(mesh, &[&isometry[0], &bending])?;
-        let mut level = template.texture().clone();
-        let mut print = vec![GreyImage::of(&level)];
-        while level.width() > 8 && level.height() > 8 {
-            level = level.halved();
-            print.push(GreyImage::of(&level));
-        }
         Ok(Self {
-            template: template.clone(),
+            fit: MeshFit::new(template, &options)?,
             options,
-            locator: SurfaceLocator::new(mesh),
-            isometry,
-            bending,
-            solver,
-            print,
         })
+    }
+
+    /// What does not depend on the frame, for the tracker.
+    pub(crate) fn fit(&mut self) -> &mut MeshFit {
+        &mut self.fit
     }
 
     /// Refines `maps`, what a network says of `image`, taken by `camera`. `start`: the mesh of the last frame of a video,
@@ -144,72 +122,77 @@ impl PhysicsRefinement {
                 return Err(GeometryError::MapSize { actual, expected });
             }
         }
-        let measured = measurements(maps, &self.template);
+        self.refine_grey(&GreyImage::of(image), camera, maps, start)
+    }
+
+    /// The same for an image that is grey already, of the camera's and the maps' size.
+    pub(crate) fn refine_grey(
+        &mut self,
+        grey: &GreyImage,
+        camera: &Camera,
+        maps: &Maps,
+        start: Option<&[DVec3]>,
+    ) -> Result<Option<Refined>, GeometryError> {
+        let measured = measurements(maps, &self.fit.template);
         if measured.len() < FEWEST_MEASUREMENTS {
             return Ok(None);
         }
-        let (reprojection, depth) = self.measured_terms(&measured, camera)?;
-        let mut vertices = match start {
-            Some(start) => start.to_vec(),
-            None => self.aligned(&measured, camera),
+        let (coarse_reprojection, coarse_depth) = self.measured_terms(&self.fit.coarse, &measured, camera)?;
+        let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera)?;
+        let coarse_priors: [&dyn Energy; 2] = [&coarse_reprojection, &coarse_depth];
+        let fine_priors: [&dyn Energy; 2] = [&reprojection, &depth];
+        let (mut vertices, mut reports) = match start {
+            Some(start) => {
+                let start = self.fit.coarsened(start);
+                let (vertices, report) = self.fit.coarse.solve(&coarse_priors, &start, SETTLING_STEPS)?;
+                (vertices, vec![report])
+            }
+            None => {
+                let start = self.aligned(&measured, camera);
+                self.fit.coarse.settle(&coarse_priors, start, SETTLING_STEPS)?
+            }
         };
-        let mut reports = Vec::new();
-        let options = SolveOptions {
-            max_iterations: 12,
-            step_tolerance: 1e-3,
-            energy_tolerance: 1e-4,
-            judge_rank: false,
-        };
-        // A stiff sheet far from its place moves in tiny steps: let it stretch at first.
-        let softest = if start.is_some() { self.isometry.len() - 1 } else { 0 };
-        for isometry in &self.isometry[softest..] {
-            let terms: [&dyn Energy; 4] = [&reprojection, &depth, isometry, &self.bending];
-            let solution = self.solver.solve(&terms, &vertices, &options)?;
-            vertices = solution.vertices;
-            reports.push(solution.report);
-        }
-
-        let seen: Vec<f32> = (0..maps.depth().len())
-            .map(|p| f32::from(u8::from(maps.inside(p))))
-            .collect();
-        let grey = GreyImage::of(image);
-        let stiff = &self.isometry[self.isometry.len() - 1];
-        for &blur in &self.options.blurs {
-            let drawing = Drawing::new(self, &vertices, camera, &seen);
-            let points = drawing.points(blur);
-            let image = NormalizedImage::masked(&grey, &drawing.mask, blur, WINDOW_PX);
-            let photometric = Photometric::new(
-                self.template.mesh(),
-                camera,
-                &image,
-                &points,
-                self.options.photometric / points.len().max(1) as f64,
-                Robust::Cauchy(self.options.photometric_scale),
-            )?;
-            let options = SolveOptions {
-                max_iterations: self.options.steps,
-                step_tolerance: 1e-3,
-                energy_tolerance: 1e-4,
-                judge_rank: false,
+        let mut agreement = Agreement::default();
+        // The coarse mesh finds its place, the fine one the details.
+        let last = self.options.blurs.len().saturating_sub(1);
+        for (k, &blur) in self.options.blurs.iter().enumerate() {
+            let (resolution, priors) = if k < last {
+                (Resolution::Coarse, &coarse_priors)
+            } else {
+                vertices = self.fit.refined(&vertices);
+                (Resolution::Fine, &fine_priors)
             };
-            let terms: [&dyn Energy; 5] = [&photometric, &reprojection, &depth, stiff, &self.bending];
-            let solution = self.solver.solve(&terms, &vertices, &options)?;
-            vertices = solution.vertices;
-            reports.push(solution.report);
+            let round = Round {
+                resolution,
+                blur,
+                rigid_steps: 0,
+                steps: self.options.steps,
+            };
+            let seen = |pixel: usize| maps.inside(pixel);
+            let fitted = self
+                .fit
+                .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
+            vertices = fitted.vertices;
+            agreement = fitted.agreement;
+            reports.push(fitted.report);
         }
-        Ok(Some(self.judge(&grey, camera, maps, vertices, reports)))
+        if self.options.blurs.is_empty() {
+            vertices = self.fit.refined(&vertices);
+        }
+        Ok(Some(self.judge(grey, camera, maps, (vertices, agreement), reports)))
     }
 
     /// The terms that the network's maps give.
     fn measured_terms(
         &self,
+        level: &Level,
         measured: &[Measurement],
         camera: &Camera,
     ) -> Result<(Reprojection, DepthPrior), GeometryError> {
-        let mesh = self.template.mesh();
+        let mesh = &level.mesh;
         let located: Vec<(SurfacePoint, &Measurement)> = measured
             .iter()
-            .filter_map(|m| Some((self.locator.locate(m.uv)?, m)))
+            .filter_map(|m| Some((level.locator.locate(m.uv)?, m)))
             .collect();
         let count = located.len().max(1) as f64;
         let deviation = self.options.registration_deviation_px;
@@ -241,18 +224,19 @@ impl PhysicsRefinement {
         ))
     }
 
-    /// The flat sheet where the measurements are.
+    /// The flat coarse sheet where the measurements are.
     fn aligned(&self, measured: &[Measurement], camera: &Camera) -> Vec<DVec3> {
         let pairs = measured.iter().map(|m| {
             (
-                self.template.point_template(m.uv),
+                self.fit.template.point_template(m.uv),
                 camera.unproject(m.pixel, m.depth_mm),
                 1.0,
             )
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        self.template
-            .mesh()
+        self.fit
+            .coarse
+            .mesh
             .vertices()
             .iter()
             .map(|&p| motion.apply(p))
@@ -265,18 +249,19 @@ impl PhysicsRefinement {
         grey: &GreyImage,
         camera: &Camera,
         maps: &Maps,
-        vertices: Vec<DVec3>,
+        (vertices, agreement): (Vec<DVec3>, Agreement),
         reports: Vec<SolveReport>,
     ) -> Refined {
-        let surface = VisibleSurface::new(self.template.mesh(), &vertices, camera);
+        let surface = VisibleSurface::new(self.fit.template.mesh(), &vertices, camera);
         let mut refined = surface.maps();
         let both: Vec<f32> = (0..maps.depth().len())
             .map(|p| f32::from(u8::from(maps.inside(p) && refined.inside(p))))
             .collect();
-        let image = NormalizedImage::masked(grey, &both, JUDGED_BLUR_PX, WINDOW_PX);
+        let normalizer = Normalizer::new(&both, maps.width(), JUDGED_BLUR_PX, WINDOW_PX);
+        let image = normalizer.normalize(grey);
         let cost = |maps: &Maps| {
-            let drawn = NormalizedImage::masked(&self.drawn(maps, &both, camera), &both, JUDGED_BLUR_PX, WINDOW_PX);
-            let robust = Robust::Cauchy(self.options.photometric_scale);
+            let drawn = normalizer.normalize(&self.fit.print.drawn(maps, &both, camera.focal().x));
+            let robust = self.fit.robust();
             let (mut sum, mut count) = (0.0, 0_usize);
             for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
                 sum += robust.rho((image.pixel(pixel) - drawn.pixel(pixel)).powi(2));
@@ -301,101 +286,11 @@ impl PhysicsRefinement {
         Refined {
             maps: refined,
             vertices_camera: vertices,
+            confidence: agreement.confidence,
+            agreement: agreement.whole,
             accepted,
             photometric_cost,
             reports,
         }
-    }
-
-    /// The print as `maps` place it in the image of `camera`, where `mask` is 1.
-    fn drawn(&self, maps: &Maps, mask: &[f32], camera: &Camera) -> GreyImage {
-        let size = self.template.size_mm();
-        // Texels a pixel, by the focal length of the typical depth: mm a pixel times texels a mm.
-        let texels = self.print[0].width as f64 / size.x;
-        let mut depths: Vec<f32> = (0..mask.len())
-            .filter(|&p| mask[p] > 0.0)
-            .map(|p| maps.depth()[p])
-            .collect();
-        depths.sort_unstable_by(f32::total_cmp);
-        let depth = depths.get(depths.len() / 2).copied().unwrap_or(500.0);
-        let level = self.level(texels * f64::from(depth) / camera.focal().x);
-        let values = (0..mask.len())
-            .map(|p| {
-                if mask[p] > 0.0 {
-                    let [u, v] = maps.registration()[p];
-                    sample(level, f64::from(u), f64::from(v))
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        GreyImage {
-            width: maps.width(),
-            height: maps.height(),
-            values,
-        }
-    }
-
-    /// The level of the mipmap with at most about one texel a pixel.
-    fn level(&self, texels_a_pixel: f64) -> &GreyImage {
-        let level = texels_a_pixel.max(1.0).log2().round() as usize;
-        &self.print[level.min(self.print.len() - 1)]
-    }
-}
-
-/// Bilinear value of a grey image at texture position (u, v).
-fn sample(image: &GreyImage, u: f64, v: f64) -> f32 {
-    let x = (u * image.width as f64 - 0.5).clamp(0.0, (image.width - 1) as f64);
-    let y = (v * image.height as f64 - 0.5).clamp(0.0, (image.height - 1) as f64);
-    let (column, row) = (x as usize, y as usize);
-    let (a, b) = ((x - column as f64) as f32, (y - row as f64) as f32);
-    let right = (column + 1).min(image.width - 1);
-    let below = (row + 1).min(image.height - 1) * image.width;
-    let row = row * image.width;
-    let value = |i: usize| image.values[i];
-    let top = value(row + column) * (1.0 - a) + value(row + right) * a;
-    let bottom = value(below + column) * (1.0 - a) + value(below + right) * a;
-    top * (1.0 - b) + bottom * b
-}
-
-/// The mesh drawn with its print.
-struct Drawing {
-    print: GreyImage,
-    /// 1 where the mesh and the object are seen.
-    mask: Vec<f32>,
-    /// Pixel, face and weights of the photometric points.
-    anchors: Vec<(usize, SurfacePoint)>,
-}
-
-impl Drawing {
-    fn new(refinement: &PhysicsRefinement, vertices: &[DVec3], camera: &Camera, seen: &[f32]) -> Self {
-        let surface = VisibleSurface::new(refinement.template.mesh(), vertices, camera);
-        let (width, height) = (camera.width() as usize, camera.height() as usize);
-        let mut mask = vec![0.0; width * height];
-        let mut anchors = Vec::new();
-        for (column, row, face, triangle) in surface.front() {
-            let pixel = row * width + column;
-            if seen[pixel] > 0.0 {
-                mask[pixel] = 1.0;
-                if column % PHOTOMETRIC_STEP == 1 && row % PHOTOMETRIC_STEP == 1 {
-                    let barycentric = triangle.barycentric(column as f64 + 0.5, row as f64 + 0.5);
-                    anchors.push((pixel, SurfacePoint { face, barycentric }));
-                }
-            }
-        }
-        let print = refinement.drawn(&surface.maps(), &mask, camera);
-        Self { print, mask, anchors }
-    }
-
-    /// The photometric points with what the print shows there, blurred by `blur` pixels.
-    fn points(&self, blur: f32) -> Vec<TexturePoint> {
-        let print = NormalizedImage::masked(&self.print, &self.mask, blur, WINDOW_PX);
-        self.anchors
-            .iter()
-            .map(|&(pixel, point)| TexturePoint {
-                point,
-                value: print.pixel(pixel),
-            })
-            .collect()
     }
 }

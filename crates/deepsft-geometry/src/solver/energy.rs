@@ -22,6 +22,13 @@ pub trait Energy {
     /// Gives `sink` every residual with its Jacobian at `vertices`. The gradients of the residuals,
     /// weighted and summed, are half the energy's gradient.
     fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink);
+
+    /// Adds J^T W r'' to `gradient`, with r'' the second derivative of the residuals at `vertices` along the straight
+    /// path with `velocity`. With it a step follows the valley that the term leaves open instead of its tangent. Terms
+    /// whose residuals are nearly linear over a step need none (the default).
+    fn add_curvature(&self, vertices: &[DVec3], velocity: &[DVec3], gradient: &mut [DVec3]) {
+        let _ = (vertices, velocity, gradient);
+    }
 }
 
 /// What takes the linearised residuals: the normal equations, or a test.

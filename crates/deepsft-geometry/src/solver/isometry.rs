@@ -57,4 +57,20 @@ impl Energy for Isometry {
             sink.scalar(residual, self.weight, &[(a, gradient), (b, -gradient)]);
         }
     }
+
+    fn add_curvature(&self, vertices: &[DVec3], velocity: &[DVec3], gradient: &mut [DVec3]) {
+        let factor = self.weight * self.per_length * self.per_length;
+        for &([a, b], _) in &self.edges {
+            let edge = vertices[a] - vertices[b];
+            let length = edge.length();
+            let Some(direction) = edge.try_normalize() else {
+                continue;
+            };
+            // |e + t v| has the second derivative |v across e|^2 / |e|.
+            let across = (velocity[a] - velocity[b]).reject_from_normalized(direction);
+            let pull = factor * across.length_squared() / length * direction;
+            gradient[a] += pull;
+            gradient[b] -= pull;
+        }
+    }
 }

@@ -5,10 +5,6 @@ use super::normal_equations::NormalEquations;
 use crate::{GeometryError, TriangleMesh};
 use glam::DVec3;
 
-/// First damping, as a share of the diagonal of J^T W J (Marquardt's scaling, which makes the steps
-/// independent of units).
-const FIRST_DAMPING: f64 = 1e-3;
-
 /// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
 /// of a step where it is not.
 const LEAST_DAMPING: f64 = 1e-9;
@@ -22,6 +18,9 @@ const RANK_DAMPING: f64 = 1e-13;
 
 /// Damping up to which a short step or a small decrease means that the minimum is near.
 const TRUSTED_DAMPING: f64 = 1.0;
+
+/// Most of the acceleration as a multiple of the step (the 0.75 of Transtrum and Sethna).
+const MOST_ACCELERATION: f64 = 0.75;
 
 /// The template's mean rest edge length, by which the lengths in all terms are divided.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -63,6 +62,10 @@ pub struct SolveOptions {
     /// Whether to count the directions that nothing holds. Default true; costs about one iteration, which a
     /// tracker that does one or two a frame may want to save.
     pub judge_rank: bool,
+    /// First damping, as a share of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
+    /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it
+    /// leaves open: a start that is near its minimum wants much less.
+    pub first_damping: f64,
 }
 
 impl Default for SolveOptions {
@@ -72,6 +75,7 @@ impl Default for SolveOptions {
             step_tolerance: 1e-6,
             energy_tolerance: 1e-9,
             judge_rank: true,
+            first_damping: 1e-3,
         }
     }
 }
@@ -144,16 +148,11 @@ struct Damping {
     growth: f64,
 }
 
-impl Default for Damping {
-    fn default() -> Self {
-        Self {
-            share: FIRST_DAMPING,
-            growth: 2.0,
-        }
-    }
-}
-
 impl Damping {
+    fn new(share: f64) -> Self {
+        Self { share, growth: 2.0 }
+    }
+
     fn lower(&mut self, gain: f64) {
         // A tenth instead of Nielsen's third: most of our problems are nearly linear near their start.
         let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
@@ -237,7 +236,7 @@ impl MeshSolver {
             });
         }
         let mut here = (start.to_vec(), initial.clone());
-        let mut damping = Damping::default();
+        let mut damping = Damping::new(options.first_damping.max(LEAST_DAMPING));
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < options.max_iterations {
             self.linearize(terms, &here.0);
@@ -287,7 +286,7 @@ impl MeshSolver {
                 let foretold: f64 = (step.iter().zip(self.equations.gradient()).zip(&added))
                     .map(|((s, g), a)| s.dot(*a * *s - *g))
                     .sum();
-                let there: Vec<DVec3> = vertices.iter().zip(&step).map(|(v, s)| v + s).collect();
+                let there = self.accelerated(terms, vertices, &step);
                 let reached: Vec<f64> = terms.iter().map(|t| t.energy(&there)).collect();
                 let decrease = energy - reached.iter().sum::<f64>();
                 // A step that is short because it is damped says nothing.
@@ -305,6 +304,22 @@ impl MeshSolver {
             damping.raise();
         }
         Outcome::Stuck
+    }
+
+    /// Where the step leads on the curved path: with geodesic acceleration (Transtrum and Sethna 2012, *Improvements to the
+    /// Levenberg-Marquardt algorithm for nonlinear least-squares minimization*), for the price of one more
+    /// back-substitution. A stiff sheet that is bent by its tangent alone stretches, and creeps.
+    fn accelerated(&mut self, terms: &[&dyn Energy], vertices: &[DVec3], step: &[DVec3]) -> Vec<DVec3> {
+        let mut curvature = vec![DVec3::ZERO; vertices.len()];
+        for term in terms {
+            term.add_curvature(vertices, step, &mut curvature);
+        }
+        let acceleration = self.equations.step_against(&curvature);
+        let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+        // Where the second order is no longer small beside the first the series says nothing.
+        let share = (MOST_ACCELERATION * length(step) / length(&acceleration).max(f64::MIN_POSITIVE)).min(1.0);
+        let path = vertices.iter().zip(step).zip(&acceleration);
+        path.map(|((v, s), a)| v + s + 0.5 * share * a).collect()
     }
 
     fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {

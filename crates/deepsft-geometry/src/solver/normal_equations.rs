@@ -121,7 +121,16 @@ impl NormalEquations {
 
     /// The step -(J^T W J + added)^-1 J^T W r of the last factorisation.
     pub(crate) fn step(&mut self) -> Vec<DVec3> {
-        let mut flat: Vec<f64> = self.gradient.iter().flat_map(|g| (-*g).to_array()).collect();
+        let flat = self.gradient.iter().flat_map(|g| (-*g).to_array()).collect();
+        self.solve(flat)
+    }
+
+    /// -(J^T W J + added)^-1 `gradient` of the last factorisation.
+    pub(crate) fn step_against(&mut self, gradient: &[DVec3]) -> Vec<DVec3> {
+        self.solve(gradient.iter().flat_map(|g| (-*g).to_array()).collect())
+    }
+
+    fn solve(&mut self, mut flat: Vec<f64>) -> Vec<DVec3> {
         self.cholesky.solve(&mut flat);
         flat.chunks_exact(3).map(DVec3::from_slice).collect()
     }

@@ -1,0 +1,465 @@
+//! The tracker of one template in one video.
+
+use crate::physics::mesh_fit::{Resolution, Round};
+use crate::physics::{PhysicsOptions, PhysicsRefinement, measurements};
+use crate::raster::VisibleSurface;
+use crate::solver::SurfacePoint;
+use crate::solver::normalized_image::GreyImage;
+use crate::{Camera, GeometryError, Maps, Picture, Template};
+use glam::DVec3;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// How a video is followed. The defaults were chosen on synthetic clips.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackingOptions {
+    /// Weights of the fit, and the rounds of the refinement that starts a track.
+    pub physics: PhysicsOptions,
+    /// Blur of image and drawing, pixels, one entry a round of a frame that is followed.
+    pub blurs: Vec<f32>,
+    /// Steps of a rigid motion in the first round of a frame that is followed.
+    pub rigid_steps: usize,
+    /// Accepted solver steps a round of a frame that is followed.
+    pub steps: usize,
+    /// Blurs of the second try, when the first does not find the sheet again.
+    pub wide_blurs: Vec<f32>,
+    /// Share of the last motion that is expected to go on, 0 to 1.
+    pub persistence: f64,
+    /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
+    pub start_agreement: f64,
+    /// Agreement below which a frame counts as missed.
+    pub least_agreement: f64,
+    /// Missed frames in a row after which the track is lost.
+    pub patience: usize,
+    /// Visible photometric points (one stands for 9 pixels) below which a frame counts as missed.
+    pub fewest_points: usize,
+    /// Median distance, pixels, between network and track above which they disagree.
+    pub disagreement_px: f64,
+    /// Frames kept for answers that come late.
+    pub memory: usize,
+}
+
+impl Default for TrackingOptions {
+    fn default() -> Self {
+        Self {
+            physics: PhysicsOptions::default(),
+            blurs: vec![3.0, 0.8],
+            rigid_steps: 10,
+            steps: 2,
+            wide_blurs: vec![7.0, 3.0, 0.8],
+            persistence: 0.8,
+            start_agreement: 0.5,
+            least_agreement: 0.35,
+            patience: 3,
+            fewest_points: 100,
+            disagreement_px: 8.0,
+            memory: 32,
+        }
+    }
+}
+
+/// The object in the newest frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tracked {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Whether the object is followed. Stays so through a few missed frames, in which the mesh stands still.
+    pub found: bool,
+    /// The mesh's vertices, camera frame, mm; empty unless found.
+    pub vertices_camera: Vec<DVec3>,
+    /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the
+    /// normalised print there. 0 where the print is not seen or has no contrast; empty unless found.
+    pub confidence: Vec<f32>,
+    /// The same for the whole visible print.
+    pub agreement: f64,
+    /// Solver steps that the frame took.
+    pub iterations: usize,
+}
+
+/// What a network's answer did to the track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// There was no track, now there is.
+    Started,
+    /// Network and track agree, or the image confirms the track more than the answer.
+    Confirmed,
+    /// They disagreed, and the image confirms the answer more: the track starts again from it.
+    Restarted,
+    /// The network does not see the object and the image does not confirm the track: it is lost.
+    Dropped,
+    /// Nothing could be made of it: the frame is forgotten, or there is nothing to start from.
+    Ignored,
+}
+
+/// A frame and the mesh in it, if it was followed there.
+struct Remembered {
+    frame: u64,
+    time_s: f64,
+    grey: Rc<GreyImage>,
+    mesh: Option<Mesh>,
+}
+
+/// The coarse mesh and how the image confirms it.
+#[derive(Clone)]
+struct Mesh {
+    vertices: Vec<DVec3>,
+    confidence: Vec<f32>,
+    agreement: f64,
+    points: usize,
+    iterations: usize,
+}
+
+/// Follows one template through one video.
+///
+/// Give it every frame ([`follow`](Self::follow)) and, whenever the network has one, an answer on an earlier frame
+/// ([`answer`](Self::answer)). The image must be the canonical one, and the camera the same for all frames.
+pub struct Tracker {
+    refinement: PhysicsRefinement,
+    options: TrackingOptions,
+    camera: Option<Camera>,
+    frames: VecDeque<Remembered>,
+    /// Missed frames in a row.
+    missed: usize,
+    current: Tracked,
+}
+
+impl Tracker {
+    /// Prepares everything that does not depend on the video.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for weights that are no weights.
+    pub fn new(template: &Template, options: TrackingOptions) -> Result<Self, GeometryError> {
+        Ok(Self {
+            refinement: PhysicsRefinement::new(template, options.physics.clone())?,
+            options,
+            camera: None,
+            frames: VecDeque::new(),
+            missed: 0,
+            current: Tracked::default(),
+        })
+    }
+
+    /// The object in the newest frame.
+    pub fn current(&self) -> &Tracked {
+        &self.current
+    }
+
+    /// Depth and registration of the mesh in the newest frame; empty while nothing is followed.
+    pub fn maps(&mut self) -> Maps {
+        match &self.camera {
+            Some(camera) if self.current.found => {
+                let mesh = self.refinement.fit().template.mesh();
+                VisibleSurface::new(mesh, &self.current.vertices_camera, camera).maps()
+            }
+            Some(camera) => Maps::empty(camera.width() as usize, camera.height() as usize),
+            None => Maps::empty(crate::CANONICAL_WIDTH, crate::CANONICAL_HEIGHT),
+        }
+    }
+
+    /// Forgets the video: for a jump to another one.
+    pub fn reset(&mut self) {
+        self.frames.clear();
+        self.missed = 0;
+        self.current = Tracked::default();
+    }
+
+    /// Takes the next frame of the video: number `frame` at `time_s`, both ascending (a frame that does not ascend starts the
+    /// video afresh), as the canonical `image` of `camera`. While nothing is followed it is only remembered.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the image is not of the camera's size.
+    pub fn follow(
+        &mut self,
+        frame: u64,
+        time_s: f64,
+        image: &Picture,
+        camera: &Camera,
+    ) -> Result<&Tracked, GeometryError> {
+        let expected = (camera.width() as usize, camera.height() as usize);
+        let actual = (image.width(), image.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        let goes_on = self
+            .frames
+            .back()
+            .is_none_or(|last| frame > last.frame && time_s > last.time_s);
+        if !goes_on || self.camera.is_some_and(|known| known != *camera) {
+            self.reset();
+        }
+        self.camera = Some(*camera);
+        self.frames.push_back(Remembered {
+            frame,
+            time_s,
+            grey: Rc::new(GreyImage::of(image)),
+            mesh: None,
+        });
+        while self.frames.len() > self.options.memory.max(2) {
+            self.frames.pop_front();
+        }
+        let newest = self.frames.len() - 1;
+        if self.current.found {
+            let mesh = self.advance(newest)?;
+            self.take(newest, mesh);
+        } else {
+            self.current = Tracked {
+                frame,
+                ..Tracked::default()
+            };
+        }
+        Ok(&self.current)
+    }
+
+    /// Takes what the network says of an earlier frame, or of the newest: its `maps`, or `None` when the object is not there.
+    ///
+    /// Without a track, the maps are refined on that frame and followed through the frames since. With one, the two are
+    /// compared; where they disagree, the image decides.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the maps are not of the frames' size.
+    pub fn answer(&mut self, frame: u64, maps: Option<&Maps>) -> Result<Answer, GeometryError> {
+        let (Some(camera), Ok(index)) = (self.camera, self.frames.binary_search_by_key(&frame, |f| f.frame)) else {
+            return Ok(Answer::Ignored);
+        };
+        let Some(maps) = maps else {
+            return Ok(self.deny());
+        };
+        let expected = (camera.width() as usize, camera.height() as usize);
+        let actual = (maps.width(), maps.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        if self.current.found && self.agrees(index, maps, &camera) {
+            return Ok(Answer::Confirmed);
+        }
+        let Some(meshes) = self.caught_up(index, maps, &camera)? else {
+            return Ok(if self.current.found {
+                Answer::Confirmed
+            } else {
+                Answer::Ignored
+            });
+        };
+        let reached = meshes.last().map_or(0.0, |mesh| mesh.agreement);
+        let was_found = self.current.found;
+        if was_found && reached <= self.current.agreement {
+            return Ok(Answer::Confirmed);
+        }
+        if reached < self.options.start_agreement {
+            return Ok(Answer::Ignored);
+        }
+        let newest = self.frames.len() - 1;
+        for (remembered, mesh) in self.frames.iter_mut().skip(index).zip(&meshes) {
+            remembered.mesh = Some(mesh.clone());
+        }
+        self.missed = 0;
+        if let Some(mesh) = meshes.into_iter().last() {
+            self.show(newest, mesh);
+        }
+        Ok(if was_found { Answer::Restarted } else { Answer::Started })
+    }
+
+    /// The network does not see the object.
+    fn deny(&mut self) -> Answer {
+        if !self.current.found {
+            Answer::Ignored
+        } else if self.current.agreement >= self.options.start_agreement {
+            Answer::Confirmed
+        } else {
+            self.lose();
+            Answer::Dropped
+        }
+    }
+
+    /// Whether the mesh in frame `index` shows what `maps` say, by the median.
+    fn agrees(&mut self, index: usize, maps: &Maps, camera: &Camera) -> bool {
+        let Some(mesh) = &self.frames[index].mesh else {
+            return false;
+        };
+        let fit = self.refinement.fit();
+        let mut distances: Vec<f64> = measurements(maps, &fit.template)
+            .iter()
+            .filter_map(|m| {
+                let SurfacePoint { face, barycentric } = fit.coarse.locator.locate(m.uv)?;
+                let corners = fit.coarse.mesh.faces()[face];
+                let p: DVec3 = corners
+                    .iter()
+                    .zip(barycentric)
+                    .map(|(&v, w)| w * mesh.vertices[v])
+                    .sum();
+                Some(camera.project(p)?.distance(m.pixel))
+            })
+            .collect();
+        let middle = distances.len() / 2;
+        if distances.is_empty() {
+            return true;
+        }
+        let (_, median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
+        *median <= self.options.disagreement_px
+    }
+
+    /// The meshes of frame `index`, refined from `maps`, and of all frames since.
+    fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
+        let grey = Rc::clone(&self.frames[index].grey);
+        let Some(refined) = self.refinement.refine_grey(&grey, camera, maps, None)? else {
+            return Ok(None);
+        };
+        let mut meshes = vec![Mesh {
+            iterations: refined.reports.iter().map(|r| r.iterations).sum(),
+            agreement: refined.agreement,
+            confidence: self.refinement.fit().coarsened_confidence(&refined.confidence),
+            points: self.options.fewest_points,
+            vertices: self.refinement.fit().coarsened(&refined.vertices_camera),
+        }];
+        for later in index + 1..self.frames.len() {
+            let before = later
+                .checked_sub(index + 2)
+                .map(|k| (&self.frames[later - 2], &meshes[k]));
+            let last = &meshes[later - index - 1];
+            let start = self.predicted(later, last, before);
+            let mesh = self.fitted(later, start, &last.clone())?;
+            meshes.push(mesh);
+        }
+        Ok(Some(meshes))
+    }
+
+    /// The mesh of frame `index` from those of the frames before.
+    fn advance(&mut self, index: usize) -> Result<Mesh, GeometryError> {
+        let Some(last) = self.frames[index - 1].mesh.clone() else {
+            return Ok(Mesh::nowhere());
+        };
+        let before = index.checked_sub(2).map(|k| &self.frames[k]);
+        let before = before.and_then(|frame| Some((frame, frame.mesh.as_ref()?)));
+        let start = self.predicted(index, &last, before);
+        self.fitted(index, start, &last)
+    }
+
+    /// Where the mesh should be in frame `index` if it moves on.
+    fn predicted(&self, index: usize, last: &Mesh, before: Option<(&Remembered, &Mesh)>) -> Vec<DVec3> {
+        let Some((earlier, before)) = before.filter(|_| self.missed == 0) else {
+            return last.vertices.clone();
+        };
+        let now = self.frames[index].time_s - self.frames[index - 1].time_s;
+        let then = self.frames[index - 1].time_s - earlier.time_s;
+        let share = self.options.persistence * (now / then).min(2.0);
+        let step = |(p, q): (&DVec3, &DVec3)| p + share * (p - q);
+        last.vertices.iter().zip(&before.vertices).map(step).collect()
+    }
+
+    /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, from `last` in wider steps.
+    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
+        let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
+        if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
+            return Ok(first);
+        }
+        let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, last.vertices.clone(), last)?;
+        second.iterations += first.iterations;
+        Ok(if second.agreement > first.agreement {
+            second
+        } else {
+            first
+        })
+    }
+
+    fn fitted_in(
+        &mut self,
+        blurs: &[f32],
+        index: usize,
+        start: Vec<DVec3>,
+        last: &Mesh,
+    ) -> Result<Mesh, GeometryError> {
+        let Some(camera) = self.camera else {
+            return Ok(Mesh::nowhere());
+        };
+        let grey = Rc::clone(&self.frames[index].grey);
+        let mut mesh = Mesh {
+            vertices: start,
+            ..Mesh::nowhere()
+        };
+        let fit = self.refinement.fit();
+        let faces = fit.coarse.mesh.faces().to_vec();
+        // What lies before the sheet hides it in the next frame too.
+        let trusted = |point: &SurfacePoint| {
+            let corners = faces[point.face].iter().zip(point.barycentric);
+            let confidence: f64 = corners.map(|(&v, w)| w * f64::from(last.confidence[v])).sum();
+            confidence > HIDDEN
+        };
+        for (k, &blur) in blurs.iter().enumerate() {
+            let round = Round {
+                resolution: Resolution::Coarse,
+                blur,
+                rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
+                steps: self.options.steps,
+            };
+            let fitted = fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[])?;
+            mesh.vertices = fitted.vertices;
+            mesh.iterations += fitted.report.iterations;
+            mesh.confidence = fitted.agreement.confidence;
+            mesh.agreement = fitted.agreement.whole;
+            mesh.points = fitted.agreement.points;
+        }
+        Ok(mesh)
+    }
+
+    /// Makes `mesh` that of the newest frame, or counts a miss.
+    fn take(&mut self, newest: usize, mesh: Mesh) {
+        let confirmed = mesh.agreement >= self.options.least_agreement && mesh.points >= self.options.fewest_points;
+        if confirmed {
+            self.missed = 0;
+            self.frames[newest].mesh = Some(mesh.clone());
+            self.show(newest, mesh);
+            return;
+        }
+        self.missed += 1;
+        if self.missed >= self.options.patience {
+            let iterations = mesh.iterations;
+            self.lose();
+            self.current.frame = self.frames[newest].frame;
+            self.current.iterations = iterations;
+            return;
+        }
+        // Stand still: the next frame may show it again.
+        let held = Mesh {
+            agreement: mesh.agreement,
+            iterations: mesh.iterations,
+            ..self.frames[newest - 1].mesh.clone().unwrap_or(Mesh::nowhere())
+        };
+        self.frames[newest].mesh = Some(held.clone());
+        self.show(newest, held);
+    }
+
+    fn show(&mut self, index: usize, mesh: Mesh) {
+        let fit = self.refinement.fit();
+        self.current = Tracked {
+            frame: self.frames[index].frame,
+            found: true,
+            vertices_camera: fit.refined(&mesh.vertices),
+            confidence: fit.refined_confidence(&mesh.confidence),
+            agreement: mesh.agreement,
+            iterations: mesh.iterations,
+        };
+    }
+
+    fn lose(&mut self) {
+        self.missed = 0;
+        self.current = Tracked {
+            frame: self.current.frame,
+            ..Tracked::default()
+        };
+    }
+}
+
+/// Confidence around a point below which it is taken as hidden.
+const HIDDEN: f64 = 0.25;
+
+impl Mesh {
+    /// Not seen.
+    fn nowhere() -> Self {
+        Self {
+            vertices: Vec::new(),
+            confidence: Vec::new(),
+            agreement: 0.0,
+            points: 0,
+            iterations: 0,
+        }
+    }
+}

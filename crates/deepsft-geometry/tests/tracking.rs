@@ -1,0 +1,135 @@
+//! A swaying, bending sheet is followed from one late answer of a network.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod sheet;
+
+use deepsft_geometry::metrics::frame_metrics;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::tracking::{Answer, Tracker, TrackingOptions};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
+use sheet::{bent, image, template};
+
+const FRAME_S: f64 = 1.0 / 30.0;
+
+struct Video {
+    template: Template,
+    camera: Camera,
+    tracker: Tracker,
+}
+
+impl Video {
+    fn new() -> Self {
+        let template = template();
+        let tracker = Tracker::new(&template, TrackingOptions::default()).unwrap();
+        Self {
+            template,
+            camera: training_camera(),
+            tracker,
+        }
+    }
+
+    fn truth(&self, frame: u64) -> Maps {
+        let vertices = bent(&self.template, frame as f64 * FRAME_S);
+        VisibleSurface::new(self.template.mesh(), &vertices, &self.camera).maps()
+    }
+
+    fn picture(&self, frame: u64) -> Picture {
+        image(&self.template, &self.truth(frame))
+    }
+
+    fn follow(&mut self, frame: u64, picture: &Picture) -> bool {
+        let time_s = frame as f64 * FRAME_S;
+        self.tracker.follow(frame, time_s, picture, &self.camera).unwrap().found
+    }
+
+    /// Registration error of the track in `frame`, pixels.
+    fn error_px(&mut self, frame: u64) -> f64 {
+        let (truth, size) = (self.truth(frame), self.template.size_mm());
+        let metrics = frame_metrics(&self.tracker.maps(), &truth, &self.camera, size).unwrap();
+        metrics.registration_rmse_px.unwrap()
+    }
+}
+
+#[test]
+fn a_track_starts_from_an_answer_four_frames_late_and_stays_within_a_pixel() {
+    let mut video = Video::new();
+    for frame in 0..5 {
+        let picture = video.picture(frame);
+        assert!(!video.follow(frame, &picture), "nothing has been found yet");
+    }
+    let answer = video.tracker.answer(0, Some(&video.truth(0))).unwrap();
+    assert_eq!(answer, Answer::Started);
+    for frame in 5..40 {
+        let picture = video.picture(frame);
+        assert!(video.follow(frame, &picture), "lost in frame {frame}");
+        let error = video.error_px(frame);
+        assert!(error < 1.0, "{error} px in frame {frame}");
+        assert!(video.tracker.current().agreement > 0.8);
+    }
+    assert_eq!(
+        video.tracker.answer(36, Some(&video.truth(36))).unwrap(),
+        Answer::Confirmed
+    );
+    let seen = video.tracker.current().confidence.iter().filter(|&&c| c > 0.7).count();
+    assert!(
+        2 * seen > video.template.mesh().vertices().len(),
+        "{seen} vertices are confirmed"
+    );
+}
+
+#[test]
+fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
+    let mut video = Video::new();
+    let picture = video.picture(0);
+    video.follow(0, &picture);
+    video.tracker.answer(0, Some(&video.truth(0))).unwrap();
+    let wall = Picture::from_fn(480, 270, |x, y| [if (x / 12 + y / 9) % 2 == 0 { 60 } else { 150 }; 3]);
+    assert!(video.follow(1, &wall), "one frame without it is not the end");
+    for frame in 2..5 {
+        video.follow(frame, &wall);
+    }
+    assert!(!video.tracker.current().found && video.tracker.current().vertices_camera.is_empty());
+    assert_eq!(video.tracker.maps().area(), 0);
+    assert_eq!(video.tracker.answer(4, None).unwrap(), Answer::Ignored);
+    // An answer on a frame that does not show it starts nothing.
+    assert_eq!(video.tracker.answer(4, Some(&video.truth(4))).unwrap(), Answer::Ignored);
+    let picture = video.picture(5);
+    video.follow(5, &picture);
+    assert_eq!(video.tracker.answer(5, Some(&video.truth(5))).unwrap(), Answer::Started);
+    assert!(video.error_px(5) < 1.0);
+}
+
+#[test]
+fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
+    let mut video = Video::new();
+    let picture = video.picture(0);
+    video.follow(0, &picture);
+    video.tracker.answer(0, Some(&video.truth(0))).unwrap();
+    // Mirrored: the network would say so. Here: the sheet of another time, 100 mm further right.
+    let jumped = video.picture(12);
+    video.follow(1, &jumped);
+    let found = video.tracker.answer(1, Some(&video.truth(12))).unwrap();
+    assert!(
+        matches!(found, Answer::Restarted | Answer::Started | Answer::Confirmed),
+        "{found:?}"
+    );
+    assert!(video.error_px(12) < 1.0, "whatever way, it is there: {found:?}");
+}
+
+#[test]
+fn a_forgotten_frame_is_ignored_and_wrong_sizes_are_refused() {
+    let mut video = Video::new();
+    assert_eq!(video.tracker.answer(0, None).unwrap(), Answer::Ignored, "no frame yet");
+    let picture = video.picture(0);
+    video.follow(7, &picture);
+    assert_eq!(video.tracker.answer(3, Some(&video.truth(0))).unwrap(), Answer::Ignored);
+    let small = Maps::empty(48, 27);
+    assert!(matches!(
+        video.tracker.answer(7, Some(&small)),
+        Err(GeometryError::MapSize { .. })
+    ));
+    let little = Picture::from_fn(48, 27, |_, _| [0; 3]);
+    let refused = video.tracker.follow(8, 1.0, &little, &video.camera);
+    assert!(matches!(refused, Err(GeometryError::MapSize { .. })));
+}
