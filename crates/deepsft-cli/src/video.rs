@@ -72,7 +72,7 @@ fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
     let mut size = None;
     let mut failed = false;
     paths.into_iter().map_while(move |path| {
-        let read = || -> Result<Picture> {
+        let mut read = || -> Result<Picture> {
             let picture = input::picture(&path)?;
             let actual = (picture.width(), picture.height());
             let (width, height) = *size.get_or_insert(actual);
