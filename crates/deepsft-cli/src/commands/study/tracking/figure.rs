@@ -110,11 +110,11 @@ fn worst_frames(frames: &[FrameRecord]) -> Vec<usize> {
 }
 
 fn title(frame: &FrameRecord) -> String {
-    let error = frame
-        .registration_rmse_px
-        .map_or_else(|| "-".to_owned(), |px| format!("{px:.1} px"));
-    let found = if frame.found { "found" } else { "not found" };
-    format!("{}: {found}, {error}, agreement {:.2}", frame.frame, frame.agreement)
+    match (frame.found, frame.registration_rmse_px) {
+        (true, Some(px)) => format!("{}: {px:.1} px", frame.frame),
+        (true, None) => format!("{}: found elsewhere", frame.frame),
+        (false, _) => format!("{}: not found", frame.frame),
+    }
 }
 
 #[cfg(test)]
