@@ -61,7 +61,7 @@ fn maps_that_are_a_little_wrong_become_exact() {
     let [before_px, after_px] = [before, after].map(|m| m.registration_rmse_px.unwrap());
     let [before_mm, after_mm] = [before, after].map(|m| m.depth_rmse_mm.unwrap());
     assert!(before_px > 2.0 && before_mm > 15.0, "{before_px} px, {before_mm} mm");
-    assert!(after_px < 0.7 && after_mm < 3.0, "{after_px} px, {after_mm} mm");
+    assert!(after_px < 0.6 && after_mm < 3.0, "{after_px} px, {after_mm} mm");
     // The sheet has kept its lengths.
     let rest = template.mesh().vertices();
     for [a, b] in template.mesh().edges() {

@@ -34,7 +34,6 @@ pub(crate) struct MeshFit {
     to_fine: Interpolation,
     to_fine_linear: Interpolation,
     to_coarse: Interpolation,
-    to_coarse_linear: Interpolation,
     photometric: f64,
     robust: Robust,
 }
@@ -52,6 +51,8 @@ pub(crate) struct Round {
     pub(crate) resolution: Resolution,
     /// Blur of image and drawing, pixels.
     pub(crate) blur: f32,
+    /// Pixels beside the silhouette and beside what hides the object that are not compared.
+    pub(crate) margin: usize,
     /// Steps of a rigid motion before the mesh may bend.
     pub(crate) rigid_steps: usize,
     /// Accepted solver steps.
@@ -77,7 +78,6 @@ impl MeshFit {
             to_fine: Interpolation::cubic(&coarse, fine),
             to_fine_linear: Interpolation::linear(&coarse, fine),
             to_coarse: Interpolation::cubic(template, coarse.mesh()),
-            to_coarse_linear: Interpolation::linear(template, coarse.mesh()),
             template: template.clone(),
             photometric: options.photometric,
             robust: Robust::Cauchy(options.photometric_scale),
@@ -104,11 +104,6 @@ impl MeshFit {
         self.to_fine_linear.apply_shares(coarse)
     }
 
-    /// Confidences of the fine mesh's vertices as the coarse mesh's.
-    pub(crate) fn coarsened_confidence(&self, fine: &[f32]) -> Vec<f32> {
-        self.to_coarse_linear.apply_shares(fine)
-    }
-
     /// Draws the mesh at `start`, compares it with the image in the pixels that `seen` allows and at the points that
     /// `trusted` allows, and moves it until they agree. Also says how they agree in the end, at all points.
     pub(crate) fn round(
@@ -126,7 +121,7 @@ impl MeshFit {
             Resolution::Coarse => &mut self.coarse,
         };
         let surface = VisibleSurface::new(&level.mesh, start, camera);
-        let drawing = Drawing::new(print, &surface, seen, PHOTOMETRIC_STEP);
+        let drawing = Drawing::new(print, &surface, seen, round.margin, PHOTOMETRIC_STEP);
         let window = WINDOW_PX.max(WINDOW_BLURS * round.blur);
         let normalizer = Normalizer::new(&drawing.mask, grey.width, round.blur, window);
         let image = normalizer.normalize(grey);

@@ -86,20 +86,32 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Draws the front of `surface`; `seen` says which pixels may be compared. Points stand `step` pixels apart.
-    pub(crate) fn new(print: &Print, surface: &VisibleSurface, seen: impl Fn(usize) -> bool, step: usize) -> Self {
+    /// Draws the front of `surface`; `seen` says which pixels may be compared. Those within `margin` pixels of others are
+    /// left out: there a mesh that is a little off would be compared with what lies beside the object, and creep out
+    /// over it. Points stand `step` pixels apart.
+    pub(crate) fn new(
+        print: &Print,
+        surface: &VisibleSurface,
+        seen: impl Fn(usize) -> bool,
+        margin: usize,
+        step: usize,
+    ) -> Self {
         let camera = surface.camera();
         let (width, height) = (camera.width() as usize, camera.height() as usize);
         let mut mask = vec![0.0; width * height];
-        let mut anchors = Vec::new();
-        for (column, row, face, triangle) in surface.front() {
+        for (column, row, ..) in surface.front() {
             let pixel = row * width + column;
             if seen(pixel) {
                 mask[pixel] = 1.0;
-                if column % step == step / 2 && row % step == step / 2 {
-                    let barycentric = triangle.barycentric(column as f64 + 0.5, row as f64 + 0.5);
-                    anchors.push((pixel, SurfacePoint { face, barycentric }));
-                }
+            }
+        }
+        erode(&mut mask, width, margin);
+        let mut anchors = Vec::new();
+        for (column, row, face, triangle) in surface.front() {
+            let pixel = row * width + column;
+            if mask[pixel] > 0.0 && column % step == step / 2 && row % step == step / 2 {
+                let barycentric = triangle.barycentric(column as f64 + 0.5, row as f64 + 0.5);
+                anchors.push((pixel, SurfacePoint { face, barycentric }));
             }
         }
         let print = print.drawn(&surface.maps(), &mask, camera.focal().x);
@@ -116,10 +128,55 @@ impl Drawing {
     }
 }
 
+/// Clears every pixel of a 0-or-1 mask (rows of `width`) within `margin` pixels, along rows and columns, of one that is
+/// clear. The image's border does not count: what is cut off by it goes on beyond.
+fn erode(mask: &mut [f32], width: usize, margin: usize) {
+    if margin == 0 || width == 0 {
+        return;
+    }
+    let height = mask.len() / width;
+    let mut line = Vec::new();
+    for row in mask.chunks_exact_mut(width) {
+        line.clear();
+        line.extend_from_slice(row);
+        erode_line(&line, margin, |x| row[x] = 0.0);
+    }
+    for x in 0..width {
+        line.clear();
+        line.extend((0..height).map(|y| mask[y * width + x]));
+        erode_line(&line, margin, |y| mask[y * width + x] = 0.0);
+    }
+}
+
+/// Calls `clear` with every place of `line` within `margin` of a 0.
+fn erode_line(line: &[f32], margin: usize, mut clear: impl FnMut(usize)) {
+    for ends in [false, true] {
+        let mut since = margin;
+        for k in 0..line.len() {
+            let at = if ends { line.len() - 1 - k } else { k };
+            since = if line[at] > 0.0 { since + 1 } else { 0 };
+            if since <= margin && line[at] > 0.0 {
+                clear(at);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Picture;
+
+    #[test]
+    fn erosion_takes_the_margin_away_but_not_at_the_images_border() {
+        // Columns 2 to 9 of 10, all 6 rows but the last.
+        let mut mask: Vec<f32> = (0..60).map(|i| f32::from(u8::from(i % 10 >= 2 && i < 50))).collect();
+        erode(&mut mask, 10, 2);
+        for (i, &m) in mask.iter().enumerate() {
+            let kept = i % 10 >= 4 && i < 30;
+            assert_eq!(m > 0.0, kept, "column {}, row {}", i % 10, i / 10);
+        }
+    }
 
     #[test]
     fn an_edge_stays_where_it_is_on_every_level_also_of_an_odd_size() {

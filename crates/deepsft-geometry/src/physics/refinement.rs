@@ -55,7 +55,7 @@ impl Default for PhysicsOptions {
             bending: 1.0,
             photometric: 2000.0,
             photometric_scale: 0.8,
-            blurs: vec![3.0, 2.0, 1.2, 0.7],
+            blurs: vec![3.0, 1.2, 0.7],
             steps: 8,
         }
     }
@@ -79,6 +79,13 @@ pub struct Refined {
     pub photometric_cost: [f64; 2],
     /// How each solve went: those without the image, then one a round.
     pub reports: Vec<SolveReport>,
+}
+
+/// The coarse mesh fitted to a frame.
+pub(crate) struct CoarseFit {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) agreement: Agreement,
+    pub(crate) reports: Vec<SolveReport>,
 }
 
 /// Refines maps for one template.
@@ -122,64 +129,104 @@ impl PhysicsRefinement {
                 return Err(GeometryError::MapSize { actual, expected });
             }
         }
-        self.refine_grey(&GreyImage::of(image), camera, maps, start)
-    }
-
-    /// The same for an image that is grey already, of the camera's and the maps' size.
-    pub(crate) fn refine_grey(
-        &mut self,
-        grey: &GreyImage,
-        camera: &Camera,
-        maps: &Maps,
-        start: Option<&[DVec3]>,
-    ) -> Result<Option<Refined>, GeometryError> {
         let measured = measurements(maps, &self.fit.template);
         if measured.len() < FEWEST_MEASUREMENTS {
             return Ok(None);
         }
-        let (coarse_reprojection, coarse_depth) = self.measured_terms(&self.fit.coarse, &measured, camera)?;
-        let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera)?;
-        let coarse_priors: [&dyn Energy; 2] = [&coarse_reprojection, &coarse_depth];
-        let fine_priors: [&dyn Energy; 2] = [&reprojection, &depth];
+        let grey = GreyImage::of(image);
+        // The coarse mesh finds its place, the fine one the details.
+        let (last, first) = match self.options.blurs.split_last() {
+            Some((&last, first)) => (Some(last), first.to_vec()),
+            None => (None, Vec::new()),
+        };
+        let mut found = self.fitted_coarsely((&grey, camera), maps, &measured, start, &first)?;
+        let mut vertices = self.fit.refined(&found.vertices);
+        if let Some(blur) = last {
+            let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera)?;
+            let round = self.round(Resolution::Fine, blur);
+            let seen = |pixel: usize| maps.inside(pixel);
+            let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+            let fitted = self
+                .fit
+                .round((&grey, camera), &vertices, &round, seen, |_| true, &priors)?;
+            vertices = fitted.vertices;
+            found.agreement = fitted.agreement;
+            found.reports.push(fitted.report);
+        }
+        Ok(Some(self.judge(
+            &grey,
+            camera,
+            maps,
+            (vertices, found.agreement),
+            found.reports,
+        )))
+    }
+
+    /// The coarse mesh where `maps` and the image say, with its agreement and reports: how a track starts. `None` when
+    /// the maps show too little.
+    pub(crate) fn coarse_start(
+        &mut self,
+        grey: &GreyImage,
+        camera: &Camera,
+        maps: &Maps,
+    ) -> Result<Option<CoarseFit>, GeometryError> {
+        let measured = measurements(maps, &self.fit.template);
+        if measured.len() < FEWEST_MEASUREMENTS {
+            return Ok(None);
+        }
+        let blurs = self.options.blurs.clone();
+        self.fitted_coarsely((grey, camera), maps, &measured, None, &blurs)
+            .map(Some)
+    }
+
+    fn fitted_coarsely(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        maps: &Maps,
+        measured: &[Measurement],
+        start: Option<&[DVec3]>,
+        blurs: &[f32],
+    ) -> Result<CoarseFit, GeometryError> {
+        let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera)?;
+        let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let (mut vertices, mut reports) = match start {
             Some(start) => {
                 let start = self.fit.coarsened(start);
-                let (vertices, report) = self.fit.coarse.solve(&coarse_priors, &start, SETTLING_STEPS)?;
+                let (vertices, report) = self.fit.coarse.solve(&priors, &start, SETTLING_STEPS)?;
                 (vertices, vec![report])
             }
             None => {
-                let start = self.aligned(&measured, camera);
-                self.fit.coarse.settle(&coarse_priors, start, SETTLING_STEPS)?
+                let start = self.aligned(measured, camera);
+                self.fit.coarse.settle(&priors, start, SETTLING_STEPS)?
             }
         };
         let mut agreement = Agreement::default();
-        // The coarse mesh finds its place, the fine one the details.
-        let last = self.options.blurs.len().saturating_sub(1);
-        for (k, &blur) in self.options.blurs.iter().enumerate() {
-            let (resolution, priors) = if k < last {
-                (Resolution::Coarse, &coarse_priors)
-            } else {
-                vertices = self.fit.refined(&vertices);
-                (Resolution::Fine, &fine_priors)
-            };
-            let round = Round {
-                resolution,
-                blur,
-                rigid_steps: 0,
-                steps: self.options.steps,
-            };
+        for &blur in blurs {
+            let round = self.round(Resolution::Coarse, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let fitted = self
                 .fit
-                .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
+                .round((grey, camera), &vertices, &round, seen, |_| true, &priors)?;
             vertices = fitted.vertices;
             agreement = fitted.agreement;
             reports.push(fitted.report);
         }
-        if self.options.blurs.is_empty() {
-            vertices = self.fit.refined(&vertices);
+        Ok(CoarseFit {
+            vertices,
+            agreement,
+            reports,
+        })
+    }
+
+    fn round(&self, resolution: Resolution, blur: f32) -> Round {
+        Round {
+            resolution,
+            blur,
+            // The network's mask has its own.
+            margin: 0,
+            rigid_steps: 0,
+            steps: self.options.steps,
         }
-        Ok(Some(self.judge(grey, camera, maps, (vertices, agreement), reports)))
     }
 
     /// The terms that the network's maps give.

@@ -9,8 +9,8 @@ pub struct OneEuroOptions {
     /// Cut-off frequency of a vertex at rest, Hz: lower is steadier. Default 2: noise of frames that come 30 a second
     /// is halved.
     pub least_cutoff_hz: f64,
-    /// How much the cut-off rises with a vertex's speed, Hz per mm/s: higher lags less. Default 0.02: a hand's 300 mm/s
-    /// passes with a lag of 20 ms, which is 6 mm.
+    /// How much the cut-off rises with a vertex's speed, Hz per mm/s: higher lags less. Default 0.1: a hand's 300 mm/s
+    /// passes with a lag of 5 ms, which is 1.5 mm.
     pub speed_coefficient: f64,
     /// Cut-off frequency of the speed itself, Hz. Default 1, as in the paper.
     pub speed_cutoff_hz: f64,
@@ -20,7 +20,7 @@ impl Default for OneEuroOptions {
     fn default() -> Self {
         Self {
             least_cutoff_hz: 2.0,
-            speed_coefficient: 0.02,
+            speed_coefficient: 0.1,
             speed_cutoff_hz: 1.0,
         }
     }
@@ -127,10 +127,10 @@ mod tests {
     fn noise_of_a_vertex_at_rest_is_halved_and_motion_hardly_lags() {
         let still = error(noise, |_| 0.0);
         assert!(still < 0.55 * error_of_noise(), "{still}");
-        // 300 mm/s: a lag of 20 ms.
+        // 300 mm/s: a lag of 5 ms.
         let moving = |k: usize| 10.0 * k as f64;
         let lag_mm = error(moving, moving);
-        assert!(lag_mm < 9.0, "{lag_mm}");
+        assert!(lag_mm < 2.0, "{lag_mm}");
     }
 
     fn error_of_noise() -> f64 {

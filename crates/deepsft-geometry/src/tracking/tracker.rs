@@ -199,8 +199,14 @@ impl Tracker {
         }
         let newest = self.frames.len() - 1;
         if self.current.found {
-            let mesh = self.advance(newest)?;
-            self.take(newest, mesh);
+            let last = self.frames[newest.saturating_sub(1)].mesh.clone();
+            match last {
+                Some(last) if newest > 0 => {
+                    let mesh = self.advance(newest, &last)?;
+                    self.take(newest, mesh, last);
+                }
+                _ => self.lose(),
+            }
         } else {
             self.current = Tracked {
                 frame,
@@ -300,15 +306,15 @@ impl Tracker {
     /// The meshes of frame `index`, refined from `maps`, and of all frames since.
     fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
         let grey = Rc::clone(&self.frames[index].grey);
-        let Some(refined) = self.refinement.refine_grey(&grey, camera, maps, None)? else {
+        let Some(start) = self.refinement.coarse_start(&grey, camera, maps)? else {
             return Ok(None);
         };
         let mut meshes = vec![Mesh {
-            iterations: refined.reports.iter().map(|r| r.iterations).sum(),
-            agreement: refined.agreement,
-            confidence: self.refinement.fit().coarsened_confidence(&refined.confidence),
-            points: self.options.fewest_points,
-            vertices: self.refinement.fit().coarsened(&refined.vertices_camera),
+            iterations: start.reports.iter().map(|r| r.iterations).sum(),
+            agreement: start.agreement.whole,
+            confidence: start.agreement.confidence,
+            points: start.agreement.points,
+            vertices: start.vertices,
         }];
         for later in index + 1..self.frames.len() {
             let before = later
@@ -322,15 +328,12 @@ impl Tracker {
         Ok(Some(meshes))
     }
 
-    /// The mesh of frame `index` from those of the frames before.
-    fn advance(&mut self, index: usize) -> Result<Mesh, GeometryError> {
-        let Some(last) = self.frames[index - 1].mesh.clone() else {
-            return Ok(Mesh::nowhere());
-        };
+    /// The mesh of frame `index` from those of the frames before, the last of them `last`.
+    fn advance(&mut self, index: usize, last: &Mesh) -> Result<Mesh, GeometryError> {
         let before = index.checked_sub(2).map(|k| &self.frames[k]);
         let before = before.and_then(|frame| Some((frame, frame.mesh.as_ref()?)));
-        let start = self.predicted(index, &last, before);
-        self.fitted(index, start, &last)
+        let start = self.predicted(index, last, before);
+        self.fitted(index, start, last)
     }
 
     /// Where the mesh should be in frame `index` if it moves on.
@@ -368,25 +371,30 @@ impl Tracker {
         last: &Mesh,
     ) -> Result<Mesh, GeometryError> {
         let Some(camera) = self.camera else {
-            return Ok(Mesh::nowhere());
+            return Ok(last.clone());
         };
         let grey = Rc::clone(&self.frames[index].grey);
         let mut mesh = Mesh {
             vertices: start,
-            ..Mesh::nowhere()
+            confidence: Vec::new(),
+            agreement: 0.0,
+            points: 0,
+            iterations: 0,
         };
         let fit = self.refinement.fit();
         let faces = fit.coarse.mesh.faces().to_vec();
-        // What lies before the sheet hides it in the next frame too.
+        // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
+        let anything = self.missed > 0;
         let trusted = |point: &SurfacePoint| {
             let corners = faces[point.face].iter().zip(point.barycentric);
             let confidence: f64 = corners.map(|(&v, w)| w * f64::from(last.confidence[v])).sum();
-            confidence > HIDDEN
+            anything || confidence > HIDDEN
         };
         for (k, &blur) in blurs.iter().enumerate() {
             let round = Round {
                 resolution: Resolution::Coarse,
                 blur,
+                margin: MARGIN_PX,
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
                 steps: self.options.steps,
             };
@@ -401,7 +409,7 @@ impl Tracker {
     }
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
-    fn take(&mut self, newest: usize, mesh: Mesh) {
+    fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
         let confirmed = mesh.agreement >= self.options.least_agreement && mesh.points >= self.options.fewest_points;
         if confirmed {
             self.missed = 0;
@@ -419,9 +427,8 @@ impl Tracker {
         }
         // Stand still: the next frame may show it again.
         let held = Mesh {
-            agreement: mesh.agreement,
-            iterations: mesh.iterations,
-            ..self.frames[newest - 1].mesh.clone().unwrap_or(Mesh::nowhere())
+            vertices: last.vertices,
+            ..mesh
         };
         self.frames[newest].mesh = Some(held.clone());
         self.show(newest, held);
@@ -448,18 +455,9 @@ impl Tracker {
     }
 }
 
+/// Pixels inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
+/// beside the sheet there, and creep out over it.
+const MARGIN_PX: usize = 2;
+
 /// Confidence around a point below which it is taken as hidden.
 const HIDDEN: f64 = 0.25;
-
-impl Mesh {
-    /// Not seen.
-    fn nowhere() -> Self {
-        Self {
-            vertices: Vec::new(),
-            confidence: Vec::new(),
-            agreement: 0.0,
-            points: 0,
-            iterations: 0,
-        }
-    }
-}

@@ -8,7 +8,7 @@ fn print() -> Picture {
     Picture::from_fn(594, 420, |x, y| {
         let (x, y) = (x as f64 / 2.0, y as f64 / 2.0);
         let wave = |a: f64, b: f64, c: f64| (a * x + b * y + c * (x * y) / 200.0).sin();
-        let value = |k: f64| 120.0 + 45.0 * wave(0.31 + k, 0.22, 0.4) + 40.0 * wave(0.11, -0.45 + k, 0.7);
+        let value = |k: f64| 120.0 + 45.0 * wave(0.31 + k, 0.22, 0.2) + 40.0 * wave(0.11, -0.45 + k, 0.3);
         [value(0.0) as u8, value(0.05) as u8, value(0.1) as u8]
     })
 }
