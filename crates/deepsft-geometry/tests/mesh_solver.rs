@@ -113,6 +113,31 @@ fn an_isometrically_bent_sheet_is_recovered_exactly_from_noiseless_points() {
 }
 
 #[test]
+fn a_stiff_sheet_follows_a_small_bend_in_one_step() {
+    // From one bend to a slightly tighter one, as between two frames of a video. By its tangent alone the sheet would
+    // stretch, and damped as its stiffness asks it hardly moves.
+    let mesh = sheet();
+    let scale = LengthScale::of(&mesh).unwrap();
+    let (start, truth) = (bent(&mesh, |s| 1.6 * s), bent(&mesh, |s| 1.7 * s));
+    let data = PointData::new(&mesh, scale, &points(&truth, 1)).unwrap();
+    let isometry = Isometry::new(&mesh, scale, 1e4).unwrap();
+    let bending = Bending::new(&mesh, 1.0).unwrap();
+    let mut solver = MeshSolver::new(&mesh, &[&isometry, &bending]).unwrap();
+    let mut energy = |max_iterations: usize, first_damping: f64| {
+        let options = SolveOptions {
+            max_iterations,
+            first_damping,
+            ..SolveOptions::default()
+        };
+        let solution = solver.solve(&[&data, &isometry, &bending], &start, &options).unwrap();
+        solution.report.final_energy()
+    };
+    let least = energy(50, 1e-3);
+    assert!(energy(1, 1e-6) < 1.001 * least, "{} of {least}", energy(1, 1e-6));
+    assert!(energy(1, 1e-3) > 1.5 * least, "{} of {least}", energy(1, 1e-3));
+}
+
+#[test]
 fn a_plane_is_recovered_from_its_image_and_isometry_from_a_perturbed_start() {
     let mesh = sheet();
     let truth: Vec<DVec3> = mesh.vertices().iter().map(|&v| pose(v)).collect();

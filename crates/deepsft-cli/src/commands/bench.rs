@@ -3,6 +3,7 @@
 mod export;
 mod frame;
 mod machine;
+mod physics;
 mod throughput;
 mod turns;
 
@@ -25,6 +26,7 @@ Measured are, on this machine's CPU:
               whole frames
   inference   one 1280 x 720 camera frame through the canonical warp, the network and the confidence, and the
               network alone; medians over --runs frames, for each number of threads
+  the mesh    physics refinement of a frame, the start of a track, a frame followed, on a clip of 24 frames
 Nothing else should run meanwhile. The numbers of threads take turns frame by frame, so that a machine that
 slows down slows all of them.
 
@@ -69,6 +71,7 @@ struct Report {
     synthesis: Vec<Rate>,
     training: Vec<Rate>,
     inference: Vec<Inference>,
+    physics: physics::Physics,
     deepsft_version: &'static str,
 }
 
@@ -104,6 +107,8 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
     eprintln!("inference on {threads:?} threads");
     let frame = frame::camera_frame(bundle)?;
     let inference = turns::measure(&arguments.model, &frame, &threads, arguments.runs, rival)?;
+    eprintln!("physics");
+    let physics = physics::measure(bundle)?;
     eprintln!("synthesis");
     let synthesis = throughput::synthesis(bundle.template(), cores)?;
     eprintln!("training");
@@ -116,6 +121,7 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
         synthesis,
         training,
         inference,
+        physics,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
     print(&report);
@@ -162,6 +168,18 @@ fn print(report: &Report) {
         columns(&format!("  ratio, DeepSfT : {}", rival.name), &|i| {
             Some(format!("{:.2}", i.rival.as_ref()?.ratio))
         });
+    }
+    println!(
+        "\n{:<46}{:>14}",
+        format!("the mesh, ms, medians of {}", report.physics.frames),
+        "1 thread"
+    );
+    for (stage, times) in [
+        ("physics refinement of one frame", &report.physics.refinement),
+        ("start of a track", &report.physics.track_start),
+        ("one frame followed", &report.physics.track),
+    ] {
+        println!("{stage:<46}{:>14.2}", times.median_ms);
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::Camera;
 use crate::solver::{NormalizedImage, Robust};
 use glam::{DMat3, DQuat, DVec3};
+use std::cmp::Ordering;
 
 /// Damping as a share of the diagonal: keeps the motion that the points do not show at zero.
 const DAMPING: f64 = 1e-3;
@@ -71,7 +72,8 @@ pub(crate) fn rigid_fit(
             translation + shift / excess,
         );
         let there = cost(candidate.0, candidate.1);
-        if !(there < here) {
+        // A cost that is not a number is no improvement either.
+        if there.partial_cmp(&here) != Some(Ordering::Less) {
             break;
         }
         (rotation, translation) = candidate;
@@ -92,7 +94,7 @@ fn solve(mut matrix: [[f64; 6]; 6], vector: [f64; 6]) -> Option<[f64; 6]> {
             let done: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
             let rest = matrix[i][j] - done;
             if i == j {
-                if !(rest > 0.0) {
+                if rest.partial_cmp(&0.0) != Some(Ordering::Greater) {
                     return None;
                 }
                 matrix[i][i] = rest.sqrt();

@@ -141,6 +141,38 @@ fn isometry_has_its_derivatives_and_is_zero_for_a_rigid_motion() {
 }
 
 #[test]
+fn the_curvature_of_isometry_is_the_second_difference_of_its_residuals() {
+    let mesh = small();
+    let scale = LengthScale::of(&mesh).unwrap();
+    let isometry = Isometry::new(&mesh, scale, 3.0).unwrap();
+    let here = deformed(&mesh);
+    let velocity: Vec<DVec3> = (0..here.len())
+        .map(|i| DVec3::new((i as f64).sin(), (2.0 * i as f64).cos(), (i as f64 + 0.5).sin()))
+        .collect();
+    let moved = |by: f64| -> Recorder {
+        let there: Vec<DVec3> = here.iter().zip(&velocity).map(|(p, v)| p + by * v).collect();
+        Recorder::of(&isometry, &there)
+    };
+    // h^2 times the fourth derivative over the square of the edges' 40 mm, and rounding / h^2.
+    let h = 1e-2;
+    let (minus, middle, plus) = (moved(-h), moved(0.0), moved(h));
+    let mut numeric = vec![DVec3::ZERO; here.len()];
+    for (k, (residual, weight, gradient)) in middle.scalars.iter().enumerate() {
+        let second = (plus.scalars[k].0 - 2.0 * residual + minus.scalars[k].0) / (h * h);
+        for &(vertex, g) in gradient {
+            numeric[vertex] += *weight * second * g;
+        }
+    }
+    let mut claimed = vec![DVec3::ZERO; here.len()];
+    isometry.add_curvature(&here, &velocity, &mut claimed);
+    let largest = claimed.iter().fold(0.0_f64, |m, c| m.max(c.length()));
+    assert!(largest > 0.0);
+    for (a, b) in numeric.iter().zip(&claimed) {
+        assert!((a - b).length() < 1e-4 * largest, "{a} numerically, {b} claimed");
+    }
+}
+
+#[test]
 fn arap_and_smoothness_have_their_derivatives_and_are_zero_for_a_rigid_motion() {
     let (mesh, scale) = (small(), LengthScale::of(&small()).unwrap());
     for (arap, smoothness) in [(20.0, 0.0), (20.0, 0.005), (1.0, 5.0)] {

@@ -120,7 +120,7 @@ mod tests {
 
     /// Alternating noise with some irregularity, about 1 mm.
     fn noise(k: usize) -> f64 {
-        if (k * 7 + k * k) % 3 == 0 { 1.0 } else { -0.7 }
+        if (k * 7 + k * k).is_multiple_of(3) { 1.0 } else { -0.7 }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A network as plain arrays: `network.json` names them and says where each lies in `arrays.f32`.
 
-use super::frame;
+use super::{frame, physics};
 use crate::input;
 use crate::output::atomic;
 use anyhow::{Result, anyhow};
@@ -46,7 +46,8 @@ impl Values {
     }
 }
 
-/// Writes the bundle's network, the camera frame `image`, the network's input for it and all that comes out.
+/// Writes the bundle's network, the camera frame `image`, the network's input for it and all that comes out, and the
+/// frames of the clip that the mesh is followed through.
 pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
@@ -86,7 +87,7 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
         inputs: entries,
         outputs,
     };
-    let files = BTreeMap::from([
+    let mut files = BTreeMap::from([
         (DESCRIPTION.to_owned(), serde_json::to_vec_pretty(&description)?),
         (
             VALUES.to_owned(),
@@ -94,6 +95,9 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
         ),
         (FRAME.to_owned(), encode_png(image)?),
     ]);
+    for (k, picture) in physics::clip(bundle)?.iter().enumerate() {
+        files.insert(format!("clip-{k:02}.png"), encode_png(picture)?);
+    }
     atomic::write_folder(folder, &[DESCRIPTION], &files)?;
     println!(
         "{} weights in {} arrays: {}",

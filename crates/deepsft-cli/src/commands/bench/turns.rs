@@ -178,7 +178,7 @@ impl<'a> Player<'a> {
 
 impl Times {
     /// `None` without any time.
-    fn of(mut times: Vec<f64>) -> Option<Self> {
+    pub fn of(mut times: Vec<f64>) -> Option<Self> {
         times.sort_by(f64::total_cmp);
         let (&least_ms, &most_ms) = (times.first()?, times.last()?);
         let (low, high) = (times[(times.len() - 1) / 2], times[times.len() / 2]);
@@ -275,7 +275,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
 }
 
 /// Runs `work` and writes its milliseconds.
-fn timed<T>(ms: &mut f64, work: impl FnOnce() -> T) -> T {
+pub fn timed<T>(ms: &mut f64, work: impl FnOnce() -> T) -> T {
     let started = Instant::now();
     let result = work();
     *ms = started.elapsed().as_secs_f64() * 1e3;
