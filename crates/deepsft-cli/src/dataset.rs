@@ -88,7 +88,7 @@ fn send_shard(path: &Path, camera: &Camera, sender: &SyncSender<Result<Sample>>)
     for record in reader.records()? {
         let SampleRecord { index, sample, .. } = record?;
         if sample.camera != *camera {
-            bail!("sample {index} was taken by another camera than the model's training camera");
+            bail!("sample {index} was taken by another camera than the one expected");
         }
         count += 1;
         if sender.send(Ok(sample)).is_err() {

@@ -17,6 +17,12 @@ pub fn picture(path: &Path) -> Result<Picture> {
     read().blame("image", path)
 }
 
+/// Whether a file's name is that of a PNG or JPEG file.
+pub fn is_image(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
+}
+
 /// Reads a `camera.json`.
 pub fn camera(path: &Path) -> Result<Camera> {
     let read = || -> Result<Camera> { Ok(parse_camera(&fs::read(path)?)?) };

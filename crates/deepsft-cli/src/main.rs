@@ -2,14 +2,19 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod camera_choice;
+mod clip_folder;
 mod commands;
 mod dataset;
 mod failure;
+mod follow;
 mod input;
 mod output;
 mod progress;
 mod refine;
 mod synthesis;
+mod track_errors;
+mod video;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -31,12 +36,13 @@ The way from a picture to a reconstruction:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft eval --model cover-model --synthetic 100 --seed 999
   deepsft reconstruct --model cover-model --camera camera.json --out results photo.jpg
+  deepsft track --model cover-model --camera camera.json --pictures --out track video.mp4
 
 Exit codes:
   0  done
-  1  failed: a file could not be written, a device failed, a training diverged
+  1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
   2  the command line is wrong
-  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set";
+  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video";
 
 #[derive(Subcommand)]
 enum Command {
@@ -51,11 +57,15 @@ enum Command {
     Train(commands::train::TrainArguments),
     /// Measure a model against ground truth.
     Eval(commands::eval::EvalArguments),
-    /// Measure how errors grow with what makes a frame hard.
+    /// Measure what refinement and tracking are worth, and how errors grow with what makes a frame hard.
     #[command(subcommand)]
     Study(commands::study::StudyCommand),
     /// Find the template in photographs: depth, registration, mask and mesh.
     Reconstruct(commands::reconstruct::ReconstructArguments),
+    /// Follow the template through a video: the mesh in every frame.
+    Track(commands::track::TrackArguments),
+    /// Write a synthetic clip of a moving sheet, with ground truth.
+    Clip(commands::clip::ClipArguments),
     /// Measure how fast this machine synthesises, trains and estimates.
     Bench(commands::bench::BenchArguments),
     /// Measure ARAP completion: how well hidden parts are recovered, how fast.
@@ -75,6 +85,8 @@ fn main() -> ExitCode {
         Command::Eval(arguments) => commands::eval::run(&arguments),
         Command::Study(command) => commands::study::run(&command),
         Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
+        Command::Track(arguments) => commands::track::run(&arguments),
+        Command::Clip(arguments) => commands::clip::run(&arguments),
         Command::Bench(arguments) => commands::bench::run(&arguments),
         Command::Completion(command) => commands::completion::run(&command),
         Command::Bundle(command) => commands::bundle::run(&command),

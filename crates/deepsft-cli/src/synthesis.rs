@@ -4,7 +4,7 @@ use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{Sample, SynthConfig, Synthesizer};
+use deepsft_synth::{ClipStory, Sample, SynthConfig, Synthesizer};
 use rayon::prelude::*;
 use std::fs;
 use std::ops::Range;
@@ -28,7 +28,7 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
         let paths = fs::read_dir(folder)?
             .map(|entry| Ok(entry?.path()))
             .collect::<Result<Vec<_>>>()?;
-        let mut paths: Vec<_> = paths.into_iter().filter(|path| is_photograph(path)).collect();
+        let mut paths: Vec<_> = paths.into_iter().filter(|path| input::is_image(path)).collect();
         paths.sort();
         if paths.is_empty() {
             bail!("there is no PNG or JPEG file in it");
@@ -42,17 +42,22 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
         .collect()
 }
 
-fn is_photograph(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
-}
-
 /// The samples `indices` of `seed` in order, made some at a time on all cores.
 pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
     indices.clone().step_by(AHEAD as usize).flat_map(move |first| {
         let some = first..(first + AHEAD).min(indices.end);
         some.into_par_iter()
             .map(|index| synthesizer.sample(seed, index))
+            .collect::<Vec<_>>()
+    })
+}
+
+/// The frames of a clip in order, made some at a time on all cores.
+pub fn clip_frames(story: &ClipStory<'_>, frames: Range<usize>) -> impl Iterator<Item = Result<Sample>> {
+    frames.clone().step_by(AHEAD as usize).flat_map(move |first| {
+        let some = first..(first + AHEAD as usize).min(frames.end);
+        some.into_par_iter()
+            .map(|frame| -> Result<Sample> { Ok(story.render(frame)?) })
             .collect::<Vec<_>>()
     })
 }

@@ -41,10 +41,12 @@ pub fn photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Opt
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
 fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
     let mut texture = texture.clone();
+    // Texels in the template's width and height; halving leaves the last of an odd number out, they count here.
+    let mut size = DVec2::new(texture.width() as f64, texture.height() as f64);
     for _ in 0..mipmap_level(&texture, maps) {
         texture = texture.halved();
+        size /= 2.0;
     }
-    let size = DVec2::new(texture.width() as f64, texture.height() as f64);
     (0..maps.depth().len())
         .filter(|&pixel| maps.inside(pixel))
         .map(move |pixel| {

@@ -101,6 +101,32 @@ fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
 }
 
 #[test]
+fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
+    // 42 mm a frame are 37 pixels: no speed is known yet, and the widest blur reaches a third of that.
+    let Video {
+        template,
+        camera,
+        mut tracker,
+    } = Video::new();
+    let truth = |frame: u64| {
+        let mut vertices = bent(&template, 0.0);
+        vertices
+            .iter_mut()
+            .for_each(|p| p.x += 42.0 * (frame as f64 - 4.0) - 20.0);
+        VisibleSurface::new(template.mesh(), &vertices, &camera).maps()
+    };
+    for frame in 0..5 {
+        let picture = image(&template, &truth(frame));
+        tracker
+            .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
+            .unwrap();
+    }
+    assert_eq!(tracker.answer(0, Some(&truth(0))).unwrap(), Answer::Started);
+    let metrics = frame_metrics(&tracker.maps(), &truth(4), &camera, template.size_mm()).unwrap();
+    assert!(metrics.registration_rmse_px.unwrap() < 1.0, "{metrics:?}");
+}
+
+#[test]
 fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
     let mut video = Video::new();
     let picture = video.picture(0);

@@ -46,6 +46,18 @@ impl Frame {
         }
     }
 
+    /// Adds the light of a frame of the same size.
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (sum, value) in self.rgb.iter_mut().zip(&other.rgb) {
+            *sum += value;
+        }
+    }
+
+    /// Dims or brightens the light.
+    pub(crate) fn scale(&mut self, factor: f32) {
+        self.rgb.iter_mut().for_each(|value| *value *= factor);
+    }
+
     /// Image position of the centre of row-major pixel `pixel`.
     pub(crate) fn centre(&self, pixel: usize) -> Vec2 {
         Vec2::new((pixel % self.width) as f32 + 0.5, (pixel / self.width) as f32 + 0.5)

@@ -299,6 +299,19 @@ fn moved(figure: &Figure, origin: Vec2, axis: Vec2, scale: f32) -> Figure {
 }
 
 impl Placed {
+    /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels a mm.
+    pub(crate) fn in_front(front: Vec<Part>, scale: f32, noise: ValueNoise) -> Self {
+        Self {
+            behind: Vec::new(),
+            front,
+            scale,
+            shadow_offset: Vec2::ZERO,
+            shadow_softness: 1.0,
+            shadow_strength: 0.0,
+            noise,
+        }
+    }
+
     /// Row-major pixels whose centre the front parts cover.
     pub(crate) fn covered_pixels(&self, frame: &Frame) -> Vec<usize> {
         let mut pixels = Vec::new();

@@ -38,6 +38,12 @@ pub struct Scene<'a> {
     stand_in: Option<StandIn<'a>>,
 }
 
+/// One instant of an exposure: where the template's vertices are (mm, camera frame) and what passes before everything.
+pub(crate) struct Moment {
+    pub(crate) vertices_camera: Vec<DVec3>,
+    pub(crate) passing: Option<Placed>,
+}
+
 /// Another sheet in the template's place, or only its shape, which places the occluders.
 struct StandIn<'a> {
     vertices_camera: Vec<DVec3>,
@@ -157,16 +163,50 @@ impl<'a> Scene<'a> {
     /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
     /// [`SynthError::Geometry`] when one is not finite.
     pub fn render(&self, vertices_camera: Vec<DVec3>, noise_seed: u64) -> Result<Sample, SynthError> {
+        let moment = Moment {
+            vertices_camera,
+            passing: None,
+        };
+        self.expose(vec![moment], noise_seed)
+    }
+
+    /// The picture of an exposure, the mean of the light at `moments` (an odd number); the truth is that of the middle
+    /// one. Errors as [`Scene::render`].
+    pub(crate) fn expose(&self, moments: Vec<Moment>, noise_seed: u64) -> Result<Sample, SynthError> {
         let mesh = self.synthesizer.template.mesh();
-        if vertices_camera.len() != mesh.vertices().len() {
-            return Err(SynthError::VertexCount {
-                actual: vertices_camera.len(),
-                expected: mesh.vertices().len(),
-            });
+        let (count, middle) = (moments.len(), moments.len() / 2);
+        let mut light: Option<Frame> = None;
+        let mut seen = None;
+        for (k, moment) in moments.into_iter().enumerate() {
+            let Moment {
+                vertices_camera,
+                passing,
+            } = moment;
+            if vertices_camera.len() != mesh.vertices().len() {
+                return Err(SynthError::VertexCount {
+                    actual: vertices_camera.len(),
+                    expected: mesh.vertices().len(),
+                });
+            }
+            let mesh = mesh.with_vertices(vertices_camera)?;
+            let sheet = ImageSheet::new(&mesh, mesh.vertices(), &self.synthesizer.config.camera);
+            let art = Some(&self.synthesizer.texture);
+            let (frame, truth) = self.light_and_truth(mesh.vertices(), &sheet, art, passing.as_ref());
+            match &mut light {
+                None => light = Some(frame),
+                Some(sum) => sum.add(&frame),
+            }
+            if k == middle {
+                seen = Some((truth, mesh.vertices().to_vec()));
+            }
         }
-        let mesh = mesh.with_vertices(vertices_camera)?;
-        let sheet = ImageSheet::new(&mesh, mesh.vertices(), &self.synthesizer.config.camera);
-        Ok(self.compose(mesh.vertices().to_vec(), &sheet, noise_seed))
+        let camera = self.synthesizer.config.camera;
+        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let mut light = light.unwrap_or_else(|| self.background.clone());
+        light.scale(1.0 / count.max(1) as f32);
+        let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
+        let image = self.develop(light, noise_seed);
+        Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
     }
 
     /// Pixels of a sheet's front in view before occluders.
@@ -222,6 +262,18 @@ impl<'a> Scene<'a> {
         art: Option<&Texture>,
         noise_seed: u64,
     ) -> (Picture, Maps) {
+        let (frame, truth) = self.light_and_truth(vertices_camera, sheet, art, None);
+        (self.develop(frame, noise_seed), truth)
+    }
+
+    /// The light of such a picture with what passes before everything, and what is seen of the sheet.
+    fn light_and_truth(
+        &self,
+        vertices_camera: &[DVec3],
+        sheet: &ImageSheet,
+        art: Option<&Texture>,
+        passing: Option<&Placed>,
+    ) -> (Frame, Maps) {
         let camera = &self.synthesizer.config.camera;
         let mut frame = self.background.clone();
         let mut truth = self.truth(sheet);
@@ -232,18 +284,22 @@ impl<'a> Scene<'a> {
         if let Some(art) = art {
             sheet.paint(&mut frame, art, &self.paper, &self.light);
         }
-        for occluder in &occluders {
+        for occluder in occluders.iter().chain(passing) {
             occluder.paint_front(&mut frame, &mut truth, &self.light, camera);
         }
+        (frame, truth)
+    }
+
+    /// What the camera makes of light.
+    fn develop(&self, frame: Frame, noise_seed: u64) -> Picture {
         let image = match &self.effects {
             Some(effects) => effects.expose(frame, noise_seed),
             None => frame.to_picture(),
         };
-        let image = match &self.bars {
+        match &self.bars {
             Some(bars) => bars.blacken(image),
             None => image,
-        };
-        (image, truth)
+        }
     }
 
     /// The occluders, laid into the image, that together cover no more of the sheet than they may.

@@ -33,8 +33,8 @@ pub struct FrameRefinement {
     pub mesh_taken: bool,
     /// Errors of the network's own maps.
     pub network: FrameMetrics,
-    /// Mean robust photometric cost of the network's maps and of the mesh's.
-    pub photometric_cost: [f64; 2],
+    /// Of physics: mean robust photometric cost of the network's maps and of the mesh's.
+    pub photometric_cost: Option<[f64; 2]>,
 }
 
 /// All frames of a set.
@@ -275,7 +275,7 @@ mod tests {
             refinement: mesh_taken.map(|mesh_taken| FrameRefinement {
                 mesh_taken,
                 network: metrics(2.0, 20.0),
-                photometric_cost: [1.0, 0.5],
+                photometric_cost: Some([1.0, 0.5]),
             }),
         }
     }

@@ -25,17 +25,22 @@ pub struct TemplateLuminance {
 struct Luminance {
     width: usize,
     height: usize,
+    /// Texels in the template's width and height: more than there are columns and rows where halving left the last of
+    /// an odd number out.
+    extent: [f32; 2],
     values: Vec<f32>,
 }
 
 impl TemplateLuminance {
     /// The mipmap of `texture`.
     pub fn new(texture: &Picture) -> Self {
-        let mut levels = vec![Luminance::of(texture)];
+        let mut extent = [texture.width() as f32, texture.height() as f32];
+        let mut levels = vec![Luminance::of(texture, extent)];
         let mut picture = texture.clone();
         while picture.width().min(picture.height()) > 4 {
             picture = picture.halved();
-            levels.push(Luminance::of(&picture));
+            extent = extent.map(|texels| texels / 2.0);
+            levels.push(Luminance::of(&picture, extent));
         }
         Self { levels }
     }
@@ -105,19 +110,20 @@ impl TemplateLuminance {
 }
 
 impl Luminance {
-    fn of(picture: &Picture) -> Self {
+    fn of(picture: &Picture, extent: [f32; 2]) -> Self {
         let values = picture.rgb().as_chunks::<3>().0.iter().map(|&c| luminance(c)).collect();
         Self {
             width: picture.width(),
             height: picture.height(),
+            extent,
             values,
         }
     }
 
     /// Bilinear value at texture position (u, v), edges repeated.
     fn at(&self, [u, v]: [f32; 2]) -> f32 {
-        let x = (u * self.width as f32 - 0.5).clamp(0.0, (self.width - 1) as f32);
-        let y = (v * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
+        let x = (u * self.extent[0] - 0.5).clamp(0.0, (self.width - 1) as f32);
+        let y = (v * self.extent[1] - 0.5).clamp(0.0, (self.height - 1) as f32);
         let (x0, y0) = (x as usize, y as usize);
         let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(self.height - 1));
         let (ax, ay) = (x - x0 as f32, y - y0 as f32);

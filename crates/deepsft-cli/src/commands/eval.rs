@@ -103,7 +103,7 @@ struct RefinementReport {
     network_depth_rmse_mm: Option<f64>,
     network_registration_rmse_px: Option<f64>,
     network_rmse_3d_mm: Option<f64>,
-    photometric_cost: [f64; 2],
+    photometric_cost: Option<[f64; 2]>,
 }
 
 pub fn run(arguments: &EvalArguments) -> Result<()> {

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod bundle;
+pub mod clip;
 pub mod completion;
 pub mod eval;
 pub mod poster;
@@ -9,4 +10,5 @@ pub mod reconstruct;
 pub mod study;
 pub mod synth;
 pub mod template;
+pub mod track;
 pub mod train;

@@ -1,10 +1,11 @@
 //! `deepsft reconstruct`: the template in photographs.
 
+use crate::camera_choice::{CameraReport, camera_for};
 use crate::failure::{self, BlameInput, usage};
 use crate::output::{atomic, glb, npy, panels, sheet, surface};
 use crate::refine::Refine;
 use crate::{input, progress};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
 use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error};
@@ -15,9 +16,6 @@ use std::time::Instant;
 
 /// Name of the report, by which a folder of results is known.
 const REPORT_FILE: &str = "report.json";
-
-/// Pixels by which an image may be longer or shorter than the camera file's aspect ratio tells.
-const ROUNDING_PX: f64 = 1.0;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -87,19 +85,6 @@ struct Report {
     device: String,
     stage_ms: BTreeMap<&'static str, f64>,
     deepsft_version: &'static str,
-}
-
-#[derive(Serialize)]
-struct CameraReport {
-    width: u32,
-    height: u32,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    distortion: [f64; 5],
-    /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
-    source: &'static str,
 }
 
 pub fn run(arguments: &ReconstructArguments) -> Result<()> {
@@ -265,23 +250,6 @@ impl Model {
     }
 }
 
-/// The camera for an image of this size, and where it comes from.
-fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
-    let (width, height) = (image.width() as u32, image.height() as u32);
-    if (width, height) == (camera.width(), camera.height()) {
-        return Ok((*camera, "file"));
-    }
-    let expected_height = f64::from(width) * f64::from(camera.height()) / f64::from(camera.width());
-    if (expected_height - f64::from(height)).abs() > ROUNDING_PX {
-        bail!(
-            "it is for images of {} x {} pixels, this one has {width} x {height}",
-            camera.width(),
-            camera.height()
-        );
-    }
-    Ok((camera.resized(width, height)?, "file, resized"))
-}
-
 /// Least, median and greatest depth inside the mask, mm.
 fn depth_range(maps: &Maps) -> Option<[f32; 3]> {
     let mut depths: Vec<f32> = (0..maps.depth().len())
@@ -307,22 +275,6 @@ impl Stages {
     }
 }
 
-impl CameraReport {
-    fn new(camera: &Camera, source: &'static str) -> Self {
-        let (focal, principal) = (camera.focal(), camera.principal_point());
-        Self {
-            width: camera.width(),
-            height: camera.height(),
-            fx: focal.x,
-            fy: focal.y,
-            cx: principal.x,
-            cy: principal.y,
-            distortion: camera.distortion(),
-            source,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -337,23 +289,6 @@ mod tests {
             failure::message(&error)
         );
         assert_eq!(folders(Path::new("out"), &images[..2]).unwrap()[1], Path::new("out/y"));
-    }
-
-    #[test]
-    fn a_camera_serves_images_of_its_aspect_ratio_only() {
-        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
-        let image = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
-        assert_eq!(camera_for(&image(1920, 1080), &camera).unwrap(), (camera, "file"));
-        let (half, source) = camera_for(&image(960, 540), &camera).unwrap();
-        assert_eq!(
-            (half.focal().x, half.principal_point().y, source),
-            (700.0, 272.5, "file, resized")
-        );
-        let error = camera_for(&image(1080, 1920), &camera).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1920"
-        );
     }
 
     #[test]

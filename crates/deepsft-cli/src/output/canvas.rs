@@ -39,6 +39,18 @@ impl Canvas {
         }
     }
 
+    /// Draws a straight line, one pixel wide; (0, 0) is the middle of the first pixel.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), color: [u8; 3]) {
+        let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
+        for i in 0..=steps as usize {
+            let t = i as f64 / steps;
+            let (x, y) = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
+            if x.round() >= 0.0 && y.round() >= 0.0 {
+                self.set(x.round() as usize, y.round() as usize, color);
+            }
+        }
+    }
+
     /// Writes `text` (ASCII; other characters become `?`) with its top left corner at (`left`, `top`), each dot of
     /// the 8 x 8 font a square of `scale` pixels.
     pub fn write(&mut self, text: &str, left: usize, top: usize, scale: usize, color: [u8; 3]) {

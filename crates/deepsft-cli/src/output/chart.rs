@@ -65,7 +65,7 @@ impl Chart {
         let y_of = |value: f64| top as f64 + (high - scale(value)) / (high - low) * height as f64;
         for &tick in &ticks {
             let y = y_of(tick);
-            line(canvas, (left as f64, y), (x_of(last), y), GRID);
+            canvas.line((left as f64, y), (x_of(last), y), GRID);
             let label = label(tick);
             canvas.write(
                 &label,
@@ -77,7 +77,7 @@ impl Chart {
         }
         for tick in linear_ticks(0.0, last).into_iter().filter(|&t| t <= last) {
             let x = x_of(tick);
-            line(canvas, (x, top as f64), (x, (top + height) as f64), GRID);
+            canvas.line((x, top as f64), (x, (top + height) as f64), GRID);
             let label = if tick >= 1000.0 {
                 format!("{}k", label(tick / 1000.0))
             } else {
@@ -94,7 +94,7 @@ impl Chart {
         for curve in &self.curves {
             for pair in curve.points.windows(2) {
                 let place = |(x, value): (f64, f64)| (x_of(x), y_of(value));
-                line(canvas, place(pair[0]), place(pair[1]), curve.color);
+                canvas.line(place(pair[0]), place(pair[1]), curve.color);
             }
             for &(x, value) in &curve.points {
                 let (x, y) = (x_of(x) as usize, y_of(value) as usize);
@@ -141,16 +141,6 @@ fn linear_ticks(least: f64, most: f64) -> Vec<f64> {
 fn label(value: f64) -> String {
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-/// A straight line, one pixel wide.
-fn line(canvas: &mut Canvas, from: (f64, f64), to: (f64, f64), color: [u8; 3]) {
-    let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
-    for i in 0..=steps as usize {
-        let t = i as f64 / steps;
-        let (x, y) = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
-        canvas.set(x.round() as usize, y.round() as usize, color);
-    }
 }
 
 #[cfg(test)]

@@ -14,3 +14,5 @@ pub mod sheet;
 pub mod study_plot;
 pub mod study_table;
 pub mod surface;
+pub mod track_plot;
+pub mod wireframe;

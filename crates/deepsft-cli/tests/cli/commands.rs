@@ -32,6 +32,8 @@ fn help_teaches_by_example_and_names_the_exit_codes() {
         &["train"],
         &["eval"],
         &["reconstruct"],
+        &["track"],
+        &["clip"],
         &["poster"],
     ] {
         let help = deepsft(folder.path(), &[command, &["--help"]].concat());

@@ -21,11 +21,19 @@ pub struct Run {
 
 /// Runs `deepsft` in `folder`.
 pub fn deepsft<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_deepsft"))
+    run(Command::new(env!("CARGO_BIN_EXE_deepsft"))
         .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+        .current_dir(folder))
+}
+
+/// Runs `deepsft` in `folder` where other programs are found in `path` only.
+pub fn deepsft_with_path<S: AsRef<OsStr>>(folder: &Path, path: &Path, arguments: &[S]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_deepsft"));
+    run(command.args(arguments).current_dir(folder).env("PATH", path))
+}
+
+fn run(command: &mut Command) -> Run {
+    let output = command.output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     Run {
         code: output.status.code().unwrap(),

@@ -14,7 +14,7 @@ mod level;
 mod locator;
 mod measurements;
 pub(crate) mod mesh_fit;
-mod print;
+pub(crate) mod print;
 mod refinement;
 mod rigid_fit;
 

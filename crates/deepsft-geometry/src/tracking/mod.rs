@@ -6,6 +6,7 @@
 //! that is wanted.
 
 mod one_euro;
+mod search;
 mod tracker;
 
 pub use one_euro::{OneEuro, OneEuroOptions};

@@ -1,6 +1,8 @@
 //! The tracker of one template in one video.
 
+use super::search::best_shift;
 use crate::physics::mesh_fit::{Resolution, Round};
+use crate::physics::print::Drawing;
 use crate::physics::{PhysicsOptions, PhysicsRefinement, measurements};
 use crate::raster::VisibleSurface;
 use crate::solver::SurfacePoint;
@@ -348,19 +350,36 @@ impl Tracker {
         last.vertices.iter().zip(&before.vertices).map(step).collect()
     }
 
-    /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, from `last` in wider steps.
+    /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, in wider steps from where `last`
+    /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
         let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
         if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
             return Ok(first);
         }
-        let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, last.vertices.clone(), last)?;
+        let shifted = self.shifted(index, &last.vertices);
+        let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, shifted, last)?;
         second.iterations += first.iterations;
         Ok(if second.agreement > first.agreement {
             second
         } else {
             first
         })
+    }
+
+    /// `vertices` moved across the view to where the print correlates best with frame `index`: without a known speed a
+    /// quick hand is beyond the reach of the widest blur.
+    fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
+        let Some(camera) = self.camera else {
+            return vertices.to_vec();
+        };
+        let fit = self.refinement.fit();
+        let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, &camera);
+        let drawing = Drawing::new(&fit.print, &surface, |_| true, MARGIN_PX, 1);
+        let shift = best_shift(&drawing.print, &drawing.mask, &self.frames[index].grey);
+        let depth = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
+        let way = (shift / camera.focal() * depth).extend(0.0);
+        vertices.iter().map(|p| p + way).collect()
     }
 
     fn fitted_in(

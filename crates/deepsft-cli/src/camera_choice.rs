@@ -1,0 +1,78 @@
+//! Which camera an image was taken by, and how reports tell it.
+
+use anyhow::{Result, bail};
+use deepsft_geometry::{Camera, Picture};
+use serde::Serialize;
+
+/// Pixels by which an image may be longer or shorter than the camera file's aspect ratio tells.
+const ROUNDING_PX: f64 = 1.0;
+
+/// A camera as reports have it: the fields of `camera.json` and where they come from.
+#[derive(Serialize)]
+pub struct CameraReport {
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    distortion: [f64; 5],
+    /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
+    source: &'static str,
+}
+
+impl CameraReport {
+    /// The report of `camera`, which comes from `source`.
+    pub fn new(camera: &Camera, source: &'static str) -> Self {
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        Self {
+            width: camera.width(),
+            height: camera.height(),
+            fx: focal.x,
+            fy: focal.y,
+            cx: principal.x,
+            cy: principal.y,
+            distortion: camera.distortion(),
+            source,
+        }
+    }
+}
+
+/// The camera for an image of this size, and where it comes from.
+pub fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
+    let (width, height) = (image.width() as u32, image.height() as u32);
+    if (width, height) == (camera.width(), camera.height()) {
+        return Ok((*camera, "file"));
+    }
+    let expected_height = f64::from(width) * f64::from(camera.height()) / f64::from(camera.width());
+    if (expected_height - f64::from(height)).abs() > ROUNDING_PX {
+        bail!(
+            "it is for images of {} x {} pixels, this one has {width} x {height}",
+            camera.width(),
+            camera.height()
+        );
+    }
+    Ok((camera.resized(width, height)?, "file, resized"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_serves_images_of_its_aspect_ratio_only() {
+        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
+        let image = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
+        assert_eq!(camera_for(&image(1920, 1080), &camera).unwrap(), (camera, "file"));
+        let (half, source) = camera_for(&image(960, 540), &camera).unwrap();
+        assert_eq!(
+            (half.focal().x, half.principal_point().y, source),
+            (700.0, 272.5, "file, resized")
+        );
+        let error = camera_for(&image(1080, 1920), &camera).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1920"
+        );
+    }
+}

@@ -1,0 +1,159 @@
+//! `deepsft clip`: a synthetic clip of a moving, bending sheet, with ground truth.
+
+use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FOLDER, frame_name};
+use crate::dataset::{self, DATASET_FILE};
+use crate::failure::usage;
+use crate::output::atomic::{self, StagedFolder};
+use crate::{input, progress, synthesis};
+use anyhow::Result;
+use clap::{ArgGroup, Args};
+use deepsft::{camera_to_json, encode_png};
+use deepsft_geometry::{Template, training_camera};
+use deepsft_synth::{
+    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
+};
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(
+    group = ArgGroup::new("object").args(["template", "model"]).required(true),
+    after_help = "\
+Writes
+  DIR/frame-00000.png ...   the frames
+  DIR/camera.json           the camera that took them
+  DIR/clip.json             frames a second, exposure, what happens and when, the seed
+  DIR/truth/                a data set as `deepsft synth` writes: depth, registration and the mesh of every frame;
+                            `deepsft eval --dataset DIR/truth` measures a network on it, frame by frame
+
+What can happen:
+  motion      the sheet moves and bends as in two hands; all of it is in view nearly always
+  occlusion   the same, and an arm passes before it
+  jump-cut    from one frame to the next the sheet is elsewhere, as after a cut
+  leaving     the sheet leaves the view, is away for a while, and comes back
+  still       nothing moves; the sensor noise differs from frame to frame
+
+The same template, seed and options give the same frames on every machine. `deepsft track` follows the sheet and, as
+the truth lies beside the frames, tells how far off it is. As a video, if the program ffmpeg is there:
+  ffmpeg -framerate 30 -i DIR/frame-%05d.png -pix_fmt yuv420p clip.mp4
+
+Example:
+  deepsft clip --model models/poster-a4 --event leaving --out clip
+  deepsft track --model models/poster-a4 --pictures --out track clip"
+)]
+pub struct ClipArguments {
+    /// Folder of the template to show
+    #[arg(long, value_name = "DIR")]
+    template: Option<PathBuf>,
+    /// Model bundle whose template to show
+    #[arg(long, value_name = "BUNDLE")]
+    model: Option<PathBuf>,
+    /// Seed of the clip; from 9000000 on no training and no evaluation of this project uses them
+    #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED)]
+    seed: u64,
+    /// What happens
+    #[arg(long, value_name = "EVENT", value_parser = clip_folder::event, default_value = "motion")]
+    event: ClipEvent,
+    /// Number of frames
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// Frames a second
+    #[arg(long, value_name = "RATE", default_value_t = 30.0)]
+    fps: f64,
+    /// Exposure in milliseconds: what moves is blurred by it [default: a third of the time between two frames]
+    #[arg(long, value_name = "MS")]
+    exposure_ms: Option<f64>,
+    /// Size of the frames, as a multiple of the 480 x 270 pixels of the training camera
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    scale: u32,
+    /// Folder to write; an older clip there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(arguments: &ClipArguments) -> Result<()> {
+    let length = length(arguments)?;
+    let template = template(arguments)?;
+    let folder = StagedFolder::new(&arguments.out, &[CLIP_FILE])?;
+    let base = training_camera();
+    let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
+    let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
+    let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
+    let frames = story.length().frames;
+    let bar = progress::counting(frames as u64, "frames");
+    let mut failure = None;
+    let records = synthesis::clip_frames(&story, 0..frames)
+        .enumerate()
+        .map_while(|(frame, sample)| {
+            let written = sample.and_then(|sample| {
+                let png = encode_png(&sample.image)?;
+                atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
+                Ok(SampleRecord {
+                    seed: arguments.seed,
+                    index: frame as u64,
+                    sample,
+                })
+            });
+            bar.inc(1);
+            written.map_err(|error| failure = Some(error)).ok()
+        });
+    let shards = write_truth(&folder.path().join(TRUTH_FOLDER), records)?;
+    if let Some(error) = failure {
+        return Err(error);
+    }
+    bar.finish_and_clear();
+    let config = synthesizer.config();
+    let description = DatasetDescription::new(&template, config, arguments.seed, frames as u64, shards);
+    let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
+    write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
+    write(CAMERA_FILE, camera_to_json(&camera))?;
+    let description = ClipDescription::new(&story);
+    write(CLIP_FILE, serde_json::to_string_pretty(&description)?)?;
+    folder.commit()?;
+    println!(
+        "{frames} frames of {} x {} pixels, {}: {}",
+        camera.width(),
+        camera.height(),
+        description.event,
+        arguments.out.display()
+    );
+    Ok(())
+}
+
+/// Writes the shards of the truth into a folder of the clip's.
+fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
+    let truth = StagedFolder::new(folder, &[DATASET_FILE])?;
+    let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
+    truth.commit()?;
+    Ok(shards)
+}
+
+/// Frames a shard.
+const SHARD_SIZE: u64 = 500;
+
+fn length(arguments: &ClipArguments) -> Result<ClipLength> {
+    let fps = arguments.fps;
+    if !(fps > 0.0 && fps.is_finite()) {
+        return Err(usage(format!("--fps is {fps}, expected a positive number")));
+    }
+    let exposure_s = arguments.exposure_ms.map_or(1.0 / (3.0 * fps), |ms| ms / 1000.0);
+    if !(0.0..=1.0 / fps).contains(&exposure_s) {
+        return Err(usage(format!(
+            "--exposure-ms is {}, expected 0 to {:.3}, the time between two frames",
+            1000.0 * exposure_s,
+            1000.0 / fps
+        )));
+    }
+    Ok(ClipLength {
+        frames: arguments.frames as usize,
+        frames_per_s: fps,
+        exposure_s,
+    })
+}
+
+fn template(arguments: &ClipArguments) -> Result<Template> {
+    match (&arguments.template, &arguments.model) {
+        (Some(folder), _) => input::template(folder),
+        (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
+        (None, None) => Err(usage("--template or --model is needed")),
+    }
+}

@@ -1,0 +1,168 @@
+//! What a track is reported as: `track.json` and `track.csv`.
+
+use crate::camera_choice::CameraReport;
+use crate::follow::{FrameTimes, NetworkAnswer};
+use crate::track_errors::TRACKED_PX;
+use deepsft_geometry::metrics::Summary;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// The content of `track.json`.
+#[derive(Serialize)]
+pub struct Report {
+    pub video: String,
+    pub model: String,
+    pub frames: usize,
+    pub frames_per_s: f64,
+    /// Frames in which the object was found.
+    pub found: usize,
+    pub network_delay_frames: Option<u64>,
+    pub network_every_frames: Option<u64>,
+    pub smoothed: bool,
+    pub camera: CameraReport,
+    pub canonical_camera: CameraReport,
+    pub device: String,
+    /// Medians over the frames that have the stage.
+    pub median_ms: StageTimes,
+    /// Where the truth is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub errors: Option<Errors>,
+    pub per_frame: Vec<FrameReport>,
+    pub deepsft_version: &'static str,
+}
+
+#[derive(Serialize)]
+pub struct FrameReport {
+    pub frame: usize,
+    pub time_s: f64,
+    pub found: bool,
+    pub agreement: f64,
+    pub iterations: usize,
+    /// The answer of the network that arrived.
+    pub network: Option<NetworkAnswer>,
+    pub ms: StageTimes,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<FrameTruth>,
+}
+
+#[derive(Clone, Copy, Default, Serialize)]
+pub struct StageTimes {
+    pub decode: Option<f64>,
+    pub canonical_warp: Option<f64>,
+    pub follow: Option<f64>,
+    pub answer: Option<f64>,
+    pub network: Option<f64>,
+}
+
+/// What the truth says of a frame.
+#[derive(Clone, Copy, Serialize)]
+pub struct FrameTruth {
+    /// Share of the print that is in view and not covered.
+    pub print_in_view: f64,
+    pub registration_rmse_px: Option<f64>,
+    pub points_rmse_mm: Option<f64>,
+}
+
+/// Over the frames with the object found and in view.
+#[derive(Serialize)]
+pub struct Errors {
+    pub frames_in_view: usize,
+    /// Those of them with a registration RMSE of at most 2 px.
+    pub tracked: usize,
+    /// Frames without any of the object that were said to show it.
+    pub found_where_it_is_not: usize,
+    pub registration_rmse_px: Option<MeanMedian>,
+    pub points_rmse_mm: Option<MeanMedian>,
+}
+
+#[derive(Serialize)]
+pub struct MeanMedian {
+    pub mean: f64,
+    pub median: f64,
+}
+
+impl StageTimes {
+    pub fn new(decode_ms: f64, warp_ms: f64, times: &FrameTimes) -> Self {
+        Self {
+            decode: Some(decode_ms),
+            canonical_warp: Some(warp_ms),
+            follow: Some(times.follow),
+            answer: times.answer,
+            network: times.network,
+        }
+    }
+}
+
+/// The medians of the stages' times.
+pub fn medians(frames: &[FrameReport]) -> StageTimes {
+    let median = |time: fn(&StageTimes) -> Option<f64>| {
+        Summary::of(frames.iter().map(|frame| time(&frame.ms))).map(|summary| summary.median)
+    };
+    StageTimes {
+        decode: median(|ms| ms.decode),
+        canonical_warp: median(|ms| ms.canonical_warp),
+        follow: median(|ms| ms.follow),
+        answer: median(|ms| ms.answer),
+        network: median(|ms| ms.network),
+    }
+}
+
+impl Errors {
+    /// Over all frames of a clip.
+    pub fn of(frames: &[FrameReport]) -> Self {
+        let seen = |frame: &&FrameReport| frame.truth.is_some_and(|truth| truth.print_in_view > 0.0);
+        let error = |frame: &FrameReport| frame.truth.and_then(|truth| truth.registration_rmse_px);
+        let summary = |value: fn(&FrameTruth) -> Option<f64>| {
+            let summary = Summary::of(frames.iter().map(|frame| frame.truth.as_ref().and_then(value)));
+            summary.map(|summary| MeanMedian {
+                mean: summary.mean,
+                median: summary.median,
+            })
+        };
+        Self {
+            frames_in_view: frames.iter().filter(seen).count(),
+            tracked: frames
+                .iter()
+                .filter(|frame| error(frame).is_some_and(|px| px <= TRACKED_PX))
+                .count(),
+            found_where_it_is_not: frames
+                .iter()
+                .filter(|frame| frame.found && frame.truth.is_some() && !seen(frame))
+                .count(),
+            registration_rmse_px: summary(|truth| truth.registration_rmse_px),
+            points_rmse_mm: summary(|truth| truth.points_rmse_mm),
+        }
+    }
+}
+
+/// The frames as comma-separated values; a cell is empty where there is nothing to tell.
+pub fn table(frames: &[FrameReport]) -> String {
+    let mut text = "frame,time_s,found,agreement,iterations,network_of_frame,network_found,network_effect,decode_ms,\
+                    canonical_warp_ms,follow_ms,answer_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n"
+        .to_owned();
+    let cell = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
+    for frame in frames {
+        let (ms, network, truth) = (&frame.ms, frame.network, frame.truth);
+        let cells = [
+            frame.frame.to_string(),
+            format!("{:.6}", frame.time_s),
+            frame.found.to_string(),
+            cell(Some(frame.agreement)),
+            frame.iterations.to_string(),
+            network.map_or_else(String::new, |answer| answer.of_frame.to_string()),
+            network.map_or_else(String::new, |answer| answer.found.to_string()),
+            network.map_or_else(String::new, |answer| answer.effect.to_owned()),
+            cell(ms.decode),
+            cell(ms.canonical_warp),
+            cell(ms.follow),
+            cell(ms.answer),
+            cell(ms.network),
+            cell(truth.map(|truth| truth.print_in_view)),
+            cell(truth.and_then(|truth| truth.registration_rmse_px)),
+            cell(truth.and_then(|truth| truth.points_rmse_mm)),
+        ];
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}

@@ -1,0 +1,91 @@
+//! A sheet's mesh drawn over the picture it was found in.
+
+use super::canvas::Canvas;
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::{Camera, Picture, Template};
+
+/// Colours of lines that the image does not confirm, and that it confirms fully.
+const DOUBTFUL: [f64; 3] = [235.0, 40.0, 60.0];
+const CERTAIN: [f64; 3] = [60.0, 245.0, 110.0];
+
+/// Lines that reach farther outside the picture than this many of its sides are left out.
+const FARTHEST: f64 = 4.0;
+
+/// `picture` (of `camera`) with the lines of the template's grid at `vertices_camera` (mm), from red to green with their
+/// `confidence` (0 to 1, one a vertex; all 1 when there are none).
+pub fn wireframe(
+    picture: &Picture,
+    camera: &Camera,
+    template: &Template,
+    vertices_camera: &[DVec3],
+    confidence: &[f32],
+) -> Picture {
+    let mut canvas = Canvas::new(picture.width(), picture.height(), [0; 3]);
+    canvas.draw(picture, 0, 0);
+    let (columns, rows) = template.grid();
+    let size = DVec2::new(picture.width() as f64, picture.height() as f64);
+    let pixels: Vec<Option<DVec2>> = vertices_camera
+        .iter()
+        .map(|p| {
+            let near = |pixel: &DVec2| (pixel.abs() / size).max_element() < FARTHEST;
+            camera.project(*p).filter(near)
+        })
+        .collect();
+    let mut line = |a: usize, b: usize| {
+        let (Some(Some(from)), Some(Some(to))) = (pixels.get(a), pixels.get(b)) else {
+            return;
+        };
+        let sure = |vertex: usize| confidence.get(vertex).map_or(1.0, |c| f64::from(*c));
+        let share = f64::midpoint(sure(a), sure(b)).clamp(0.0, 1.0);
+        let color = std::array::from_fn(|k| (DOUBTFUL[k] + share * (CERTAIN[k] - DOUBTFUL[k])) as u8);
+        // The first pixel's centre is at (0.5, 0.5).
+        canvas.line((from.x - 0.5, from.y - 0.5), (to.x - 0.5, to.y - 0.5), color);
+    };
+    for j in 0..rows {
+        for i in 0..columns {
+            let vertex = j * columns + i;
+            if i + 1 < columns {
+                line(vertex, vertex + 1);
+            }
+            if j + 1 < rows {
+                line(vertex, vertex + columns);
+            }
+        }
+    }
+    canvas.into_picture()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::training_camera;
+
+    #[test]
+    fn the_outline_of_a_frontal_sheet_is_drawn_where_it_is() {
+        // 380 mm away at f = 380 a millimetre is a pixel: 200 x 100 mm about the centre (240, 135).
+        let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 200.0, 100.0).unwrap();
+        let vertices: Vec<DVec3> = template
+            .mesh()
+            .vertices()
+            .iter()
+            .map(|p| *p + DVec3::Z * 380.0)
+            .collect();
+        let black = Picture::from_fn(480, 270, |_, _| [0; 3]);
+        let certain = wireframe(&black, &training_camera(), &template, &vertices, &[]);
+        let lit = |x: usize, y: usize| certain.pixel(x, y) != [0; 3];
+        for x in 141..339 {
+            assert!(lit(x, 85) || lit(x, 84), "top edge at column {x}");
+        }
+        assert!((0..270).all(|y| !lit(135, y) && !lit(345, y)));
+        assert_eq!(certain.pixel(240, 84).map(f64::from), CERTAIN);
+        let doubtful = wireframe(
+            &black,
+            &training_camera(),
+            &template,
+            &vertices,
+            &vec![0.0; vertices.len()],
+        );
+        assert_eq!(doubtful.pixel(240, 84).map(f64::from), DOUBTFUL);
+        assert_eq!(wireframe(&black, &training_camera(), &template, &[], &[]), black);
+    }
+}

@@ -1,0 +1,231 @@
+//! Videos: a folder of images, a `.y4m` file, or anything that the program ffmpeg reads.
+
+mod natural_order;
+mod yuv4mpeg;
+
+use crate::failure::BlameInput;
+use crate::input;
+use anyhow::{Context, Result, bail};
+use deepsft_geometry::Picture;
+use std::ffi::OsString;
+use std::fs;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
+use yuv4mpeg::Yuv4Mpeg;
+
+/// Frames a second of a folder of images, if nobody tells.
+const TYPICAL_RATE: f64 = 30.0;
+
+/// A video that is read frame by frame.
+pub struct Video {
+    /// Frames a second.
+    pub frames_per_s: f64,
+    /// Number of frames, where it is known beforehand.
+    pub count: Option<u64>,
+    /// The frames in order. After an error there are no more.
+    pub frames: Box<dyn Iterator<Item = Result<Picture>>>,
+}
+
+impl Video {
+    /// Opens a folder of PNG and JPEG files, taken in natural order (`2.png` before `10.png`), or a video file.
+    /// `frames_per_s` goes before what the file says; a folder says nothing.
+    pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
+        if path.is_dir() {
+            let images = images(path).blame("folder of frames", path)?;
+            return Ok(Self {
+                frames_per_s: frames_per_s.unwrap_or(TYPICAL_RATE),
+                count: Some(images.len() as u64),
+                frames: Box::new(pictures(images)),
+            });
+        }
+        let video = path.to_path_buf();
+        let stream = open_stream(path)?;
+        Ok(Self {
+            frames_per_s: frames_per_s.unwrap_or(stream.frames_per_s()),
+            count: None,
+            frames: Box::new(stream.map(move |frame| frame.blame("video", &video))),
+        })
+    }
+}
+
+/// The images of a folder in natural order.
+fn images(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut names: Vec<String> = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if input::is_image(&path) {
+            let name = path.file_name().unwrap_or_default();
+            names.push(name.to_str().context("a file name in it is not UTF-8")?.to_owned());
+        }
+    }
+    if names.is_empty() {
+        bail!("there is no PNG or JPEG file in it");
+    }
+    names.sort_by(|a, b| natural_order::compare(a, b));
+    Ok(names.into_iter().map(|name| folder.join(name)).collect())
+}
+
+/// The pictures of files; all must have the size of the first.
+fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
+    let mut size = None;
+    let mut failed = false;
+    paths.into_iter().map_while(move |path| {
+        let mut read = || -> Result<Picture> {
+            let picture = input::picture(&path)?;
+            let actual = (picture.width(), picture.height());
+            let (width, height) = *size.get_or_insert(actual);
+            if actual != (width, height) {
+                let different = anyhow::anyhow!(
+                    "it has {} x {} pixels, the frames before it {width} x {height}",
+                    actual.0,
+                    actual.1
+                );
+                return Err(different).blame("image", &path);
+            }
+            Ok(picture)
+        };
+        if failed {
+            return None;
+        }
+        let frame = read();
+        failed = frame.is_err();
+        Some(frame)
+    })
+}
+
+fn open_stream(path: &Path) -> Result<Yuv4Mpeg<Box<dyn Read>>> {
+    let y4m = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
+    let open = || -> Result<fs::File> {
+        let file = fs::File::open(path)?;
+        if file.metadata()?.len() == 0 {
+            bail!("it is empty (0 bytes)");
+        }
+        Ok(file)
+    };
+    let file = open().blame("video", path)?;
+    if y4m {
+        return Yuv4Mpeg::new(Box::new(file) as Box<dyn Read>).blame("video", path);
+    }
+    drop(file);
+    let decoder = Ffmpeg::start(path)?;
+    Yuv4Mpeg::new(Box::new(decoder) as Box<dyn Read>).blame("video", path)
+}
+
+/// The program ffmpeg decoding a video; reading gives the stream it writes. Where it ends with an error, so does the
+/// reading.
+struct Ffmpeg {
+    process: Child,
+    output: BufReader<std::process::ChildStdout>,
+    /// What it has to say. A thread reads it, or it would stop when nobody does.
+    complaints: Option<JoinHandle<String>>,
+}
+
+impl Ffmpeg {
+    fn start(path: &Path) -> Result<Self> {
+        // With the protocol before it, no file name is taken for an option or an address.
+        let mut source = OsString::from("file:");
+        source.push(path);
+        let started = Command::new("ffmpeg")
+            .args(["-nostdin", "-v", "error", "-i"])
+            .arg(source)
+            .args(["-map", "0:v:0", "-vf", "scale=out_color_matrix=bt601:out_range=tv"])
+            .args(["-pix_fmt", "yuv444p", "-f", "yuv4mpegpipe", "-"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut process = match started {
+            Ok(process) => process,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => bail!(
+                "{} is read by the program ffmpeg, which is not on the PATH: install it (on Debian and Ubuntu \
+                 `apt install ffmpeg`, on macOS `brew install ffmpeg`, else from ffmpeg.org), or give a folder of \
+                 PNG or JPEG frames or a .y4m file instead",
+                path.display()
+            ),
+            Err(error) => return Err(error).context("the program ffmpeg could not be started"),
+        };
+        let (output, errors) = process
+            .stdout
+            .take()
+            .zip(process.stderr.take())
+            .context("the program ffmpeg has no output")?;
+        let read = move || {
+            let mut text = Vec::new();
+            // What cannot be read is not told.
+            let _ = BufReader::new(errors).read_to_end(&mut text);
+            String::from_utf8_lossy(&text).trim().replace('\n', "; ")
+        };
+        Ok(Self {
+            process,
+            output: BufReader::new(output),
+            complaints: Some(std::thread::spawn(read)),
+        })
+    }
+}
+
+impl Read for Ffmpeg {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.output.read(buffer)?;
+        if count > 0 || buffer.is_empty() {
+            return Ok(count);
+        }
+        let status = self.process.wait()?;
+        let complaints = self.complaints.take().and_then(|thread| thread.join().ok());
+        match complaints.filter(|text| !text.is_empty()) {
+            _ if status.success() => Ok(0),
+            Some(text) => Err(std::io::Error::other(format!("ffmpeg: {text}"))),
+            None => Err(std::io::Error::other(format!("ffmpeg ended with {status}"))),
+        }
+    }
+}
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        // A decoder whose output nobody wants any more; when it has ended by itself there is nothing to end.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft::encode_png;
+
+    fn write(folder: &Path, name: &str, width: usize, shade: u8) {
+        let png = encode_png(&Picture::from_fn(width, 4, |_, _| [shade; 3])).unwrap();
+        fs::write(folder.join(name), png).unwrap();
+    }
+
+    #[test]
+    fn the_images_of_a_folder_come_in_natural_order_and_other_files_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, shade) in [("f10.png", 10), ("f9.PNG", 9), ("f1.png", 1)] {
+            write(folder.path(), name, 6, shade);
+        }
+        fs::write(folder.path().join("camera.json"), "{}").unwrap();
+        let video = Video::open(folder.path(), None).unwrap();
+        assert_eq!((video.count, video.frames_per_s), (Some(3), 30.0));
+        let shades: Vec<u8> = video.frames.map(|frame| frame.unwrap().pixel(0, 0)[0]).collect();
+        assert_eq!(shades, [1, 9, 10]);
+    }
+
+    #[test]
+    fn after_a_frame_of_another_size_there_are_no_more() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, width) in [("1.png", 6), ("2.png", 7), ("3.png", 6)] {
+            write(folder.path(), name, width, 0);
+        }
+        let frames: Vec<Result<Picture>> = Video::open(folder.path(), Some(25.0)).unwrap().frames.collect();
+        assert_eq!(frames.len(), 2);
+        let error = crate::failure::message(frames[1].as_ref().unwrap_err());
+        assert!(
+            error.contains("2.png") && error.contains("7 x 4 pixels, the frames before it 6 x 4"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,217 @@
+//! Uncompressed video, YUV4MPEG2 (`.y4m`): 8 bits a sample, grey or with colours of any of its subsamplings.
+
+use anyhow::{Result, bail};
+use deepsft_geometry::Picture;
+use std::cell::Cell;
+use std::io::{BufReader, Read};
+use std::rc::Rc;
+use y4m::{Colorspace, Decoder, Error, Frame};
+
+/// The frames of a stream. After an error there are no more.
+pub struct Yuv4Mpeg<R: Read> {
+    decoder: Decoder<Counted<R>>,
+    width: usize,
+    height: usize,
+    chroma: Chroma,
+    /// Whether 0 is black and 255 white; else 16 and 235.
+    full_range: bool,
+    /// Bytes read since the last whole frame.
+    since_frame: Rc<Cell<usize>>,
+    ended: bool,
+}
+
+/// How the planes of colour are laid out: pixels to a sample, across and down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Chroma {
+    None,
+    Subsampled(usize, usize),
+}
+
+impl<R: Read> Yuv4Mpeg<R> {
+    /// Reads the header.
+    pub fn new(source: R) -> Result<Self> {
+        let since_frame = Rc::new(Cell::new(0));
+        let counted = Counted {
+            source: BufReader::new(source),
+            count: Rc::clone(&since_frame),
+        };
+        let decoder = match Decoder::new(counted) {
+            Ok(decoder) => decoder,
+            Err(Error::EOF) => bail!("it ends before the first frame"),
+            Err(Error::IoError(error)) => return Err(error.into()),
+            Err(error) => bail!("its header is not one of YUV4MPEG2: {error}"),
+        };
+        let chroma = match decoder.get_colorspace() {
+            Colorspace::Cmono => Chroma::None,
+            Colorspace::C420 | Colorspace::C420jpeg | Colorspace::C420mpeg2 | Colorspace::C420paldv => {
+                Chroma::Subsampled(2, 2)
+            }
+            Colorspace::C422 => Chroma::Subsampled(2, 1),
+            Colorspace::C444 => Chroma::Subsampled(1, 1),
+            other => bail!("its colour space is {other:?}; 8 bits a sample can be read"),
+        };
+        let (width, height) = (decoder.get_width(), decoder.get_height());
+        let rate = decoder.get_framerate();
+        if width == 0 || height == 0 || rate.num == 0 || rate.den == 0 {
+            bail!(
+                "its header tells {width} x {height} pixels and {}/{} frames a second",
+                rate.num,
+                rate.den
+            );
+        }
+        let full = b"XCOLORRANGE=FULL".as_slice();
+        let full_range = decoder
+            .get_raw_params()
+            .split(|&byte| byte == b' ')
+            .any(|word| word == full);
+        Ok(Self {
+            decoder,
+            width,
+            height,
+            chroma,
+            full_range,
+            since_frame,
+            ended: false,
+        })
+    }
+
+    /// Frames a second.
+    pub fn frames_per_s(&self) -> f64 {
+        let rate = self.decoder.get_framerate();
+        rate.num as f64 / rate.den as f64
+    }
+}
+
+impl<R: Read> Iterator for Yuv4Mpeg<R> {
+    type Item = Result<Picture>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let (width, height, chroma, full_range) = (self.width, self.height, self.chroma, self.full_range);
+        self.since_frame.set(0);
+        let frame = match self.decoder.read_frame() {
+            Ok(frame) => Ok(picture(&frame, width, height, chroma, full_range)),
+            // The reader tells the end of the stream and the end within a frame alike.
+            Err(Error::EOF) if self.since_frame.get() == 0 => return None,
+            Err(Error::EOF) => Err(anyhow::anyhow!("it ends within a frame")),
+            Err(Error::IoError(error)) => Err(error.into()),
+            Err(error) => Err(anyhow::anyhow!("a frame of it cannot be read: {error}")),
+        };
+        self.ended = frame.is_err();
+        Some(frame)
+    }
+}
+
+/// Counts what is read.
+struct Counted<R> {
+    source: BufReader<R>,
+    count: Rc<Cell<usize>>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.source.read(buffer)?;
+        self.count.set(self.count.get() + read);
+        Ok(read)
+    }
+}
+
+/// The picture of a frame by ITU-R BT.601, each sample of colour repeated over the pixels it stands for.
+fn picture(frame: &Frame<'_>, width: usize, height: usize, chroma: Chroma, full_range: bool) -> Picture {
+    let (offset, luma_gain, chroma_gain) = if full_range {
+        (0.0, 1.0, 1.0)
+    } else {
+        (16.0, 255.0 / 219.0, 255.0 / 224.0)
+    };
+    Picture::from_fn(width, height, |x, y| {
+        let luma = (f32::from(frame.get_y_plane()[y * width + x]) - offset) * luma_gain;
+        let [blue, red] = match chroma {
+            Chroma::None => [0.0; 2],
+            Chroma::Subsampled(across, down) => {
+                let sample = y / down * width.div_ceil(across) + x / across;
+                [frame.get_u_plane(), frame.get_v_plane()].map(|plane| (f32::from(plane[sample]) - 128.0) * chroma_gain)
+            }
+        };
+        let rgb = [
+            luma + 1.402 * red,
+            luma - 0.344_136 * blue - 0.714_136 * red,
+            luma + 1.772 * blue,
+        ];
+        rgb.map(|value| value.round().clamp(0.0, 255.0) as u8)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(bytes: &[u8]) -> Vec<Result<Picture>> {
+        Yuv4Mpeg::new(bytes).unwrap().collect()
+    }
+
+    #[test]
+    fn the_primaries_of_bt_601_come_back() {
+        // (Y, Cb, Cr) of white, black, red, green and blue in the 16 to 235 range, from the standard.
+        let colors = [
+            ([235, 128, 128], [255, 255, 255]),
+            ([16, 128, 128], [0, 0, 0]),
+            ([81, 90, 240], [255, 0, 0]),
+            ([145, 54, 34], [0, 255, 0]),
+            ([41, 240, 110], [0, 0, 255]),
+        ];
+        let mut stream = b"YUV4MPEG2 W5 H1 F25:2 Ip C444\nFRAME\n".to_vec();
+        for plane in 0..3 {
+            stream.extend(colors.map(|(yuv, _)| yuv[plane]));
+        }
+        let video = Yuv4Mpeg::new(stream.as_slice()).unwrap();
+        assert_eq!(video.frames_per_s(), 12.5);
+        let frame = frames(&stream).pop().unwrap().unwrap();
+        for (x, (_, rgb)) in colors.iter().enumerate() {
+            // The standard's samples are whole numbers: half a level of colour is up to two of a primary.
+            assert!(
+                (0..3).all(|k| frame.pixel(x, 0)[k].abs_diff(rgb[k]) <= 2),
+                "{:?} for {rgb:?}",
+                frame.pixel(x, 0)
+            );
+        }
+    }
+
+    #[test]
+    fn samples_of_colour_stand_for_two_by_two_pixels_also_at_an_odd_end() {
+        // 3 x 3 pixels of one grey; of the four samples of colour the last is red.
+        let mut stream = b"YUV4MPEG2 W3 H3 F30:1 C420jpeg XCOLORRANGE=FULL\nFRAME\n".to_vec();
+        stream.extend([100; 9]);
+        stream.extend([128; 4]);
+        stream.extend([128, 128, 128, 178]);
+        let frame = frames(&stream).pop().unwrap().unwrap();
+        for pixel in 0..9 {
+            let red = if pixel == 8 { 170 } else { 100 };
+            assert_eq!(frame.pixel(pixel % 3, pixel / 3)[0], red, "pixel {pixel}");
+        }
+        assert_eq!(frame.pixel(0, 0), [100; 3]);
+    }
+
+    #[test]
+    fn a_stream_ends_after_a_frame_and_not_within_one() {
+        let header = b"YUV4MPEG2 W4 H2 F30:1 Cmono\n".as_slice();
+        let frame = [b"FRAME\n".as_slice(), &[128; 8]].concat();
+        let whole = [header, &frame, &frame].concat();
+        assert!(frames(&whole).iter().all(Result::is_ok) && frames(&whole).len() == 2);
+        for cut in [1, 7, 10] {
+            let cut = frames(&whole[..whole.len() - cut]);
+            assert_eq!(cut.len(), 2);
+            assert!(cut[1].as_ref().unwrap_err().to_string().contains("within a frame"));
+        }
+        for (bytes, cause) in [
+            (b"RIFF1234".as_slice(), "header"),
+            (b"", "ends before"),
+            (b"YUV4MPEG2 W4 H2 F30:1 C420p10\n", "8 bits"),
+            (b"YUV4MPEG2 W4 H2 F0:0 Cmono\n", "frames a second"),
+        ] {
+            let error = Yuv4Mpeg::new(bytes).err().unwrap().to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! Clips and tracking.
+
+use crate::common::{Run, deepsft, deepsft_with_path, write_bundle, write_files, write_template};
+use deepsft::encode_png;
+use deepsft_geometry::Picture;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FAILED: i32 = 1;
+const USAGE: i32 = 2;
+const INVALID_INPUT: i32 = 3;
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// The model that ships, a trained one.
+fn shipped_model() -> String {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4");
+    path.to_str().unwrap().to_owned()
+}
+
+fn clip(folder: &Path, extra: &[&str], out: &str) {
+    deepsft(folder, &[&["clip"], extra, &["--out", out]].concat()).succeeds();
+}
+
+fn track(folder: &Path, model: &str, extra: &[&str]) -> Run {
+    deepsft(
+        folder,
+        &[&["track", "--model", model, "--out", "track"], extra].concat(),
+    )
+}
+
+/// Writes a grey frame of `width` x 36 pixels.
+fn write_frame(folder: &Path, name: &str, width: usize) {
+    fs::create_dir_all(folder).unwrap();
+    let picture = Picture::from_fn(width, 36, |x, y| [((x * y) % 200) as u8; 3]);
+    fs::write(folder.join(name), encode_png(&picture).unwrap()).unwrap();
+}
+
+/// Writes a `.y4m` stream of `frames` grey frames of 64 x 36 pixels.
+fn write_stream(path: &Path, frames: usize) {
+    let mut stream = b"YUV4MPEG2 W64 H36 F25:1 Cmono\n".to_vec();
+    for frame in 0..frames {
+        stream.extend(b"FRAME\n");
+        stream.extend((0..64 * 36).map(|i| ((i * 7 + frame) % 200 + 16) as u8));
+    }
+    fs::write(path, stream).unwrap();
+}
+
+#[test]
+fn a_clip_is_frames_a_camera_and_its_truth_and_the_same_every_time() {
+    let folder = tempfile::tempdir().unwrap();
+    write_template(folder.path(), "template");
+    write_bundle(folder.path(), "model");
+    let options = ["--template", "template", "--frames", "5", "--event", "still"];
+    clip(folder.path(), &options, "clip");
+    clip(folder.path(), &options, "again");
+    clip(folder.path(), &options, "again");
+    let file = |clip: &str, name: &str| fs::read(folder.path().join(clip).join(name)).unwrap();
+    for name in [
+        "frame-00000.png",
+        "frame-00004.png",
+        "camera.json",
+        "clip.json",
+        "truth/shard-000000.tar",
+    ] {
+        assert!(file("clip", name) == file("again", name), "{name}");
+    }
+    assert!(file("clip", "frame-00000.png") != file("clip", "frame-00001.png"));
+    let description = json(&folder.path().join("clip/clip.json"));
+    assert_eq!(
+        (description["event"].as_str(), description["synthetic"].as_bool()),
+        (Some("still"), Some(true))
+    );
+    // The truth is a data set like any other.
+    let eval = [
+        "eval",
+        "--model",
+        "model",
+        "--dataset",
+        "clip/truth",
+        "--json",
+        "figures.json",
+    ];
+    deepsft(folder.path(), &eval).succeeds();
+    assert_eq!(json(&folder.path().join("figures.json"))["frames"].as_u64(), Some(5));
+    let long = [&options[..], &["--exposure-ms", "50", "--out", "long"]].concat();
+    deepsft(folder.path(), &[&["clip"], long.as_slice()].concat()).fails(USAGE, &["--exposure-ms", "33.3"]);
+}
+
+#[test]
+fn the_shipped_model_follows_the_sheet_through_a_clip() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    // Frames twice as fine as the canonical image: through the warp.
+    clip(
+        folder.path(),
+        &["--model", &model, "--frames", "24", "--scale", "2"],
+        "clip",
+    );
+    let run = track(folder.path(), &model, &["--pictures", "--meshes", "clip"]);
+    assert!(run.succeeds().stdout.contains("registration RMSE"), "{}", run.stdout);
+    let report = json(&folder.path().join("track/track.json"));
+    // The first answer is there at the fifth frame; from then on the sheet is found.
+    assert_eq!(report["frames"].as_u64(), Some(24));
+    assert!(report["found"].as_u64().unwrap() >= 18, "{}", report["found"]);
+    let frames = report["per_frame"].as_array().unwrap();
+    assert!(frames[..4].iter().all(|frame| frame["found"] == false));
+    assert_eq!(frames[4]["network"]["of_frame"].as_u64(), Some(0));
+    // A track that is lost is off by tens of pixels.
+    let errors = &report["errors"];
+    assert!(errors["tracked"].as_u64().unwrap() >= 16, "{errors}");
+    assert!(
+        errors["registration_rmse_px"]["median"].as_f64().unwrap() < 1.5,
+        "{errors}"
+    );
+    assert!(errors["points_rmse_mm"]["median"].as_f64().unwrap() < 15.0, "{errors}");
+    // A table with a line a frame, a picture a frame, a mesh where the sheet is found.
+    let table = fs::read_to_string(folder.path().join("track/track.csv")).unwrap();
+    assert_eq!(table.lines().count(), 25);
+    let columns = table.lines().next().unwrap().split(',').count();
+    assert!(table.lines().all(|line| line.split(',').count() == columns), "{table}");
+    let count = |name: &str| fs::read_dir(folder.path().join("track").join(name)).unwrap().count() as u64;
+    assert_eq!(
+        (count("pictures"), count("meshes")),
+        (24, report["found"].as_u64().unwrap())
+    );
+    let picture = fs::read(folder.path().join("track/pictures/frame-00020.png")).unwrap();
+    let original = fs::read(folder.path().join("clip/frame-00020.png")).unwrap();
+    let [picture, original] = [picture, original].map(|bytes| deepsft::decode_picture(&bytes).unwrap());
+    assert_eq!(picture.width(), 960);
+    assert!(picture != original);
+    // 24 frames of some vertices with three coordinates: no number in the first, millimetres in the last.
+    let npy = fs::read(folder.path().join("track/vertices.npy")).unwrap();
+    let end = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    let (values, rest) = npy[end..].as_chunks::<4>();
+    assert!(rest.is_empty() && values.len() % (24 * 3) == 0);
+    let values: Vec<f32> = values.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    assert!(values[0].is_nan());
+    assert!((100.0..1500.0).contains(values.last().unwrap()), "{:?}", values.last());
+}
+
+#[test]
+fn a_network_that_is_waited_for_finds_the_sheet_in_the_first_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    clip(
+        folder.path(),
+        &["--model", &model, "--frames", "3", "--event", "still"],
+        "clip",
+    );
+    track(folder.path(), &model, &["--network-every", "1", "--smooth", "clip"]).succeeds();
+    let report = json(&folder.path().join("track/track.json"));
+    assert_eq!(
+        (report["found"].as_u64(), report["smoothed"].as_bool()),
+        (Some(3), Some(true))
+    );
+    track(folder.path(), &model, &["--network-every", "1", "--delay", "2", "clip"]).fails(USAGE, &["--delay"]);
+}
+
+#[test]
+fn where_nothing_is_found_the_mesh_is_not_a_number() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path(), "model");
+    write_stream(&folder.path().join("video.y4m"), 6);
+    track(folder.path(), "model", &["--pictures", "video.y4m"]).succeeds();
+    let report = json(&folder.path().join("track/track.json"));
+    assert_eq!(
+        (report["frames"].as_u64(), report["found"].as_u64()),
+        (Some(6), Some(0))
+    );
+    assert_eq!(report["frames_per_s"].as_f64(), Some(25.0));
+    assert_eq!(report["camera"]["source"].as_str(), Some("assumed"));
+    assert!(report["errors"].is_null());
+    let npy = fs::read(folder.path().join("track/vertices.npy")).unwrap();
+    let end = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    assert!(
+        npy[end..]
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .all(|bytes| f32::from_le_bytes(*bytes).is_nan())
+    );
+}
+
+#[test]
+fn what_is_no_video_is_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path(), "model");
+    let path = folder.path();
+    fs::create_dir(path.join("empty")).unwrap();
+    track(path, "model", &["empty"]).fails(INVALID_INPUT, &["folder of frames empty", "no PNG or JPEG"]);
+    track(path, "model", &["nowhere.mp4"]).fails(INVALID_INPUT, &["video nowhere.mp4", "No such file"]);
+
+    for name in ["f1.png", "f2.png", "f3.png"] {
+        write_frame(&path.join("broken"), name, 64);
+        write_frame(&path.join("mixed"), name, 64);
+    }
+    let good = fs::read(path.join("broken/f2.png")).unwrap();
+    fs::write(path.join("broken/f2.png"), &good[..good.len() / 2]).unwrap();
+    track(path, "model", &["broken"]).fails(INVALID_INPUT, &["broken/f2.png", "cannot be read"]);
+    write_frame(&path.join("mixed"), "f3.png", 60);
+    track(path, "model", &["mixed"]).fails(INVALID_INPUT, &["mixed/f3.png", "60 x 36 pixels", "64 x 36"]);
+
+    write_stream(&path.join("cut.y4m"), 2);
+    let whole = fs::read(path.join("cut.y4m")).unwrap();
+    fs::write(path.join("cut.y4m"), &whole[..whole.len() - 9]).unwrap();
+    track(path, "model", &["cut.y4m"]).fails(INVALID_INPUT, &["video cut.y4m", "within a frame"]);
+
+    let camera = r#"{"width": 640, "height": 480, "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}"#;
+    write_files(path, &[("camera.json".to_owned(), camera.into())].into());
+    write_frame(&path.join("frames"), "f1.png", 64);
+    track(path, "model", &["--camera", "camera.json", "frames"])
+        .fails(INVALID_INPUT, &["camera file camera.json", "640 x 480"]);
+    assert!(!path.join("track").exists());
+    fs::create_dir(path.join("track")).unwrap();
+    fs::write(path.join("track/thesis.txt"), "mine").unwrap();
+    track(path, "model", &["frames"]).fails(FAILED, &["track", "holds no track.json"]);
+}
+
+#[test]
+fn a_clip_of_another_template_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_template(folder.path(), "template");
+    clip(folder.path(), &["--template", "template", "--frames", "1"], "clip");
+    track(folder.path(), &shipped_model(), &["clip"]).fails(INVALID_INPUT, &["clip", "200 x 150 mm", "297"]);
+}
+
+#[test]
+fn a_video_needs_ffmpeg_and_the_refusal_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path(), "model");
+    fs::write(folder.path().join("video.mp4"), "not decoded by us").unwrap();
+    fs::create_dir(folder.path().join("bin")).unwrap();
+    let arguments = ["track", "--model", "model", "--out", "track", "video.mp4"];
+    deepsft_with_path(folder.path(), &folder.path().join("bin"), &arguments)
+        .fails(FAILED, &["video.mp4", "ffmpeg", "not on the PATH", "install"]);
+    assert!(!folder.path().join("track").exists());
+}
+
+/// A program of the name in the tests' place: what it says and how it ends is what matters, not what it decodes.
+#[cfg(unix)]
+#[test]
+fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_bundle(path, "model");
+    write_stream(&path.join("stream"), 3);
+    fs::write(path.join("video.mp4"), "not decoded by us").unwrap();
+    fs::create_dir(path.join("bin")).unwrap();
+    let program = |script: &str| {
+        let file = path.join("bin/ffmpeg");
+        fs::write(&file, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    let arguments = ["track", "--model", "model", "--out", "track", "video.mp4"];
+    // It is told the file, as a file.
+    program("case \"$*\" in *file:video.mp4*) exec /bin/cat stream;; *) exit 9;; esac");
+    deepsft_with_path(path, &path.join("bin"), &arguments).succeeds();
+    assert_eq!(json(&path.join("track/track.json"))["frames"].as_u64(), Some(3));
+    program("/bin/cat stream; echo 'moov atom not found' >&2; exit 1");
+    deepsft_with_path(path, &path.join("bin"), &arguments)
+        .fails(INVALID_INPUT, &["video video.mp4", "ffmpeg: moov atom not found"]);
+    program("exit 7");
+    deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
+}
+
+#[test]
+fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    let study = [
+        "study", "tracking", "--model", &model, "--clips", "1", "--frames", "30", "--event", "still",
+    ];
+    let files = ["--json", "figures.json", "--sheet", "figures.png"];
+    let run = deepsft(folder.path(), &[&study[..], &files].concat());
+    assert!(
+        run.succeeds().stdout.contains("jitter of a still sheet"),
+        "{}",
+        run.stdout
+    );
+    let figures = json(&folder.path().join("figures.json"));
+    assert_eq!(
+        (figures["clips"].as_u64(), figures["frames"].as_u64()),
+        (Some(1), Some(30))
+    );
+    assert!(
+        figures["tracked_share_after_answer"].as_f64().unwrap() > 0.9,
+        "{figures}"
+    );
+    assert_eq!(figures["per_clip"][0]["frames"].as_array().unwrap().len(), 30);
+    // A pixel is five times what a still sheet may jitter by.
+    assert!(figures["jitter_px"][0]["most"].as_f64().unwrap() < 1.0);
+    let sheet = deepsft::decode_picture(&fs::read(folder.path().join("figures.png")).unwrap()).unwrap();
+    assert!(sheet.width() > 4 * 480 && sheet.height() > 270);
+    deepsft(folder.path(), &[&study[..7], &["--event", "earthquake"]].concat()).fails(USAGE, &["jump-cut"]);
+}
