@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
-use deepsft_geometry::Refinement;
 use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, Refinement};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::Evaluation;
 use std::collections::BTreeMap;
@@ -55,6 +55,10 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
             let refinement = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default()).unwrap();
             summary(Some(&mut refinement.into())).median
         };
+        let completed = {
+            let completion = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default()).unwrap();
+            summary(Some(&mut completion.into())).median
+        };
         let summary = summary(None);
         let accuracy = &bundle.card().accuracy;
         let pixels = summary.median.registration_rmse_px.unwrap();
@@ -70,6 +74,9 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
             1.0 - iou <= SLACK * (1.0 - accuracy.mask_iou.unwrap()),
             "{name}: IoU {iou}"
         );
+        // Completion leaves what is seen about as it is.
+        let completed = completed.depth_rmse_mm.unwrap();
+        assert!(completed <= 1.1 * depth, "{name}: {depth} mm, completed {completed} mm");
         // Physics halves the errors at least.
         let (refined_pixels, refined_depth) = (refined.registration_rmse_px.unwrap(), refined.depth_rmse_mm.unwrap());
         assert!(

@@ -150,16 +150,17 @@ fn cover(maps: &mut Maps, seen: &[DVec2], occluder: Occluder, count: f64) {
 mod tests {
     use super::*;
     use crate::capsule;
+    use deepsft_geometry::solver::VertexPoint;
     use deepsft_geometry::{Picture, Template, VisibleVertices, training_camera};
 
-    /// Share of vertices that the maps do not show, and the largest distance of a found one from the truth.
+    /// Share of vertices that the maps do not show, and the RMSE of the found ones, mm.
     fn hidden_and_error(mesh: &TriangleMesh, view: &PartialView) -> (f64, f64) {
         let found = VisibleVertices::new(mesh, 0)
             .find(&view.maps, &training_camera())
             .unwrap();
-        let distance = |p: &deepsft_geometry::solver::VertexPoint| p.p_camera.distance(view.vertices_camera[p.vertex]);
-        let far = found.iter().map(distance).fold(0.0, f64::max);
-        (1.0 - found.len() as f64 / mesh.vertices().len() as f64, far)
+        let square = |p: &VertexPoint| p.p_camera.distance_squared(view.vertices_camera[p.vertex]);
+        let mean = found.iter().map(square).sum::<f64>() / found.len() as f64;
+        (1.0 - found.len() as f64 / mesh.vertices().len() as f64, mean.sqrt())
     }
 
     #[test]
@@ -174,8 +175,8 @@ mod tests {
                 "{index}: {hidden} for {}",
                 view.hidden_share
             );
-            // A vertex at a mask's edge is extrapolated by up to a pixel, 2 mm far away, on a bent sheet.
-            assert!(error < 3.0, "{index}: {error} mm");
+            // A vertex at a mask's edge is extrapolated by up to a pixel: 2 mm far away, more where the sheet is steep.
+            assert!(error < 1.0, "{index}: {error} mm");
         }
     }
 
@@ -186,7 +187,8 @@ mod tests {
             let view = PartialView::of_volumic(&mesh, &training_camera(), [0.5, 0.7], 5, index);
             let (hidden, error) = hidden_and_error(&mesh, &view);
             assert!((0.4..0.85).contains(&hidden), "{index}: {hidden}");
-            assert!(error < 6.0, "{index}: {error} mm");
+            // All along its silhouette the tube is seen edge-on.
+            assert!(error < 2.0, "{index}: {error} mm");
         }
     }
 

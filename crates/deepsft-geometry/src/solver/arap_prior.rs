@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3};
 /// Cotangent weights are kept between these. The lower bound keeps obtuse and degenerate faces from
 /// making the energy indefinite or a vertex loose (a square grid's diagonals have weight 0); the upper one
 /// is a needle of half a degree.
-const WEIGHT_BOUNDS: [f64; 2] = [1e-3, 1e2];
+const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
 
 /// The cells of Sorkine and Alexa 2007: each vertex with its edges, cotangent weights and rest
 /// edges, with E_arap and E_smooth of the paper on them:

@@ -1,46 +1,23 @@
 //! `deepsft completion accuracy`: what ARAP completion makes of exact maps of which a part is hidden.
 
-use super::interpolation::{laplacian, rigid};
-use super::picture::{shaded, turned};
-use crate::output::color_map::ColorMap;
+use super::picture::panels;
+use super::subject::{FrameReport, Object};
 use crate::output::{atomic, sheet};
 use crate::progress;
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::encode_png;
-use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::Summary;
-use deepsft_geometry::solver::VertexPoint;
-use deepsft_geometry::{
-    ArapCompletion, Camera, CompletionOptions, Picture, Template, TriangleMesh, VisibleVertices, Welding,
-    training_camera,
-};
-use deepsft_synth::{
-    POSTER_HEIGHT_MM, POSTER_WIDTH_MM, PartialView, SynthConfig, Synthesizer, capsule, edge_length_change,
-};
+use deepsft_geometry::{Camera, training_camera};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
-
-/// Hidden shares that are drawn, of a sheet's vertices and of a closed mesh's, whose back is always hidden.
-const SHEET_HIDDEN: [f64; 2] = [0.3, 0.7];
-const CLOSED_HIDDEN: [f64; 2] = [0.5, 0.7];
-
-/// The closed mesh: length and radius in mm, vertices from pole to pole and around.
-const CLOSED_MM: [f64; 2] = [240.0, 30.0];
-const CLOSED_VERTICES: [usize; 2] = [41, 24];
 
 /// Width of a line of the table: hidden shares from one of these to the next.
 const BINS: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
 
 /// Frames of each object on the sheet.
 const WORST: usize = 6;
-
-/// End of the error scale on the sheet, mm.
-const ERROR_SCALE_MM: f64 = 30.0;
-
-/// How far the side view is turned, radians.
-const SIDE_RAD: f64 = 1.0;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -71,39 +48,6 @@ pub struct AccuracyArguments {
     /// Draw the worst frames (by hidden vertices) to this PNG file
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
-}
-
-/// An object whose hidden parts are completed.
-struct Object {
-    name: &'static str,
-    mesh: TriangleMesh,
-    welding: Welding,
-    /// Largest extent of the rest shape, mm.
-    extent: f64,
-    hidden: [f64; 2],
-    /// The sheet's bends; none for the closed mesh.
-    synthesizer: Option<Synthesizer>,
-}
-
-/// The errors of one method on one frame.
-#[derive(Clone, Copy, Serialize)]
-struct FrameReport {
-    index: u64,
-    hidden_share: f64,
-    /// RMSE of the hidden vertices, mm.
-    arap_mm: f64,
-    rigid_mm: f64,
-    laplacian_mm: f64,
-    /// RMSE of the visible vertices, mm.
-    visible_before_mm: f64,
-    visible_after_mm: f64,
-    /// Relative change of edge lengths of the result, and of the truth.
-    edge_change_median: f64,
-    edge_change_p95: f64,
-    true_edge_change_p95: f64,
-    flipped: usize,
-    true_flipped: usize,
-    iterations: usize,
 }
 
 /// Medians over the frames of a range of hidden shares.
@@ -194,106 +138,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<()> {
     Ok(())
 }
 
-/// A frame with its result.
-struct Completed {
-    report: FrameReport,
-    view: PartialView,
-    points: Vec<VertexPoint>,
-    vertices: Vec<DVec3>,
-}
-
 impl Object {
-    fn poster() -> Result<Self> {
-        let picture = Picture::from_fn(1, 1, |_, _| [255; 3]);
-        let template = Template::thin_shell(picture, POSTER_WIDTH_MM, POSTER_HEIGHT_MM)?;
-        let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
-        Self::new("poster", template.mesh().clone(), SHEET_HIDDEN, Some(synthesizer))
-    }
-
-    fn closed() -> Result<Self> {
-        let ([length, radius], [rings, around]) = (CLOSED_MM, CLOSED_VERTICES);
-        Self::new("closed", capsule(length, radius, rings, around)?, CLOSED_HIDDEN, None)
-    }
-
-    fn new(name: &'static str, mesh: TriangleMesh, hidden: [f64; 2], synthesizer: Option<Synthesizer>) -> Result<Self> {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for p in mesh.vertices() {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
-        Ok(Self {
-            name,
-            welding: Welding::of(&mesh)?,
-            extent: (high - low).max_element(),
-            mesh,
-            hidden,
-            synthesizer,
-        })
-    }
-
-    fn completion(&self) -> Result<ArapCompletion> {
-        Ok(ArapCompletion::new(&self.mesh, CompletionOptions::default())?)
-    }
-
-    /// Frame `index`; `None` when it shows no vertex.
-    fn frame(
-        &self,
-        camera: &Camera,
-        seed: u64,
-        index: u64,
-        completion: &mut ArapCompletion,
-    ) -> Result<Option<Completed>> {
-        let view = match &self.synthesizer {
-            Some(synthesizer) => PartialView::of_sheet(synthesizer, self.hidden, seed, index),
-            None => PartialView::of_volumic(&self.mesh, camera, self.hidden, seed, index),
-        };
-        let points = VisibleVertices::new(&self.mesh, 0).find(&view.maps, camera)?;
-        if points.is_empty() {
-            return Ok(None);
-        }
-        let completed = completion.complete(&points, None)?;
-        let (rest, truth) = (self.mesh.vertices(), &view.vertices_camera);
-        // A vertex on a seam is visible when one of its copies is.
-        let mut seen = vec![false; self.welding.mesh().vertices().len()];
-        points
-            .iter()
-            .filter_map(|p| self.welding.welded(p.vertex))
-            .for_each(|vertex| seen[vertex] = true);
-        let welded_truth = self.welding.weld(truth);
-        let error_of = |vertices: &[DVec3], of_seen: bool| {
-            let vertices = self.welding.weld(vertices);
-            rmse(
-                (0..seen.len())
-                    .filter(|&i| seen[i] == of_seen)
-                    .map(|i| vertices[i].distance(welded_truth[i])),
-            )
-        };
-        let (change, true_change) = (
-            edge_length_change(&self.mesh, &completed.vertices),
-            edge_length_change(&self.mesh, truth),
-        );
-        let report = FrameReport {
-            index,
-            hidden_share: seen.iter().filter(|seen| !**seen).count() as f64 / seen.len() as f64,
-            arap_mm: error_of(&completed.vertices, false),
-            rigid_mm: error_of(&rigid(rest, &points), false),
-            laplacian_mm: error_of(&laplacian(&self.welding, rest, &points), false),
-            visible_before_mm: rmse(points.iter().map(|p| p.p_camera.distance(truth[p.vertex]))),
-            visible_after_mm: error_of(&completed.vertices, true),
-            edge_change_median: change.median,
-            edge_change_p95: change.p95,
-            true_edge_change_p95: true_change.p95,
-            flipped: flipped(self.welding.mesh(), &self.welding.weld(&completed.vertices)),
-            true_flipped: flipped(self.welding.mesh(), &welded_truth),
-            iterations: completed.report.iterations,
-        };
-        Ok(Some(Completed {
-            report,
-            view,
-            points,
-            vertices: completed.vertices,
-        }))
-    }
-
     fn report(&self, without_vertices: u64, per_frame: Vec<FrameReport>) -> Result<ObjectReport> {
         let rows = BINS.windows(2).filter_map(|bin| {
             let hidden_share = [bin[0], bin[1]];
@@ -352,103 +197,11 @@ impl Object {
         let mut rows = Vec::new();
         for frame in order.into_iter().take(WORST) {
             if let Some(completed) = self.frame(camera, seed, frame.index, &mut completion)? {
-                rows.push(self.panels(camera, &completed));
+                rows.push(panels(self, camera, &completed));
             }
         }
         Ok(rows)
     }
-
-    fn panels(&self, camera: &Camera, completed: &Completed) -> sheet::Row {
-        let Completed {
-            report,
-            view,
-            points,
-            vertices,
-        } = completed;
-        let truth = &view.vertices_camera;
-        let bar = sheet::ColorBar {
-            colors: ColorMap::Inferno,
-            range: [0.0, ERROR_SCALE_MM],
-            unit: "mm",
-        };
-        let errors_of = |of: &[DVec3]| -> Vec<f64> { of.iter().zip(truth).map(|(a, b)| a.distance(*b)).collect() };
-        let mut seen = vec![0.0; truth.len()];
-        points.iter().for_each(|p| seen[p.vertex] = 1.0);
-        let seen_color = |share: f64| if share > 0.5 { [110, 200, 120] } else { [120, 120, 130] };
-        let centre = truth.iter().sum::<DVec3>() / truth.len().max(1) as f64;
-        let side = |vertices: &[DVec3]| turned(vertices, centre, SIDE_RAD);
-        let panel = |title: &str, picture: Picture, bar: Option<sheet::ColorBar>| sheet::Panel {
-            title: title.to_owned(),
-            picture: picture.halved(),
-            bar,
-        };
-        let colored =
-            |vertices: &[DVec3], values: &[f64]| shaded(&self.mesh, vertices, camera, values, |error| bar.color(error));
-        let smooth = laplacian(&self.welding, self.mesh.vertices(), points);
-        sheet::Row {
-            caption: format!(
-                "{} {}: {:.0} % hidden; hidden vertices ARAP {:.1}, rigid {:.1}, Laplacian {:.1} mm; visible {:.2} mm",
-                self.name,
-                report.index,
-                100.0 * report.hidden_share,
-                report.arap_mm,
-                report.rigid_mm,
-                report.laplacian_mm,
-                report.visible_after_mm
-            ),
-            panels: vec![
-                panel(
-                    "truth, seen green",
-                    shaded(&self.mesh, truth, camera, &seen, seen_color),
-                    None,
-                ),
-                panel(
-                    "ARAP, error",
-                    colored(vertices, &errors_of(vertices)),
-                    Some(bar.clone()),
-                ),
-                panel(
-                    "truth from the side",
-                    shaded(&self.mesh, &side(truth), camera, &seen, seen_color),
-                    None,
-                ),
-                panel(
-                    "ARAP from the side",
-                    colored(&side(vertices), &errors_of(vertices)),
-                    None,
-                ),
-                panel("Laplacian, side", colored(&side(&smooth), &errors_of(&smooth)), None),
-            ],
-        }
-    }
-}
-
-/// Root mean square of distances; 0 of none.
-fn rmse(distances: impl Iterator<Item = f64>) -> f64 {
-    let (mut sum, mut count) = (0.0, 0);
-    for distance in distances {
-        sum += distance * distance;
-        count += 1;
-    }
-    (sum / f64::from(count.max(1))).sqrt()
-}
-
-/// Pairs of neighbouring faces that lie folded on each other, normals more than 90 degrees apart.
-fn flipped(mesh: &TriangleMesh, vertices: &[DVec3]) -> usize {
-    let normals: Vec<DVec3> = mesh
-        .faces()
-        .iter()
-        .map(|&[a, b, c]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]))
-        .collect();
-    let mut sides: Vec<([usize; 2], usize)> = Vec::new();
-    for (face, &[a, b, c]) in mesh.faces().iter().enumerate() {
-        sides.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], face)));
-    }
-    sides.sort_unstable();
-    sides
-        .windows(2)
-        .filter(|pair| pair[0].0 == pair[1].0 && normals[pair[0].1].dot(normals[pair[1].1]) < 0.0)
-        .count()
 }
 
 fn print(report: &Report) {
@@ -513,17 +266,6 @@ fn print(report: &Report) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_face_folded_over_its_neighbour_counts_as_flipped() {
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        let uv = vec![Default::default(); 4];
-        let mesh = TriangleMesh::new(corners.to_vec(), uv, vec![[0, 2, 1], [1, 2, 3]]).unwrap();
-        assert_eq!(flipped(&mesh, mesh.vertices()), 0);
-        let mut folded = corners.to_vec();
-        folded[3] = DVec3::new(0.2, 0.2, 0.1);
-        assert_eq!(flipped(&mesh, &folded), 1);
-    }
 
     #[test]
     fn completion_beats_the_simple_methods_on_most_frames_of_both_objects() {

@@ -5,6 +5,7 @@ mod benchmark_shape;
 mod interpolation;
 mod picture;
 mod speed;
+mod subject;
 
 use anyhow::Result;
 use clap::Subcommand;
