@@ -71,6 +71,31 @@ fn maps_that_are_a_little_wrong_become_exact() {
 }
 
 #[test]
+fn a_sharp_fold_goes_where_the_network_sees_it() {
+    let (template, camera) = (template(), training_camera());
+    let truth = VisibleSurface::new(template.mesh(), &folded(&template), &camera).maps();
+    let image = image(&template, &truth);
+    let start = mistaken(&truth);
+    let error = |options: PhysicsOptions| {
+        let mut refinement = PhysicsRefinement::new(&template, options).unwrap();
+        let refined = refinement.refine(&image, &camera, &start, None).unwrap().unwrap();
+        assert!(refined.accepted, "{:?}", refined.photometric_cost);
+        let metrics = frame_metrics(&refined.maps, &truth, &camera, template.size_mm()).unwrap();
+        (metrics.registration_rmse_px.unwrap(), metrics.points_rmse_mm.unwrap())
+    };
+    let (px, mm) = error(PhysicsOptions::default());
+    // Cells of 10 mm cannot follow a fold of 10 mm exactly.
+    assert!(px < 1.5 && mm < 6.0, "{px} px, {mm} mm");
+    // With no more trust in the registration than beside the image, bending wins over the fold.
+    let timid = PhysicsOptions {
+        settling_registrations: PhysicsOptions::default().independent_registrations,
+        ..PhysicsOptions::default()
+    };
+    let (timid_px, timid_mm) = error(timid);
+    assert!(timid_px > 2.0 * px && timid_mm > 2.0 * mm, "{timid_px} px, {timid_mm} mm");
+}
+
+#[test]
 fn a_mesh_that_explains_the_image_worse_leaves_the_networks_maps() {
     let Scene {
         template,
