@@ -4,6 +4,7 @@
 
 mod sheet;
 
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
 use deepsft_geometry::raster::VisibleSurface;
@@ -22,6 +23,21 @@ fn mistaken(truth: &Maps) -> Maps {
         maps.set(pixel, depth, [(u + du).clamp(0.0, 1.0), (v + dv).clamp(0.0, 1.0)]);
     }
     maps
+}
+
+/// The sheet with its right fifth folded away by 57 degrees over a strip of 20 mm, turned to the left by 11: an isometry.
+fn folded(template: &Template) -> Vec<DVec3> {
+    let (begin, radius, angle, turn) = (90.0, 20.0, 1.0_f64, 0.2_f64);
+    let place = |p: &DVec3| {
+        let along = p.x - begin;
+        let bent = (along / radius).clamp(0.0, angle);
+        let straight = (along - angle * radius).max(0.0);
+        let x = begin + along.min(0.0) + radius * bent.sin() + straight * angle.cos();
+        let z = radius * (1.0 - bent.cos()) + straight * angle.sin();
+        let (x, z) = (x * turn.cos() + z * turn.sin(), z * turn.cos() - x * turn.sin());
+        DVec3::new(x, p.y, z + 450.0)
+    };
+    template.mesh().vertices().iter().map(place).collect()
 }
 
 struct Scene {
@@ -68,6 +84,33 @@ fn maps_that_are_a_little_wrong_become_exact() {
         let length = refined.vertices_camera[a].distance(refined.vertices_camera[b]);
         assert!((length / rest[a].distance(rest[b]) - 1.0).abs() < 0.02);
     }
+}
+
+#[test]
+fn a_sharp_fold_goes_where_the_network_sees_it() {
+    let (template, camera) = (template(), training_camera());
+    let truth = VisibleSurface::new(template.mesh(), &folded(&template), &camera).maps();
+    let image = image(&template, &truth);
+    let start = mistaken(&truth);
+    let error = |options: PhysicsOptions| {
+        let mut refinement = PhysicsRefinement::new(&template, options).unwrap();
+        let refined = refinement.refine(&image, &camera, &start, None).unwrap().unwrap();
+        assert!(refined.accepted, "{:?}", refined.photometric_cost);
+        let metrics = frame_metrics(&refined.maps, &truth, &camera, template.size_mm()).unwrap();
+        (metrics.registration_rmse_px.unwrap(), metrics.points_rmse_mm.unwrap())
+    };
+    let (px, mm) = error(PhysicsOptions::default());
+    assert!(px < 0.5 && mm < 2.5, "{px} px, {mm} mm");
+    // With no more trust in the registration than beside the image, bending wins over the fold.
+    let timid = PhysicsOptions {
+        settling_registrations: PhysicsOptions::default().independent_registrations,
+        ..PhysicsOptions::default()
+    };
+    let (timid_px, timid_mm) = error(timid);
+    assert!(
+        timid_px > 2.0 * px && timid_mm > 1.5 * mm,
+        "{timid_px} px, {timid_mm} mm"
+    );
 }
 
 #[test]

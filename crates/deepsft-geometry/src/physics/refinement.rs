@@ -28,8 +28,11 @@ pub struct PhysicsOptions {
     pub depth_deviation: f64,
     /// How many independent measurements the depths of a frame are worth: their errors go together.
     pub independent_depths: f64,
-    /// How many independent measurements the registrations of a frame are worth.
+    /// How many independent measurements the registrations of a frame are worth beside the image.
     pub independent_registrations: f64,
+    /// The same before the image is looked at. Much more: as long as nothing else says where a folded part is, it is
+    /// to go where the network sees it, against bending; the image can only pull in what is a few pixels off.
+    pub settling_registrations: f64,
     /// Weight of isometry.
     pub isometry: f64,
     /// Weight of bending.
@@ -51,6 +54,7 @@ impl Default for PhysicsOptions {
             depth_deviation: 0.03,
             independent_depths: 2.0,
             independent_registrations: 10.0,
+            settling_registrations: 100.0,
             isometry: 1e4,
             bending: 1.0,
             photometric: 2000.0,
@@ -142,7 +146,8 @@ impl PhysicsRefinement {
         let mut found = self.fitted_coarsely((&grey, camera), maps, &measured, start, &first)?;
         let mut vertices = self.fit.refined(&found.vertices);
         if let Some(blur) = last {
-            let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera)?;
+            let worth = self.options.independent_registrations;
+            let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera, worth)?;
             let round = self.round(Resolution::Fine, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let priors: [&dyn Energy; 2] = [&reprojection, &depth];
@@ -187,7 +192,8 @@ impl PhysicsRefinement {
         start: Option<&[DVec3]>,
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
-        let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera)?;
+        let worth = self.options.independent_registrations;
+        let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let (mut vertices, mut reports) = match start {
             Some(start) => {
@@ -197,7 +203,11 @@ impl PhysicsRefinement {
             }
             None => {
                 let start = self.aligned(measured, camera);
-                self.fit.coarse.settle(&priors, start, SETTLING_STEPS)?
+                let worth = self.options.settling_registrations;
+                let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
+                self.fit
+                    .coarse
+                    .settle(&[&reprojection, &depth], start, SETTLING_STEPS)?
             }
         };
         let mut agreement = Agreement::default();
@@ -229,12 +239,13 @@ impl PhysicsRefinement {
         }
     }
 
-    /// The terms that the network's maps give.
+    /// The terms that the network's maps give, the registrations worth `independent` measurements together.
     fn measured_terms(
         &self,
         level: &Level,
         measured: &[Measurement],
         camera: &Camera,
+        independent: f64,
     ) -> Result<(Reprojection, DepthPrior), GeometryError> {
         let mesh = &level.mesh;
         let located: Vec<(SurfacePoint, &Measurement)> = measured
@@ -243,7 +254,7 @@ impl PhysicsRefinement {
             .collect();
         let count = located.len().max(1) as f64;
         let deviation = self.options.registration_deviation_px;
-        let weight = self.options.independent_registrations / count / (deviation * deviation);
+        let weight = independent / count / (deviation * deviation);
         let points: Vec<ImagePoint> = located
             .iter()
             .map(|&(point, m)| ImagePoint {
