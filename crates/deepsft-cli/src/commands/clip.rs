@@ -14,6 +14,9 @@ use deepsft_synth::{
 };
 use std::path::{Path, PathBuf};
 
+/// Frames a shard of the truth.
+const SHARD_SIZE: u64 = 500;
+
 #[derive(Args)]
 #[command(
     group = ArgGroup::new("object").args(["template", "model"]).required(true),
@@ -126,9 +129,6 @@ fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Re
     truth.commit()?;
     Ok(shards)
 }
-
-/// Frames a shard.
-const SHARD_SIZE: u64 = 500;
 
 fn length(arguments: &ClipArguments) -> Result<ClipLength> {
     let fps = arguments.fps;

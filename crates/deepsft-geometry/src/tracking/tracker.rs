@@ -33,7 +33,7 @@ pub struct TrackingOptions {
     pub least_agreement: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
-    /// Visible photometric points (one stands for 9 pixels) below which a frame counts as missed.
+    /// Visible photometric points (one stands for 9 pixels) below which the object is out of view and the track lost.
     pub fewest_points: usize,
     /// Median distance, pixels, between network and track above which they disagree.
     pub disagreement_px: f64,
@@ -429,7 +429,8 @@ impl Tracker {
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
     fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
-        let confirmed = mesh.agreement >= self.options.least_agreement && mesh.points >= self.options.fewest_points;
+        let in_view = mesh.points >= self.options.fewest_points;
+        let confirmed = mesh.agreement >= self.options.least_agreement && in_view;
         if confirmed {
             self.missed = 0;
             self.frames[newest].mesh = Some(mesh.clone());
@@ -437,7 +438,8 @@ impl Tracker {
             return;
         }
         self.missed += 1;
-        if self.missed >= self.options.patience {
+        // What has left the view has nothing to come back with: no patience.
+        if self.missed >= self.options.patience || !in_view {
             let iterations = mesh.iterations;
             self.lose();
             self.current.frame = self.frames[newest].frame;
