@@ -193,6 +193,82 @@ test(
   },
 );
 
+test("track and trackMesh follow a video until they are stopped", { timeout: SLOW_MS }, async () => {
+  const seen = await demo.page.evaluate(async () => {
+    const { sft, codeOf } = globalThis;
+    // A grey picture with something that moves, so that there are new frames.
+    const canvas = Object.assign(document.createElement("canvas"), { width: 320, height: 240 });
+    const context = canvas.getContext("2d");
+    let turn = 0;
+    const paint = () => {
+      context.fillStyle = "#888";
+      context.fillRect(0, 0, 320, 240);
+      context.fillStyle = "#000";
+      context.fillRect(turn++ % 300, 100, 20, 20);
+    };
+    paint();
+    const painting = setInterval(paint, 50);
+    const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream(20) });
+    document.body.append(video);
+    await video.play();
+    const estimates = [];
+    await new Promise((resolve) => {
+      const tracking = sft.track(video, (estimate) => {
+        estimates.push([estimate.found, estimate.frame.width]);
+        estimate.close();
+        if (estimates.length === 3) resolve(tracking.stop());
+      });
+    });
+    const tracked = [];
+    const answers = [];
+    let tracking;
+    await new Promise((resolve) => {
+      tracking = sft.trackMesh(
+        video,
+        (one) => {
+          tracked.push([one.number, one.found, one.mesh, one.frame.width, one.camera.source, one.times.trackMs >= 0]);
+          one.close();
+          if (tracked.length >= 3 && answers.length >= 2) resolve();
+        },
+        {
+          smooth: { minCutoff: 1 },
+          onEstimate: (estimate, frame) => {
+            answers.push([estimate.found, frame]);
+            estimate.close();
+          },
+        },
+      );
+    });
+    const { depth, registration } = await tracking.maps();
+    tracking.stop();
+    const ended = await tracking.finished.then(() => "resolved");
+    const failing = sft.trackMesh(video, () => {
+      throw new RangeError("of the callback");
+    });
+    const failure = await failing.finished.catch((error) => error.name);
+    const refused = sft.trackMesh(video, () => undefined, { camera: { width: 1, height: 9, fx: 1, fy: 1, cx: 0, cy: 0 } });
+    const answer = {
+      estimates,
+      tracked: tracked.slice(0, 3),
+      answers: answers.slice(0, 2),
+      sizes: [depth.length, registration.length, depth.filter((d) => d !== -1).length],
+      ended,
+      afterStop: await codeOf(tracking.maps()),
+      failure,
+      refused: await codeOf(refused.finished),
+    };
+    clearInterval(painting);
+    video.remove();
+    return answer;
+  });
+  assert.deepEqual(seen.estimates, Array(3).fill([false, 320]));
+  assert.deepEqual(seen.tracked, [1, 2, 3].map((number) => [number, false, null, 320, "estimated", true]));
+  assert.equal(seen.answers[0][1], 1, "the network is asked about the first frame");
+  assert.ok(seen.answers[1][1] > 1 && seen.answers.every(([found]) => found === false));
+  assert.deepEqual(seen.sizes, [480 * 270, 480 * 270 * 2, 0]);
+  assert.deepEqual([seen.ended, seen.afterStop, seen.failure, seen.refused], ["resolved", "closed", "RangeError", "camera-intrinsics"]);
+});
+
 test("after close() everything rejects, also what was under way", { timeout: SLOW_MS }, async () => {
   const codes = await demo.page.evaluate(async () => {
     const { deepsft, picture, codeOf } = globalThis;
