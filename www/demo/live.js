@@ -162,15 +162,16 @@ export class Live {
     document.dispatchEvent(new TrackedEvent(tracked));
     const { mesh } = tracked;
     this.#tracked = mesh !== null;
+    /** @type {Float32Array} */
+    let seen = new Float32Array();
     if (mesh) {
-      const seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
+      seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
       this.#followDepth(depthsOf(mesh));
-      // The mask is the network's: it is shown over the frames that the network saw.
-      if (this.#stage.overlay !== "mask") this.#stage.showMesh(tracked, mesh, seen);
-    } else if (!this.#mapsAreShown()) {
-      this.#stage.showMesh(tracked, null, new Float32Array());
     }
-    this.redraw();
+    if (!this.#mapsAreShown()) {
+      this.#stage.showMesh(tracked, mesh, seen);
+      this.redraw();
+    }
     if (mesh) this.#orbit.show(mesh);
     this.#hud.showTracked(tracked, performance.now() - began);
     this.#networkFps = tracked.networkFps;
@@ -189,7 +190,7 @@ export class Live {
     estimate.close();
   }
 
-  /** Whether frames are drawn as the network answers them. */
+  /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
   #mapsAreShown() {
     return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
   }
