@@ -97,9 +97,10 @@ export class Hud {
    * The figures of a frame of a video.
    *
    * @param {TrackedFrame} tracked
+   * @param {boolean} found whether its mesh is drawn
    * @param {number} drawMs time to hand the frame to the stage
    */
-  showTracked({ found, agreement, camera, times: { captureMs, warpMs, trackMs } }, drawMs) {
+  showTracked({ agreement, camera, times: { captureMs, warpMs, trackMs } }, found, drawMs) {
     const now = performance.now();
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;

@@ -13,6 +13,9 @@ import { TemplateLight, shadingOf } from "./shading.js";
 
 /** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
 const MAPS_SHOWN_MS = 1500;
+/** The tracker holds a mesh through frames that do not confirm it; so long it is drawn, milliseconds. */
+const HELD_MS = 250;
+const CONFIRMED_AGREEMENT = 0.35;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
 /** Canvas pixels a CSS pixel, at least, on slow machines. */
@@ -53,6 +56,8 @@ export class Live {
   /** Whether the tracker had the sheet in its last frame. */
   #tracked = false;
   #networkFps = 0;
+  /** When a frame last confirmed the mesh, milliseconds. */
+  #confirmedAt = -Infinity;
   /** When the network last saw the sheet, milliseconds. */
   #seenAt = -Infinity;
   /** @type {{ near: number, far: number } | null} */
@@ -135,7 +140,7 @@ export class Live {
     this.#stage.clear();
     this.#covering.reset();
     this.#orbit.reset();
-    [this.#tracked, this.#seenAt] = [false, -Infinity];
+    [this.#tracked, this.#confirmedAt, this.#seenAt] = [false, -Infinity, -Infinity];
     this.#range = null;
     this.#region.hidden = true;
     this.#stage.draw(0);
@@ -160,19 +165,21 @@ export class Live {
   #takeTracked(tracked) {
     const began = performance.now();
     document.dispatchEvent(new TrackedEvent(tracked));
-    const { mesh } = tracked;
+    if (tracked.agreement >= CONFIRMED_AGREEMENT) this.#confirmedAt = began;
+    const mesh = began - this.#confirmedAt < HELD_MS ? tracked.mesh : null;
     this.#tracked = mesh !== null;
+    /** @type {Float32Array} */
+    let seen = new Float32Array();
     if (mesh) {
-      const seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
+      seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
       this.#followDepth(depthsOf(mesh));
-      // The mask is the network's: it is shown over the frames that the network saw.
-      if (this.#stage.overlay !== "mask") this.#stage.showMesh(tracked, mesh, seen);
-    } else if (!this.#mapsAreShown()) {
-      this.#stage.showMesh(tracked, null, new Float32Array());
     }
-    this.redraw();
+    if (!this.#mapsAreShown()) {
+      this.#stage.showMesh(tracked, mesh, seen);
+      this.redraw();
+    }
     if (mesh) this.#orbit.show(mesh);
-    this.#hud.showTracked(tracked, performance.now() - began);
+    this.#hud.showTracked(tracked, this.#tracked, performance.now() - began);
     this.#networkFps = tracked.networkFps;
     tracked.close();
   }
@@ -189,7 +196,7 @@ export class Live {
     estimate.close();
   }
 
-  /** Whether frames are drawn as the network answers them. */
+  /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
   #mapsAreShown() {
     return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
   }

@@ -150,7 +150,7 @@ vec4 plaster() {
   vec3 base = gl_FrontFacing ? vec3(0.74, 0.71, 0.64) : vec3(0.62, 0.16, 0.085);
   // Steeper than a matt surface falls off, so that a gentle bend is seen.
   vec3 light = pow(diffuse, 1.6) * vec3(1.12, 1.04, 0.92) + 0.16 * max(dot(normal, fill), 0.0) * vec3(0.5, 0.75, 1.0)
-    + (0.08 - 0.05 * normal.y) * vec3(0.55, 0.68, 0.80);
+    + (0.15 - 0.07 * normal.y) * vec3(0.58, 0.68, 0.78);
   vec2 mm = v_uv * u_sheetMm;
   vec2 slope = max(fwidth(mm), vec2(1e-4));
   vec2 line = abs(fract((mm - 0.5 * u_sheetMm) / 15.0 + 0.5) - 0.5) * 15.0 / slope;

@@ -51,8 +51,8 @@ const SWAY_SECONDS = 9;
 const MOST_PITCH = 1.35;
 /** Radians a CSS pixel of dragging. */
 const DRAG = 0.011;
-/** Share of the way to the sheet's newest centre that the view goes with each frame: it stands, the sheet moves. */
-const FOLLOW = 0.08;
+/** Seconds in which the view follows the sheet most of the way: it stands, the sheet moves. */
+const FOLLOW_SECONDS = 0.6;
 
 export class Orbit {
   #canvas;
@@ -66,6 +66,7 @@ export class Orbit {
   #size = 1;
   /** @type {[number, number, number] | null} */
   #centre = null;
+  #shownAt = 0;
   #yaw = 0;
   #pitch = 0.22;
   /** Whether someone has turned the view: then it stays as they left it. */
@@ -136,7 +137,10 @@ export class Orbit {
       }
     }
     const last = this.#centre ?? mean;
-    const follow = (/** @type {number} */ k) => last[k] + FOLLOW * (mean[k] - last[k]);
+    const now = performance.now() / 1000;
+    const pace = 1 - Math.exp((this.#shownAt - now) / FOLLOW_SECONDS);
+    this.#shownAt = now;
+    const follow = (/** @type {number} */ k) => last[k] + pace * (mean[k] - last[k]);
     this.#centre = [follow(0), follow(1), follow(2)];
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertices);
     gl.bufferData(gl.ARRAY_BUFFER, filled, gl.DYNAMIC_DRAW);
