@@ -205,7 +205,7 @@ mod tests {
             assert!(cut[1].as_ref().unwrap_err().to_string().contains("within a frame"));
         }
         for (bytes, cause) in [
-            (b"RIFF1234".as_slice(), "header"),
+            (b"RIFF1234\n".as_slice(), "header"),
             (b"", "ends before"),
             (b"YUV4MPEG2 W4 H2 F30:1 C420p10\n", "8 bits"),
             (b"YUV4MPEG2 W4 H2 F0:0 Cmono\n", "frames a second"),

@@ -241,8 +241,9 @@ mod tests {
         let all = Summary::of(clips.iter());
         assert_eq!((all.clips, all.frames, all.frames_in_view), (2, 7, 4));
         assert_eq!(all.tracked_share, Some(0.5));
-        // The first frame is waited through up to the answer at 1, or at 2 by the third loss.
-        assert_eq!(all.tracked_share_after_answer, Some(0.5));
+        // The first clip waits up to the answer at 2, by its third loss, and the frame of that answer is off; the second clip
+        // is never answered.
+        assert_eq!(all.tracked_share_after_answer, Some(0.0));
         assert_eq!((all.found_but_off, all.frames_without, all.found_without), (1, 2, 1));
         let recoveries = all.all_recoveries();
         let counts = [
