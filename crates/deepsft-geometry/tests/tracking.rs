@@ -132,7 +132,7 @@ fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
     let picture = video.picture(0);
     video.follow(0, &picture);
     video.tracker.answer(0, Some(&video.truth(0))).unwrap();
-    // Mirrored: the network would say so. Here: the sheet of another time, 100 mm further right.
+    // The sheet of another time: elsewhere, and bent more.
     let jumped = video.picture(12);
     video.follow(1, &jumped);
     let found = video.tracker.answer(1, Some(&video.truth(12))).unwrap();
@@ -140,7 +140,13 @@ fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
         matches!(found, Answer::Restarted | Answer::Started | Answer::Confirmed),
         "{found:?}"
     );
-    assert!(video.error_px(12) < 1.0, "whatever way, it is there: {found:?}");
+    // Whatever way it was found, a corner that was bent otherwise before may need a few frames.
+    for frame in 13..20 {
+        let picture = video.picture(frame);
+        video.follow(frame, &picture);
+    }
+    let error = video.error_px(19);
+    assert!(error < 1.0, "{found:?}, {error} px");
 }
 
 #[test]
