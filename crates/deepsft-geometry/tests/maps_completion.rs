@@ -74,7 +74,13 @@ fn a_break_of_the_maps_gives_no_vertex_between_its_sides() {
 fn holes_that_are_not_numbers_and_the_back_of_a_sheet_show_nothing() {
     let (mesh, truth, maps, camera) = view();
     let visible = VisibleVertices::new(&mesh, 0);
-    for (depth, u) in [(f32::NAN, 0.5), (f32::INFINITY, 0.5), (0.0, 0.5), (500.0, f32::NAN), (500.0, f32::INFINITY)] {
+    for (depth, u) in [
+        (f32::NAN, 0.5),
+        (f32::INFINITY, 0.5),
+        (0.0, 0.5),
+        (500.0, f32::NAN),
+        (500.0, f32::INFINITY),
+    ] {
         let mut broken = maps.clone();
         for row in 0..maps.height() {
             for column in 0..240 {
@@ -89,7 +95,11 @@ fn holes_that_are_not_numbers_and_the_back_of_a_sheet_show_nothing() {
     for row in 0..maps.height() {
         for column in 0..maps.width() {
             let from = row * maps.width() + maps.width() - 1 - column;
-            mirrored.set(row * maps.width() + column, maps.depth()[from], maps.registration()[from]);
+            mirrored.set(
+                row * maps.width() + column,
+                maps.depth()[from],
+                maps.registration()[from],
+            );
         }
     }
     assert_eq!(visible.find(&mirrored, &camera).unwrap(), []);
@@ -127,5 +137,10 @@ fn maps_that_show_less_than_a_patch_are_not_completed() {
     cover(&mut maps, |x, y| !((230..240).contains(&x) && (130..140).contains(&y)));
     assert!(maps.area() > 0);
     assert!(completion.complete(&maps, &camera, None).unwrap().is_none());
-    assert!(completion.complete(&Maps::empty(480, 270), &camera, None).unwrap().is_none());
+    assert!(
+        completion
+            .complete(&Maps::empty(480, 270), &camera, None)
+            .unwrap()
+            .is_none()
+    );
 }
