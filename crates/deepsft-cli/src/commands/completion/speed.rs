@@ -272,8 +272,8 @@ impl Spread {
     }
 }
 
-/// The other program. It reads plain little-endian arrays from a folder: `vertices.f64` and `faces.i64` of the rest mesh,
-/// `given.i32`, `places.f64` and `start.f64` of a frame, `result.f64` of ours.
+/// The other program. It reads plain little-endian arrays from a folder: `vertices.f64` and `faces.i64` of the rest
+/// mesh, `given.i32`, `places.f64` and `start.f64` of a frame, `result.f64` of ours.
 struct Opponent {
     process: Process,
     folder: PathBuf,
