@@ -16,6 +16,9 @@ const FEWEST_MEASUREMENTS: usize = 12;
 /// Blur at which mesh and network are compared, pixels.
 const JUDGED_BLUR_PX: f32 = 0.7;
 
+/// Agreement of image and print from which a first try is not followed by a second.
+const CONFIRMED: f64 = 0.8;
+
 /// Solver steps without the image, each stiffness.
 const SETTLING_STEPS: usize = 12;
 
@@ -184,6 +187,9 @@ impl PhysicsRefinement {
             .map(Some)
     }
 
+    /// The coarse mesh settled on the measurements and fitted to the image. Where the image does not confirm the whole of
+    /// it, a second try settles with less trust in the registration, whose errors then bend the mesh less; the try that
+    /// the image confirms over more of the print is kept.
     fn fitted_coarsely(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
@@ -195,28 +201,48 @@ impl PhysicsRefinement {
         let worth = self.options.independent_registrations;
         let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
-        let (mut vertices, mut reports) = match start {
-            Some(start) => {
-                let start = self.fit.coarsened(start);
-                let (vertices, report) = self.fit.coarse.solve(&priors, &start, SETTLING_STEPS)?;
-                (vertices, vec![report])
-            }
-            None => {
-                let start = self.aligned(measured, camera);
-                let worth = self.options.settling_registrations;
-                let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
-                self.fit
-                    .coarse
-                    .settle(&[&reprojection, &depth], start, SETTLING_STEPS)?
-            }
-        };
+        if let Some(start) = start {
+            let start = self.fit.coarsened(start);
+            let (vertices, report) = self.fit.coarse.solve(&priors, &start, SETTLING_STEPS)?;
+            return self.fitted_from((grey, camera), maps, (vertices, vec![report]), blurs, &priors);
+        }
+        let start = self.aligned(measured, camera);
+        let trust = self.options.settling_registrations;
+        let (trusted, trusted_depth) = self.measured_terms(&self.fit.coarse, measured, camera, trust)?;
+        let settled = self
+            .fit
+            .coarse
+            .settle(&[&trusted, &trusted_depth], start.clone(), SETTLING_STEPS)?;
+        let first = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
+        if first.agreement.whole >= CONFIRMED {
+            return Ok(first);
+        }
+        let settled = self.fit.coarse.settle(&priors, start, SETTLING_STEPS)?;
+        let second = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
+        let confirmed = |fit: &CoarseFit| fit.agreement.whole * fit.agreement.points as f64;
+        Ok(if confirmed(&second) > confirmed(&first) {
+            second
+        } else {
+            first
+        })
+    }
+
+    /// The photometric rounds of the coarse mesh from where it has settled.
+    fn fitted_from(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        maps: &Maps,
+        (mut vertices, mut reports): (Vec<DVec3>, Vec<SolveReport>),
+        blurs: &[f32],
+        priors: &[&dyn Energy],
+    ) -> Result<CoarseFit, GeometryError> {
         let mut agreement = Agreement::default();
         for &blur in blurs {
             let round = self.round(Resolution::Coarse, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let fitted = self
                 .fit
-                .round((grey, camera), &vertices, &round, seen, |_| true, &priors)?;
+                .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
             vertices = fitted.vertices;
             agreement = fitted.agreement;
             reports.push(fitted.report);
