@@ -86,7 +86,8 @@ export class MeshTracking {
       const grabMs = performance.now() - began;
       const camera = cameraForFrame(cameraOption, grabbed);
       const { frame } = grabbed;
-      if (!this.#networkBusy && frame instanceof ImageBitmap) void this.#ask(number, await createImageBitmap(frame), camera);
+      if (!this.#networkBusy && frame instanceof ImageBitmap)
+        void this.#ask(number, await createImageBitmap(frame), camera);
       const request = { number, timeS: shownAt / 1000, frame, intrinsics: intrinsicsOf(camera) };
       const raw = await tracker.follow(request);
       if (this.#stopped) return raw.bitmap?.close();

@@ -73,7 +73,8 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
     },
     [pictures, CAMERA],
   );
-  const native = await nativeEstimates(join(folder, "native"), frames, { ...CAMERA, distortion: [0, 0, 0, 0, 0] }, "physics");
+  const camera = { ...CAMERA, distortion: [0, 0, 0, 0, 0] };
+  const native = await nativeEstimates(join(folder, "native"), frames, camera, "physics");
   let meshes = 0;
   for (const [i, { name }] of frames.entries()) {
     const [answer, theirs] = [answers[i], native.get(name)];
