@@ -5,11 +5,16 @@ import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 /** Meshes that are remembered until the network's answer to their frame is there. */
 const MOST_REMEMBERED = 60;
 
-/** A vertex is seen when the mask is within so many canonical pixels of it: the sheet's own border is not covered. */
-const REACH = 3;
+/**
+ * A vertex is seen when the mask is within so many canonical pixels of it: inside the sheet, and on its border, where the
+ * mask ends anyway.
+ */
+const REACH = { inside: 1, border: 4 };
 
 /** Confidence of a vertex from which on the image shows it, whatever the mask says, and below which it says nothing. */
-const SHOWN = { from: 0.35, fully: 0.65 };
+const SHOWN = { from: 0.6, fully: 0.85 };
+
+/** @typedef {Pick<import("deepsft").SurfaceMesh, "vertices" | "textureCoordinates" | "confidence">} Mesh */
 
 /** Weight of a new answer against those before: flicker of the mask at a hand's outline is smoothed. */
 const NEW_WEIGHT = 0.6;
@@ -19,7 +24,7 @@ const NEW_WEIGHT = 0.6;
  * the sheet until the next answer.
  */
 export class Covering {
-  /** @type {Map<number, Float32Array>} vertices by frame, the oldest first */
+  /** @type {Map<number, Mesh>} by frame, the oldest first */
   #meshes = new Map();
   #seen = new Float32Array();
 
@@ -33,18 +38,19 @@ export class Covering {
    * Share of each vertex's surroundings that is seen, 0 to 1.
    *
    * @param {number} frame
-   * @param {{ vertices: Float32Array, confidence: Float32Array }} mesh
+   * @param {Mesh} mesh
    * @param {boolean} certain whether the mesh lies well enough for a mask to be looked up at it
    * @returns {Float32Array}
    */
-  follow(frame, { vertices, confidence }, certain) {
-    if (certain) this.#meshes.set(frame, vertices);
+  follow(frame, mesh, certain) {
+    if (certain) this.#meshes.set(frame, mesh);
     for (const old of this.#meshes.keys()) {
       if (this.#meshes.size <= MOST_REMEMBERED) break;
       this.#meshes.delete(old);
     }
-    if (3 * this.#seen.length !== vertices.length) this.#seen = new Float32Array(vertices.length / 3).fill(1);
-    return confirmed(this.#seen, confidence);
+    const count = mesh.confidence.length;
+    if (this.#seen.length !== count) this.#seen = new Float32Array(count).fill(1);
+    return confirmed(this.#seen, mesh.confidence);
   }
 
   /**
@@ -54,9 +60,9 @@ export class Covering {
    * @param {Uint8Array} mask of the canonical image
    */
   answer(frame, mask) {
-    const vertices = this.#meshes.get(frame);
-    if (!vertices || 3 * this.#seen.length !== vertices.length) return;
-    const seen = seenShares(vertices, mask);
+    const mesh = this.#meshes.get(frame);
+    if (!mesh || this.#seen.length !== mesh.confidence.length) return;
+    const seen = seenShares(mesh, mask);
     this.#seen = this.#seen.map((before, i) => before + NEW_WEIGHT * (seen[i] - before));
   }
 }
@@ -78,26 +84,31 @@ export function confirmed(seen, confidence) {
 /**
  * Which vertices the mask of their own frame sees.
  *
- * @param {Float32Array} vertices (x, y, z) each, camera frame, mm
+ * @param {Pick<Mesh, "vertices" | "textureCoordinates">} mesh
  * @param {Uint8Array} mask of the canonical image
  * @returns {Float32Array} 0 or 1 each
  */
-export function seenShares(vertices, mask) {
-  return Float32Array.from({ length: vertices.length / 3 }, (_, i) => seenAt(mask, vertices.subarray(3 * i, 3 * i + 3)));
+export function seenShares({ vertices, textureCoordinates }, mask) {
+  return Float32Array.from({ length: vertices.length / 3 }, (_, i) => {
+    const onBorder = textureCoordinates.subarray(2 * i, 2 * i + 2).some((c) => c <= 0 || c >= 1);
+    const reach = onBorder ? REACH.border : REACH.inside;
+    return seenAt(mask, vertices.subarray(3 * i, 3 * i + 3), reach);
+  });
 }
 
 /**
  * @param {Uint8Array} mask
  * @param {Float32Array} p camera frame
+ * @param {number} reach canonical pixels
  * @returns {number} 1 where the mask is near, or where the image does not reach
  */
-function seenAt(mask, [x, y, z]) {
+function seenAt(mask, [x, y, z], reach) {
   const column = Math.floor((x / z) * CANONICAL_FOCAL + CANONICAL_WIDTH / 2);
   const row = Math.floor((y / z) * CANONICAL_FOCAL + CANONICAL_HEIGHT / 2);
   if (column < 0 || row < 0 || column >= CANONICAL_WIDTH || row >= CANONICAL_HEIGHT) return 1;
-  for (let j = Math.max(0, row - REACH); j <= Math.min(CANONICAL_HEIGHT - 1, row + REACH); j++) {
+  for (let j = Math.max(0, row - reach); j <= Math.min(CANONICAL_HEIGHT - 1, row + reach); j++) {
     const at = j * CANONICAL_WIDTH;
-    const [from, to] = [Math.max(0, column - REACH), Math.min(CANONICAL_WIDTH - 1, column + REACH)];
+    const [from, to] = [Math.max(0, column - reach), Math.min(CANONICAL_WIDTH - 1, column + reach)];
     if (mask.subarray(at + from, at + to + 1).includes(1)) return 1;
   }
   return 0;

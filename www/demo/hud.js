@@ -170,7 +170,9 @@ export class Hud {
   #showState(found, how, share) {
     element("#state").dataset.state = found ? "found" : "missing";
     element("#state").dataset.how = found ? how : "";
-    element("#state-text").textContent = found ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %` : "Poster not found";
+    element("#state-text").textContent = found
+      ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %`
+      : "Poster not found";
     element("#hint").hidden = found;
   }
 

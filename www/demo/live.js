@@ -53,6 +53,8 @@ export class Live {
   /** @type {MeshTracking | null} */
   #tracking = null;
   #covering = new Covering();
+  /** @type {SurfaceMesh | null} the one that is drawn */
+  #mesh = null;
   /** Whether the tracker had the sheet in its last frame. */
   #tracked = false;
   #networkFps = 0;
@@ -126,9 +128,9 @@ export class Live {
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
-    this.#stage.addMesh(mesh, confirmed(seenShares(mesh.vertices, mask), mesh.confidence));
+    this.#stage.addMesh(mesh, confirmed(seenShares(mesh, mask), mesh.confidence));
     this.#hud.showMesh(true);
-    this.#orbit.show(mesh);
+    this.#mesh = mesh;
     this.redraw();
   }
 
@@ -140,6 +142,7 @@ export class Live {
     this.#stage.clear();
     this.#covering.reset();
     this.#orbit.reset();
+    this.#mesh = null;
     [this.#tracked, this.#confirmedAt, this.#seenAt] = [false, -Infinity, -Infinity];
     this.#range = null;
     this.#region.hidden = true;
@@ -149,6 +152,7 @@ export class Live {
   /** Draws again, after the window or the overlay changed. */
   redraw() {
     this.#stage.draw(performance.now() / 1000);
+    if (this.#mesh) this.#orbit.show(this.#mesh);
     this.#placeRegion();
   }
 
@@ -176,9 +180,9 @@ export class Live {
     }
     if (!this.#mapsAreShown()) {
       this.#stage.showMesh(tracked, mesh, seen);
+      this.#mesh = mesh;
       this.redraw();
     }
-    if (mesh) this.#orbit.show(mesh);
     this.#hud.showTracked(tracked, this.#tracked, performance.now() - began);
     this.#networkFps = tracked.networkFps;
     tracked.close();
@@ -222,6 +226,7 @@ export class Live {
     }
     if (!draws) return;
     this.#stage.showMaps(estimate, shading);
+    this.#mesh = null;
     this.redraw();
   }
 

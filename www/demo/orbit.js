@@ -157,8 +157,8 @@ export class Orbit {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { program, uniform } = this.#program;
-    const sway = this.#held || prefersStillness() ? 0 : SWAY * Math.sin((2 * Math.PI * performance.now()) / 1000 / SWAY_SECONDS);
-    const yaw = this.#held ? this.#yaw : prefersStillness() ? SWAY : sway;
+    const phase = prefersStillness() ? 0.25 : performance.now() / 1000 / SWAY_SECONDS;
+    const yaw = this.#held ? this.#yaw : SWAY * Math.sin(2 * Math.PI * phase);
     const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(this.#pitch), Math.sin(this.#pitch)];
     gl.useProgram(program);
     gl.bindTexture(gl.TEXTURE_2D, this.#print);

@@ -202,7 +202,8 @@ export class Stage {
       camera,
     );
     const meshOverlay = this.#hasMesh && this.overlay in MESH_OVERLAYS;
-    const mapOverlay = !meshOverlay && this.overlay in MAP_OVERLAYS ? /** @type {MapOverlay} */ (this.overlay) : "plain";
+    const fromMaps = !meshOverlay && this.overlay in MAP_OVERLAYS;
+    const mapOverlay = fromMaps ? /** @type {MapOverlay} */ (this.overlay) : "plain";
     const age = (performance.now() - this.#foundSince) / 1000;
     const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
     gl.enable(gl.SCISSOR_TEST);
@@ -223,8 +224,9 @@ export class Stage {
     gl.uniform3f(uniform("u_tint"), ...this.tint);
     gl.uniform3f(uniform("u_depthScale"), this.depthScale.near, this.depthScale.far, this.depthScale.step);
     gl.uniform3f(uniform("u_accent"), 0.25, 0.88, 0.72);
-    const [bottom, imageHeight] = [Math.floor(height - top - camera.height * scale), Math.ceil(camera.height * scale) + 1];
-    gl.scissor(Math.floor(left), bottom, Math.ceil(camera.width * scale) + 1, imageHeight);
+    const [imageWidth, imageHeight] = [camera.width * scale, camera.height * scale];
+    const bottom = Math.floor(height - top - imageHeight);
+    gl.scissor(Math.floor(left), bottom, Math.ceil(imageWidth) + 1, Math.ceil(imageHeight) + 1);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.disable(gl.SCISSOR_TEST);
     if (!meshOverlay) return;

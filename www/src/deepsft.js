@@ -190,7 +190,8 @@ export class DeepSft {
       files: new Map([...request.files].filter(([name]) => isNeeded(name))),
       smooth: smooth === true ? {} : smooth || null,
     };
-    const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) => this.estimate(frame, { camera: of });
+    const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) =>
+      this.estimate(frame, { camera: of });
     return this.#running(new MeshTracking(video, { tracker, start, estimate, camera, onTracked, onEstimate }));
   }
 

@@ -26,7 +26,9 @@ export class MeshTracking {
   #parts;
   #frames;
   #stopped = false;
-  /** Whether the network looks at a frame or the tracker at its answer. */
+  /** Whether the tracker had the template in its last frame. */
+  #found = false;
+  /** Whether the network looks at a frame, or the tracker at its answer, or the network rests. */
   #networkBusy = false;
   #answeredAt = Number.NaN;
   #networkFps = 0;
@@ -84,11 +86,13 @@ export class MeshTracking {
       const grabMs = performance.now() - began;
       const camera = cameraForFrame(cameraOption, grabbed);
       const { frame } = grabbed;
-      if (!this.#networkBusy && frame instanceof ImageBitmap) void this.#ask(number, await createImageBitmap(frame), camera);
+      if (!this.#networkBusy && frame instanceof ImageBitmap)
+        void this.#ask(number, await createImageBitmap(frame), camera);
       const request = { number, timeS: shownAt / 1000, frame, intrinsics: intrinsicsOf(camera) };
       const raw = await tracker.follow(request);
       if (this.#stopped) return raw.bitmap?.close();
       const { agreement, iterations, times, readMs, bitmap } = raw;
+      this.#found = raw.found;
       onTracked(
         new TrackedFrame({
           number,
@@ -114,6 +118,8 @@ export class MeshTracking {
   async #ask(number, frame, camera) {
     const { tracker, estimate, onEstimate } = this.#parts;
     this.#networkBusy = true;
+    const began = performance.now();
+    this.#frames.takeMissed();
     try {
       const answer = await estimate(frame, camera).finally(() => frame.close());
       if (this.#stopped) return answer.close();
@@ -128,9 +134,17 @@ export class MeshTracking {
       if (onEstimate) onEstimate(answer, number);
       else answer.close();
       await heard;
+      // A processor with too few cores for both serves the tracker first, which misses frames otherwise; while it has the
+      // template the network only confirms it.
+      if (this.#found && this.#frames.takeMissed() > 0) await pause(performance.now() - began);
       this.#networkBusy = false;
     } catch (error) {
       this.#fail(error);
     }
   }
+}
+
+/** @param {number} ms */
+function pause(ms) {
+  return new Promise((resolve) => setTimeout(resolve, ms));
 }

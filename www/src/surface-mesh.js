@@ -55,8 +55,8 @@ function vertexNormals(vertices, faces) {
   const normals = new Float32Array(vertices.length);
   for (let i = 0; i < faces.length; i += 3) {
     const [a, b, c] = [3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2]];
-    const [ux, uy, uz] = [vertices[b] - vertices[a], vertices[b + 1] - vertices[a + 1], vertices[b + 2] - vertices[a + 2]];
-    const [vx, vy, vz] = [vertices[c] - vertices[a], vertices[c + 1] - vertices[a + 1], vertices[c + 2] - vertices[a + 2]];
+    const edge = (/** @type {number} */ to) => [0, 1, 2].map((k) => vertices[to + k] - vertices[a + k]);
+    const [[ux, uy, uz], [vx, vy, vz]] = [edge(b), edge(c)];
     // The cross product's length is twice the face's area.
     const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
     for (const corner of [a, b, c]) {

@@ -8,6 +8,7 @@ export class VideoFrames {
   #shownAt = null;
   /** @type {() => void} */
   #wake = () => undefined;
+  #missed = 0;
 
   /** @param {HTMLVideoElement} video */
   constructor(video) {
@@ -28,6 +29,13 @@ export class VideoFrames {
     return this.#stopped ? null : shownAt;
   }
 
+  /** How many frames went by untaken since the last time this was asked. */
+  takeMissed() {
+    const missed = this.#missed;
+    this.#missed = 0;
+    return missed;
+  }
+
   stop() {
     this.#stopped = true;
     this.#wake();
@@ -36,6 +44,7 @@ export class VideoFrames {
   #listen() {
     if (this.#stopped) return;
     const shown = (/** @type {number} */ at) => {
+      if (this.#shownAt !== null) this.#missed++;
       this.#shownAt = at;
       this.#wake();
       this.#listen();

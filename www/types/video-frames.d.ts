@@ -9,5 +9,7 @@ export declare class VideoFrames {
      * @returns {Promise<number | null>} when it was shown, milliseconds of the page's clock, ascending; null once stopped
      */
     next(): Promise<number | null>;
+    /** How many frames went by untaken since the last time this was asked. */
+    takeMissed(): number;
     stop(): void;
 }

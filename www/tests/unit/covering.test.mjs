@@ -16,15 +16,27 @@ function leftHalf() {
 }
 
 /** A mesh of one vertex that the image says nothing about. */
-const mesh = (vertex) => ({ vertices: Float32Array.from(vertex), confidence: Float32Array.of(0) });
+const mesh = (vertex, uv = [0.5, 0.5]) => ({
+  vertices: Float32Array.from(vertex),
+  textureCoordinates: Float32Array.from(uv),
+  confidence: Float32Array.of(0),
+});
 
-test("a vertex is seen up to three pixels beyond the mask, and where the image does not reach", () => {
-  const vertices = Float32Array.from([at(100, 100), at(242, 100), at(243, 100), at(600, 100), at(300, -5)].flat());
-  assert.deepEqual([...seenShares(vertices, leftHalf())], [1, 1, 0, 1, 1]);
+test("a vertex is seen a pixel beyond the mask, four on the sheet's border, and where the image does not reach", () => {
+  const seen = (column, row, uv) => seenShares(mesh(at(column, row), uv), leftHalf())[0];
+  assert.deepEqual(
+    [100, 240, 241].map((column) => seen(column, 100)),
+    [1, 1, 0],
+  );
+  assert.deepEqual(
+    [243, 244].map((column) => seen(column, 100, [1, 0.3])),
+    [1, 0],
+  );
+  assert.deepEqual([seen(600, 100), seen(300, -5)], [1, 1]);
 });
 
 test("what the image itself confirms is seen, whatever the mask says", () => {
-  const seen = confirmed(Float32Array.of(0, 0, 0, 1), Float32Array.of(0.2, 0.5, 0.9, 0));
+  const seen = confirmed(Float32Array.of(0, 0, 0, 1), Float32Array.of(0.2, 0.725, 0.9, 0));
   for (const [i, expected] of [0, 0.5, 1, 1].entries()) assert.ok(Math.abs(seen[i] - expected) < 1e-6, `${seen}`);
 });
 

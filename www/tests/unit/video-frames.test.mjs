@@ -49,3 +49,14 @@ test("stopping ends the wait, and the video is listened to no more", async () =>
   assert.equal(video.listeners, 0);
   assert.equal(await frames.next(), null);
 });
+
+test("frames that went by untaken are counted, once", async () => {
+  const video = new FakeVideo();
+  const frames = new VideoFrames(video);
+  for (const time of [10, 20, 30]) video.show(time);
+  await frames.next();
+  video.show(40);
+  await frames.next();
+  assert.equal(frames.takeMissed(), 2);
+  assert.equal(frames.takeMissed(), 0);
+});
