@@ -296,5 +296,5 @@ fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
     assert!(figures["jitter_px"][0]["most"].as_f64().unwrap() < 1.0);
     let sheet = deepsft::decode_picture(&fs::read(folder.path().join("figures.png")).unwrap()).unwrap();
     assert!(sheet.width() > 4 * 480 && sheet.height() > 270);
-    deepsft(folder.path(), &[&study[..7], &["--event", "earthquake"]].concat()).fails(USAGE, &["jump-cut"]);
+    deepsft(folder.path(), &[&study[..8], &["--event", "earthquake"]].concat()).fails(USAGE, &["jump-cut"]);
 }
