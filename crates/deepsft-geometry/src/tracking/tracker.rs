@@ -123,6 +123,8 @@ pub struct Tracker {
     frames: VecDeque<Remembered>,
     /// Missed frames in a row.
     missed: usize,
+    /// Whether the mesh was found by a search since the network's last answer: it may sit in a wrong fold.
+    searched: bool,
     current: Tracked,
 }
 
@@ -138,6 +140,7 @@ impl Tracker {
             camera: None,
             frames: VecDeque::new(),
             missed: 0,
+            searched: false,
             current: Tracked::default(),
         })
     }
@@ -238,7 +241,9 @@ impl Tracker {
         if actual != expected {
             return Err(GeometryError::MapSize { actual, expected });
         }
-        if self.current.found && self.agrees(index, maps, &camera) {
+        // After a search the image decides also where the two are near each other.
+        let searched = std::mem::take(&mut self.searched);
+        if self.current.found && !searched && self.agrees(index, maps, &camera) {
             return Ok(Answer::Confirmed);
         }
         let Some(meshes) = self.caught_up(index, maps, &camera)? else {
@@ -362,6 +367,7 @@ impl Tracker {
         let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, shifted, last)?;
         second.iterations += first.iterations;
         Ok(if second.agreement > first.agreement {
+            self.searched = true;
             second
         } else {
             first
