@@ -152,6 +152,28 @@ fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
 }
 
 #[test]
+fn a_sheet_that_rushes_at_the_camera_and_is_predicted_behind_it_is_no_error() {
+    let mut video = Video::new();
+    let nearer = |share: f64| -> Maps {
+        let vertices: Vec<_> = bent(&video.template, 0.0).into_iter().map(|p| p * share).collect();
+        VisibleSurface::new(video.template.mesh(), &vertices, &video.camera).maps()
+    };
+    let truths = [nearer(1.0), nearer(0.6)];
+    for (frame, truth) in truths.iter().enumerate() {
+        let picture = image(&video.template, truth);
+        video.follow(frame as u64, &picture);
+        video.tracker.answer(frame as u64, Some(truth)).unwrap();
+    }
+    // After a pause twice as long as the step before, it would be a tenth of a metre behind the camera.
+    let picture = image(&video.template, &truths[0]);
+    for frame in 3..8 {
+        video.follow(frame, &picture);
+    }
+    let answer = video.tracker.answer(7, Some(&truths[0])).unwrap();
+    assert!(video.tracker.current().found, "{answer:?}");
+}
+
+#[test]
 fn a_forgotten_frame_is_ignored_and_wrong_sizes_are_refused() {
     let mut video = Video::new();
     assert_eq!(video.tracker.answer(0, None).unwrap(), Answer::Ignored, "no frame yet");

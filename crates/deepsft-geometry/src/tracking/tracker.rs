@@ -401,8 +401,8 @@ impl Tracker {
         };
         let grey = Rc::clone(&self.frames[index].grey);
         let mut mesh = Mesh {
+            confidence: vec![0.0; start.len()],
             vertices: start,
-            confidence: Vec::new(),
             agreement: 0.0,
             points: 0,
             iterations: 0,
@@ -424,7 +424,14 @@ impl Tracker {
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
                 steps: self.options.steps,
             };
-            let fitted = fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[])?;
+            let fitted = match fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[]) {
+                // Carried behind the camera: nothing to fit, a missed frame.
+                Err(GeometryError::StartEnergy { .. }) => {
+                    mesh.agreement = 0.0;
+                    break;
+                }
+                fitted => fitted?,
+            };
             mesh.vertices = fitted.vertices;
             mesh.iterations += fitted.report.iterations;
             mesh.confidence = fitted.agreement.confidence;

@@ -322,7 +322,7 @@ mod tests {
         fn a_mesh_that_swings_by_a_pixel_jitters_by_that() {
             // Two tenths of a pixel to the left and to the right by turns, at the vertex's own depth.
             let swing = |story: &ClipStory<'_>, k: usize| {
-                let side = if k % 2 == 0 { 0.2 } else { -0.2 };
+                let side = if k.is_multiple_of(2) { 0.2 } else { -0.2 };
                 let vertices = story.vertices_camera(0.0).into_iter();
                 vertices.map(|p| p + DVec3::X * side * p.z / 380.0).collect()
             };
