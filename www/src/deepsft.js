@@ -180,15 +180,18 @@ export class DeepSft {
    * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
    * @param {TrackMeshOptions} [options]
    * @returns {MeshTracking}
+   * @throws {DeepSftError} `closed`
+   * @throws {RangeError} for a `smooth` that is none
    */
   trackMesh(video, onTracked, { camera, smooth = false, onEstimate } = {}) {
+    if (this.#closed) throw closedError();
     const { request, workerUrl } = this.#plan;
     const tracker = new TrackerWorker(workerUrl);
     const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
     const start = {
       module: request.module,
       files: new Map([...request.files].filter(([name]) => isNeeded(name))),
-      smooth: smooth === true ? {} : smooth || null,
+      smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
     const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) =>
       this.estimate(frame, { camera: of });
@@ -268,6 +271,17 @@ export class DeepSft {
     }
     if (this.#closed) this.close();
   }
+}
+
+/**
+ * @param {Smoothing} smooth
+ * @returns {Smoothing}
+ */
+function checkedSmoothing(smooth) {
+  const { minCutoff = 1, beta = 0 } = smooth;
+  if (!(Number.isFinite(minCutoff) && minCutoff > 0)) throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
+  if (!(Number.isFinite(beta) && beta >= 0)) throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
+  return smooth;
 }
 
 /**

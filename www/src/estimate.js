@@ -121,7 +121,7 @@ export class Estimate {
    * The whole surface, hidden parts included, computed once a method.
    *
    * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-   * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay where the network has them and
+   * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
    * the others follow as rigidly as possible. The mesh's `method` says which it is.
    *
    * @param {{ method?: "physics" | "arap" }} [options]
@@ -130,24 +130,29 @@ export class Estimate {
    */
   async completeMesh({ method = "physics" } = {}) {
     if (!this.found) return null;
-    if (method === "arap") return this.#arapMesh();
-    this.#refined ??= this.#refine({
-      depth: this.depth.values(),
-      registration: this.registration.values(),
-      canonical: this.canonical.data,
-    });
-    const refined = await this.#refined;
-    return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : this.#arapMesh();
+    // Before anything is waited for: close() may be called meanwhile.
+    const maps = { depth: this.depth.values(), registration: this.registration.values() };
+    if (method === "arap") return this.#arapMesh(maps);
+    this.#refined ??= this.#refine({ ...maps, canonical: this.canonical.data });
+    try {
+      const refined = await this.#refined;
+      return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : await this.#arapMesh(maps);
+    } catch (error) {
+      this.#refined = null;
+      throw error;
+    }
   }
 
-  async #arapMesh() {
-    this.#completed ??= this.#refine({
-      depth: this.depth.values(),
-      registration: this.registration.values(),
-      canonical: null,
-    });
-    const completed = await this.#completed;
-    return completed ? new SurfaceMesh(completed, this.#topology, "arap") : null;
+  /** @param {{ depth: Float32Array, registration: Float32Array }} maps */
+  async #arapMesh(maps) {
+    this.#completed ??= this.#refine({ ...maps, canonical: null });
+    try {
+      const completed = await this.#completed;
+      return completed ? new SurfaceMesh(completed, this.#topology, "arap") : null;
+    } catch (error) {
+      this.#completed = null;
+      throw error;
+    }
   }
 
   /** Lets the maps and the frame go. */

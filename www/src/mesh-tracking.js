@@ -11,6 +11,9 @@ import { VideoFrames } from "./video-frames.js";
 /** @import { CameraOption, SourcedCamera } from "./intrinsics.js" */
 /** @import { TrackerStartRequest, TrackerWorker } from "./tracker.js" */
 
+/** Least time between two frames while the template is being looked for, milliseconds. */
+const SEARCHING_INTERVAL_MS = 60;
+
 /**
  * @typedef {object} MeshTrackingParts
  * @property {TrackerWorker} tracker ended with the loop
@@ -32,6 +35,9 @@ export class MeshTracking {
   #networkBusy = false;
   #answeredAt = Number.NaN;
   #networkFps = 0;
+  /** What the last answer took, milliseconds. */
+  #networkMs = 0;
+  #ready;
   /** @type {(error: unknown) => void} */
   #fail = () => undefined;
 
@@ -42,6 +48,9 @@ export class MeshTracking {
   constructor(video, parts) {
     this.#parts = parts;
     this.#frames = new VideoFrames(video);
+    this.#ready = parts.tracker.start(parts.start);
+    // The loop waits for it too, and says what went wrong.
+    this.#ready.catch(() => undefined);
     const failed = new Promise((_, reject) => (this.#fail = reject));
     /**
      * Resolves when the loop was stopped; rejects with what ended it otherwise, an error of the engine or one that
@@ -71,24 +80,32 @@ export class MeshTracking {
    * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
    */
   maps() {
-    return this.#parts.tracker.maps();
+    return this.#ready.then(() => this.#parts.tracker.maps());
   }
 
   /** @param {HTMLVideoElement} video */
   async #loop(video) {
-    const { tracker, start, camera: cameraOption, onTracked } = this.#parts;
-    const topology = await tracker.start(start);
+    const { tracker, camera: cameraOption, onTracked } = this.#parts;
+    const topology = await this.#ready;
+    let followedAt = -Infinity;
+    let timeS = 0;
     for (let number = 1; ; number++) {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return;
       const began = performance.now();
+      // The tracker keeps some thirty frames: those between a question to the network and its answer must be among them.
+      if (!this.#found && began - followedAt < Math.max(SEARCHING_INTERVAL_MS, this.#networkMs / 16)) continue;
+      followedAt = began;
       const grabbed = await transferableFrame(video);
       const grabMs = performance.now() - began;
-      const camera = cameraForFrame(cameraOption, grabbed);
       const { frame } = grabbed;
+      if (this.#stopped) return closeFrame(frame);
+      const camera = cameraForFrame(cameraOption, grabbed);
+      // Two frames of one time would start the track afresh.
+      timeS = Math.max(shownAt / 1000, timeS + 1e-3);
       if (!this.#networkBusy && frame instanceof ImageBitmap)
         void this.#ask(number, await createImageBitmap(frame), camera);
-      const request = { number, timeS: shownAt / 1000, frame, intrinsics: intrinsicsOf(camera) };
+      const request = { number, timeS, frame, intrinsics: intrinsicsOf(camera) };
       const raw = await tracker.follow(request);
       if (this.#stopped) return raw.bitmap?.close();
       const { agreement, iterations, times, readMs, bitmap } = raw;
@@ -117,6 +134,7 @@ export class MeshTracking {
    */
   async #ask(number, frame, camera) {
     const { tracker, estimate, onEstimate } = this.#parts;
+    if (this.#stopped) return frame.close();
     this.#networkBusy = true;
     const began = performance.now();
     this.#frames.takeMissed();
@@ -124,6 +142,7 @@ export class MeshTracking {
       const answer = await estimate(frame, camera).finally(() => frame.close());
       if (this.#stopped) return answer.close();
       const now = performance.now();
+      this.#networkMs = now - began;
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
       const { found, depth, registration } = answer;
@@ -131,6 +150,8 @@ export class MeshTracking {
         ? { number, depth: depth.toFloat32Array(), registration: registration.toFloat32Array() }
         : { number, depth: new Float32Array(), registration: new Float32Array() };
       const heard = tracker.answer(said);
+      // Should the callback throw, nobody waits for this any more.
+      heard.catch(() => undefined);
       if (onEstimate) onEstimate(answer, number);
       else answer.close();
       await heard;
@@ -142,6 +163,11 @@ export class MeshTracking {
       this.#fail(error);
     }
   }
+}
+
+/** @param {ImageBitmap | ImageData} frame */
+function closeFrame(frame) {
+  if (frame instanceof ImageBitmap) frame.close();
 }
 
 /** @param {number} ms */

@@ -133,6 +133,8 @@ export declare class DeepSft {
      * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
      * @param {TrackMeshOptions} [options]
      * @returns {MeshTracking}
+     * @throws {DeepSftError} `closed`
+     * @throws {RangeError} for a `smooth` that is none
      */
     trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { camera, smooth, onEstimate }?: TrackMeshOptions): MeshTracking;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */

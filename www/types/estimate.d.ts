@@ -98,7 +98,7 @@ export declare class Estimate {
      * The whole surface, hidden parts included, computed once a method.
      *
      * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-     * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay where the network has them and
+     * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
      * the others follow as rigidly as possible. The mesh's `method` says which it is.
      *
      * @param {{ method?: "physics" | "arap" }} [options]

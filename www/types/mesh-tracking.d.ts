@@ -13,9 +13,6 @@ export type MeshTrackingParts = {
     onTracked: (tracked: TrackedFrame) => void;
     onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
 };
-/** @import { Estimate } from "./estimate.js" */
-/** @import { CameraOption, SourcedCamera } from "./intrinsics.js" */
-/** @import { TrackerStartRequest, TrackerWorker } from "./tracker.js" */
 /**
  * @typedef {object} MeshTrackingParts
  * @property {TrackerWorker} tracker ended with the loop

@@ -28,6 +28,13 @@ pub struct NetworkAnswer {
     pub effect: &'static str,
 }
 
+impl NetworkAnswer {
+    /// Whether the track begins, or begins anew, with it.
+    pub fn begins_a_track(&self) -> bool {
+        matches!(self.effect, "started" | "restarted")
+    }
+}
+
 /// Milliseconds of what was done at a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FrameTimes {
@@ -105,6 +112,10 @@ impl<'a> Follower<'a> {
         }
         let mut tracked = self.tracker.current().clone();
         if let Some(filter) = &mut self.smoothing {
+            // A track that starts again somewhere else is no motion.
+            if answer.as_ref().is_some_and(|a| a.begins_a_track()) {
+                filter.reset();
+            }
             if tracked.found {
                 filter.smooth(time_s, &mut tracked.vertices_camera);
             } else {

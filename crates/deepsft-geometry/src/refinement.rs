@@ -9,7 +9,7 @@ use glam::DVec3;
 pub enum Refinement {
     /// The mesh is fitted to the maps and to the image under isometry.
     Physics(Box<PhysicsRefinement>),
-    /// The paper's completion: visible vertices stay where the maps have them, ARAP recovers the others.
+    /// The paper's completion: visible vertices stay about where the maps have them, ARAP recovers the others.
     Arap(Box<MapsCompletion>),
 }
 

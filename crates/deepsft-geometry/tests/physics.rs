@@ -158,6 +158,21 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
     let mut refinement = PhysicsRefinement::new(&template, PhysicsOptions::default()).unwrap();
     let nothing = Maps::empty(480, 270);
     assert!(refinement.refine(&image, &camera, &nothing, None).unwrap().is_none());
+    let short = [deepsft_geometry::glam::DVec3::Z; 3];
+    assert!(matches!(
+        refinement.refine(&image, &camera, &nothing, Some(&short)),
+        Err(GeometryError::StartLength { actual: 3, .. })
+    ));
+    for blurs in [vec![], vec![f32::NAN], vec![1.0, -1.0]] {
+        let options = PhysicsOptions {
+            blurs,
+            ..PhysicsOptions::default()
+        };
+        assert!(matches!(
+            PhysicsRefinement::new(&template, options),
+            Err(GeometryError::Weight { term: "blur", .. })
+        ));
+    }
     let small = Maps::empty(48, 27);
     assert!(matches!(
         refinement.refine(&image, &camera, &small, None),

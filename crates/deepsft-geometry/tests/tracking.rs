@@ -134,7 +134,7 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
 }
 
 #[test]
-fn a_jump_is_noticed_and_the_next_answer_starts_the_track_again() {
+fn after_a_jump_the_next_answer_puts_the_track_right() {
     let mut video = Video::new();
     let picture = video.picture(0);
     video.follow(0, &picture);

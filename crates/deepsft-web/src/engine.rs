@@ -129,7 +129,7 @@ impl Engine {
         })
     }
 
-    /// ARAP completion of one frame, without its image: visible vertices stay where the maps have them, the others follow as
+    /// ARAP completion of one frame, without its image: visible vertices stay about where the maps have them, the others follow as
     /// rigidly as possible.
     ///
     /// `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6

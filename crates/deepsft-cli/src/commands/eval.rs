@@ -254,7 +254,7 @@ fn print(report: &Report) {
     );
     if let Some(refinement) = &summary.refinement {
         println!(
-            "physics, {} frames: the network's maps stay in {}; worse than they are in registration {}, in 3D {}",
+            "refinement, {} frames: the network's maps stay in {}; worse than they are in registration {}, in 3D {}",
             refinement.frames,
             percent(Some(refinement.fallback_share)),
             percent(Some(refinement.worse_registration_share)),

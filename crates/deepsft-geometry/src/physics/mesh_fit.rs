@@ -66,6 +66,20 @@ pub(crate) struct Fitted {
     pub(crate) agreement: Agreement,
 }
 
+/// Refuses a list of rounds that is empty or has a blur that is none.
+pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
+    let wrong = |blur: &&f32| !(blur.is_finite() && **blur >= 0.0);
+    let actual = match blurs.iter().find(wrong) {
+        Some(&blur) => blur,
+        None if blurs.is_empty() => f32::NAN,
+        None => return Ok(()),
+    };
+    Err(GeometryError::Weight {
+        term: "blur",
+        actual: f64::from(actual),
+    })
+}
+
 impl MeshFit {
     pub(crate) fn new(template: &Template, options: &PhysicsOptions) -> Result<Self, GeometryError> {
         let fine = template.mesh();

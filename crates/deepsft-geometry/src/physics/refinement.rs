@@ -3,7 +3,7 @@
 use super::agreement::Agreement;
 use super::level::Level;
 use super::measurements::{Measurement, measurements};
-use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX};
+use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX, check_blurs};
 use crate::raster::VisibleSurface;
 use crate::solver::normalized_image::{GreyImage, Normalizer};
 use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust, SolveReport, SurfacePoint};
@@ -105,8 +105,9 @@ impl PhysicsRefinement {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
-    /// [`GeometryError`] for weights that are no weights.
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
     pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
+        check_blurs(&options.blurs)?;
         Ok(Self {
             fit: MeshFit::new(template, &options)?,
             options,
@@ -122,7 +123,8 @@ impl PhysicsRefinement {
     /// camera frame, mm. `None` when the maps show too little to fit a mesh to.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when image, camera and maps are not of one size.
+    /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when
+    /// `start` does not have the template's vertices.
     pub fn refine(
         &mut self,
         image: &Picture,
@@ -135,6 +137,13 @@ impl PhysicsRefinement {
             if actual != expected {
                 return Err(GeometryError::MapSize { actual, expected });
             }
+        }
+        let vertices = self.fit.template.mesh().vertices().len();
+        if let Some(actual) = start.map(<[DVec3]>::len).filter(|&actual| actual != vertices) {
+            return Err(GeometryError::StartLength {
+                actual,
+                expected: vertices,
+            });
         }
         let measured = measurements(maps, &self.fit.template);
         if measured.len() < FEWEST_MEASUREMENTS {

@@ -1,7 +1,7 @@
 //! The tracker of one template in one video.
 
 use super::search::best_shift;
-use crate::physics::mesh_fit::{Resolution, Round};
+use crate::physics::mesh_fit::{Resolution, Round, check_blurs};
 use crate::physics::print::Drawing;
 use crate::physics::{PhysicsOptions, PhysicsRefinement, measurements};
 use crate::raster::VisibleSurface;
@@ -110,6 +110,8 @@ struct Mesh {
     agreement: f64,
     points: usize,
     iterations: usize,
+    /// Left standing in a frame that was missed.
+    held: bool,
 }
 
 /// Follows one template through one video.
@@ -132,8 +134,10 @@ impl Tracker {
     /// Prepares everything that does not depend on the video.
     ///
     /// # Errors
-    /// [`GeometryError`] for weights that are no weights.
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
     pub fn new(template: &Template, options: TrackingOptions) -> Result<Self, GeometryError> {
+        check_blurs(&options.blurs)?;
+        check_blurs(&options.wide_blurs)?;
         Ok(Self {
             refinement: PhysicsRefinement::new(template, options.physics.clone())?,
             options,
@@ -166,6 +170,7 @@ impl Tracker {
     pub fn reset(&mut self) {
         self.frames.clear();
         self.missed = 0;
+        self.searched = false;
         self.current = Tracked::default();
     }
 
@@ -246,22 +251,27 @@ impl Tracker {
         if self.current.found && !searched && self.agrees(index, maps, &camera) {
             return Ok(Answer::Confirmed);
         }
-        let Some(meshes) = self.caught_up(index, maps, &camera)? else {
-            return Ok(if self.current.found {
-                Answer::Confirmed
-            } else {
-                Answer::Ignored
-            });
-        };
-        let reached = meshes.last().map_or(0.0, |mesh| mesh.agreement);
+        // The candidate is followed with its own history, not with the misses of the track that it may replace.
+        let missed = std::mem::take(&mut self.missed);
+        let candidate = self.caught_up(index, maps, &camera);
+        let searched = std::mem::take(&mut self.searched);
+        self.missed = missed;
         let was_found = self.current.found;
+        let kept = if was_found { Answer::Confirmed } else { Answer::Ignored };
+        let Some(meshes) = candidate? else {
+            return Ok(kept);
+        };
+        let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.agreement, mesh.points));
         if was_found && reached <= self.current.agreement {
-            return Ok(Answer::Confirmed);
+            return Ok(kept);
         }
-        if reached < self.options.start_agreement {
+        if reached < self.options.start_agreement || points < self.options.fewest_points {
             return Ok(Answer::Ignored);
         }
+        self.searched = searched;
         let newest = self.frames.len() - 1;
+        // Meshes of an earlier track tell nothing of this one's speed.
+        self.frames.iter_mut().take(index).for_each(|frame| frame.mesh = None);
         for (remembered, mesh) in self.frames.iter_mut().skip(index).zip(&meshes) {
             remembered.mesh = Some(mesh.clone());
         }
@@ -323,6 +333,7 @@ impl Tracker {
             confidence: start.agreement.confidence,
             points: start.agreement.points,
             vertices: start.vertices,
+            held: false,
         }];
         for later in index + 1..self.frames.len() {
             let before = later
@@ -346,7 +357,8 @@ impl Tracker {
 
     /// Where the mesh should be in frame `index` if it moves on.
     fn predicted(&self, index: usize, last: &Mesh, before: Option<(&Remembered, &Mesh)>) -> Vec<DVec3> {
-        let Some((earlier, before)) = before.filter(|_| self.missed == 0) else {
+        let known = |(_, mesh): &(&Remembered, &Mesh)| self.missed == 0 && !mesh.held && !last.held;
+        let Some((earlier, before)) = before.filter(known) else {
             return last.vertices.clone();
         };
         let now = self.frames[index].time_s - self.frames[index - 1].time_s;
@@ -360,7 +372,11 @@ impl Tracker {
     /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
         let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
-        if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
+        let enough = (0.8 * last.agreement).clamp(
+            self.options.least_agreement,
+            self.options.start_agreement.max(self.options.least_agreement),
+        );
+        if first.agreement >= enough {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
@@ -406,6 +422,7 @@ impl Tracker {
             agreement: 0.0,
             points: 0,
             iterations: 0,
+            held: false,
         };
         let fit = self.refinement.fit();
         let faces = fit.coarse.mesh.faces().to_vec();
@@ -463,6 +480,7 @@ impl Tracker {
         // Stand still: the next frame may show it again.
         let held = Mesh {
             vertices: last.vertices,
+            held: true,
             ..mesh
         };
         self.frames[newest].mesh = Some(held.clone());

@@ -4,7 +4,7 @@ mod clip_record;
 mod figure;
 mod summary;
 
-use crate::follow::{Follower, Pace};
+use crate::follow::{Follower, NetworkAnswer, Pace};
 use crate::output::{atomic, sheet};
 use crate::track_errors;
 use crate::{clip_folder, input, progress, synthesis};
@@ -173,6 +173,7 @@ fn track(
             )?),
             false => None,
         };
+        let begins_a_track = followed.answer.as_ref().is_some_and(NetworkAnswer::begins_a_track);
         frames.push(FrameRecord {
             frame,
             print_in_view: track_errors::print_in_view(&sample.truth),
@@ -184,6 +185,9 @@ fn track(
             network: followed.answer,
             ms: followed.times,
         });
+        if begins_a_track {
+            filter.reset();
+        }
         if tracked.found {
             let mut vertices = tracked.vertices_camera.clone();
             filter.smooth(time_s, &mut vertices);
