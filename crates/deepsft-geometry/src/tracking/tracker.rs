@@ -372,11 +372,7 @@ impl Tracker {
     /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
         let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
-        let enough = (0.8 * last.agreement).clamp(
-            self.options.least_agreement,
-            self.options.start_agreement.max(self.options.least_agreement),
-        );
-        if first.agreement >= enough {
+        if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
