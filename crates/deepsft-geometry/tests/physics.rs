@@ -158,7 +158,7 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
     let mut refinement = PhysicsRefinement::new(&template, PhysicsOptions::default()).unwrap();
     let nothing = Maps::empty(480, 270);
     assert!(refinement.refine(&image, &camera, &nothing, None).unwrap().is_none());
-    let short = [deepsft_geometry::glam::DVec3::Z; 3];
+    let short = [DVec3::Z; 3];
     assert!(matches!(
         refinement.refine(&image, &camera, &nothing, Some(&short)),
         Err(GeometryError::StartLength { actual: 3, .. })
