@@ -89,7 +89,7 @@ export class MeshTracking {
     const topology = await this.#ready;
     let followedAt = -Infinity;
     let timeS = 0;
-    for (let number = 1; ; number++) {
+    for (let number = 1; ; ) {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return;
       const began = performance.now();
@@ -122,6 +122,7 @@ export class MeshTracking {
           frame: bitmap,
         }),
       );
+      number++;
     }
   }
 
