@@ -28,10 +28,11 @@ pub(crate) fn rigid_fit(
         (points.iter().map(|p| (p.0 - centre).length_squared()).sum::<f64>() / points.len().max(1) as f64).sqrt();
     let cost = |rotation: DQuat, translation: DVec3| -> f64 {
         let one = |&(p, printed): &(DVec3, f64)| {
-            let pixel = camera.project(place(rotation, translation, p));
-            let residual = pixel
-                .and_then(|pixel| image.sample(pixel))
-                .map_or(1.0, |(seen, _)| seen - printed);
+            // As in the mesh solver: a step behind the camera is no step.
+            let Some(pixel) = camera.project(place(rotation, translation, p)) else {
+                return f64::INFINITY;
+            };
+            let residual = image.sample(pixel).map_or(1.0, |(seen, _)| seen - printed);
             robust.rho(residual * residual)
         };
         points.iter().map(one).sum()

@@ -437,14 +437,7 @@ impl Tracker {
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
                 steps: self.options.steps,
             };
-            let fitted = match fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[]) {
-                // Carried behind the camera: nothing to fit, a missed frame.
-                Err(GeometryError::StartEnergy { .. }) => {
-                    mesh.agreement = 0.0;
-                    break;
-                }
-                fitted => fitted?,
-            };
+            let fitted = fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[])?;
             mesh.vertices = fitted.vertices;
             mesh.iterations += fitted.report.iterations;
             mesh.confidence = fitted.agreement.confidence;
