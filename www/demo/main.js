@@ -147,7 +147,7 @@ async function enterLive(kind, run) {
 }
 
 function createLive() {
-  const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement)), byId("region", HTMLDivElement));
+  const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement), stage.software), byId("region", HTMLDivElement));
   created.onEstimate = (estimate) => {
     view.loading.hidden = true;
     calibration.add(estimate);
@@ -194,6 +194,38 @@ function leaveLive() {
   source?.stop();
   source = null;
   live?.stop();
+}
+
+/**
+ * Browsers take graphics contexts away, from pages in the background above all, and give them back later, empty: then
+ * what was shown starts again.
+ *
+ * @param {HTMLCanvasElement[]} canvases that the live view draws on
+ */
+function restoreContexts(canvases) {
+  const nothing = () => undefined;
+  /** @type {() => void} */
+  let resume = nothing;
+  for (const canvas of canvases) {
+    canvas.addEventListener("webglcontextlost", (event) => {
+      // Without this the context would not come back.
+      event.preventDefault();
+      if (view.live.hidden || !view.message.hidden) return;
+      resume = retry;
+      leaveLive();
+      view.loadingText.textContent = "Waiting for the graphics processor";
+      view.loading.hidden = false;
+    });
+    canvas.addEventListener("webglcontextrestored", () => {
+      if (canvases.some((other) => other.getContext("webgl2")?.isContextLost())) return;
+      const { overlay, paper } = stage;
+      stage = new Stage(byId("stage", HTMLCanvasElement));
+      [stage.overlay, stage.paper] = [overlay, paper];
+      live = createLive();
+      void loading?.then((sft) => live.use(sft)).then(resume);
+      resume = nothing;
+    });
+  }
 }
 
 /** @param {unknown} error */
@@ -305,5 +337,6 @@ addEventListener("drop", (event) => {
   const [file] = event.dataTransfer?.files ?? [];
   if (file) startImage(file);
 });
+restoreContexts([byId("stage", HTMLCanvasElement), byId("orbit", HTMLCanvasElement)]);
 openHud(matchMedia("(min-width: 760px)").matches);
 showView("start");

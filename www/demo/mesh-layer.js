@@ -1,15 +1,13 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
+import { SMALL_LENGTH } from "./frame-picture.js";
 import { createProgram, createTexture, programVariants } from "./gl.js";
 import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
-/** @import { Paper } from "./papers.js" */
-
-/** Pixels of the picture of the light along the image's long side: folds are wider than one, print is narrower. */
-const LIGHT_LENGTH = 160;
+/** @import { PaperSource } from "./papers.js" */
 
 /** Numbers a corner in the buffer that each frame fills: position, normal, confidence and share seen. */
 const STRIDE = 8;
@@ -20,14 +18,15 @@ const STRIDE = 8;
  * @property {{ left: number, top: number, scale: number }} view of the image on the canvas, canvas pixels
  * @property {[number, number]} canvasSize
  * @property {MeshOverlay} overlay
- * @property {Paper} paper
+ * @property {PaperSource} paper
  * @property {number} strength 0 to 1
  * @property {number} seconds
  * @property {readonly [number, number]} sheetMm
  * @property {readonly [number, number, number]} tint
  * @property {{ near: number, far: number, step: number }} depthScale mm
  * @property {number} lineWidth canvas pixels
- * @property {WebGLTexture} frame mipmapped
+ * @property {WebGLTexture} smallFrame the camera's image, `SMALL_LENGTH` pixels long
+ * @property {WebGLTexture} painted the paper, if it is painted
  * @property {WebGLTexture} heat
  */
 
@@ -143,7 +142,7 @@ export class MeshLayer {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const { program, uniform } = this.#programs(mesh.overlay, mesh.paper);
     gl.useProgram(program);
-    this.#bind(uniform, { light: this.#light[0]?.texture ?? null, heat: mesh.heat });
+    this.#bind(uniform, { light: this.#light[0]?.texture ?? null, heat: mesh.heat, painted: mesh.painted });
     this.#project(uniform, mesh.camera, [mesh.view.left, mesh.view.top, mesh.view.scale], mesh.canvasSize);
     gl.uniform1f(uniform("u_strength"), mesh.strength);
     gl.uniform1f(uniform("u_seconds"), mesh.seconds);
@@ -160,9 +159,9 @@ export class MeshLayer {
    *
    * @param {MeshView} mesh
    */
-  #drawLight({ camera, frame }) {
+  #drawLight({ camera, smallFrame }) {
     const gl = this.#gl;
-    const scale = LIGHT_LENGTH / Math.max(camera.width, camera.height);
+    const scale = SMALL_LENGTH / Math.max(camera.width, camera.height);
     const size = /** @type {[number, number]} */ ([Math.ceil(camera.width * scale), Math.ceil(camera.height * scale)]);
     this.#sizeLight(size);
     gl.viewport(0, 0, ...size);
@@ -171,7 +170,7 @@ export class MeshLayer {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { program, uniform } = this.#lightProgram;
     gl.useProgram(program);
-    this.#bind(uniform, { frame, print: this.#print });
+    this.#bind(uniform, { frame: smallFrame, print: this.#print });
     this.#project(uniform, camera, [0, 0, scale], size);
     this.#drawMesh();
 

@@ -1,9 +1,9 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
+import { PAPERS_GLSL, paperGlsl } from "./papers.js";
 import { DISTORTION_GLSL } from "./stage-shader.js";
 
-/** @import { Paper } from "./papers.js" */
+/** @import { PaperSource } from "./papers.js" */
 
 /** @typedef {"paper" | "depth" | "mesh" | "shaded"} MeshOverlay */
 
@@ -52,7 +52,7 @@ void main() {
 /** Luminance seen and luminance printed, in linear light, weighted by how much of the print is seen there. */
 export const LIGHT_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
-uniform sampler2D u_frame;         // the camera's image, sRGB, mipmapped
+uniform sampler2D u_frame;         // the camera's image, sRGB, as small as the picture of the light
 uniform sampler2D u_print;         // the template's picture, sRGB, mipmapped
 uniform vec2 u_frameSize;          // pixels
 uniform vec3 u_view;
@@ -69,12 +69,14 @@ void main() {
   vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-5));
   float weight = smoothstep(0.0, 1.5, min(border.x, border.y)) * smoothstep(0.4, 0.9, v_seen.y);
   if (!gl_FrontFacing) weight = 0.0;
-  vec3 seen = linearFromDisplay(textureLod(u_frame, v_pixel / u_frameSize, -log2(u_view.z)).rgb);
+  vec3 seen = linearFromDisplay(texture(u_frame, v_pixel / u_frameSize).rgb);
   vec3 printed = linearFromDisplay(texture(u_print, v_uv).rgb);
   o_light = vec4(dot(seen, luminance), dot(printed, luminance), 1.0, 1.0) * weight;
 }`;
 
-/** A Gaussian along one direction. */
+/**
+ * A Gaussian along one direction, exp(-i^2 / 9) for i = -4..=4: two neighbours in one bilinear sample between them.
+ */
 export const BLUR_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
 uniform sampler2D u_light;
@@ -83,16 +85,16 @@ uniform vec2 u_targetSize;         // pixels
 out vec4 o_light;
 void main() {
   vec2 at = gl_FragCoord.xy / u_targetSize;
-  vec4 sum = vec4(0.0);
-  for (int i = -5; i <= 5; i++) sum += texture(u_light, at + float(i) * u_step) * exp(-float(i * i) / 9.0);
-  o_light = sum / 5.3;
+  vec4 near = texture(u_light, at - 1.4174 * u_step) + texture(u_light, at + 1.4174 * u_step);
+  vec4 far = texture(u_light, at - 3.3148 * u_step) + texture(u_light, at + 3.3148 * u_step);
+  o_light = (texture(u_light, at) + 1.5360 * near + 0.5369 * far) / 5.1458;
 }`;
 
 /**
  * What is drawn where the mesh is.
  *
  * @param {MeshOverlay} overlay
- * @param {Paper} paper
+ * @param {PaperSource} paper
  */
 export const meshFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
@@ -101,7 +103,6 @@ uniform sampler2D u_light;         // blurred
 uniform sampler2D u_heat;
 uniform vec2 u_frameSize;          // pixels
 uniform float u_strength;
-uniform float u_seconds;
 uniform vec2 u_sheetMm;
 uniform vec3 u_tint;
 uniform vec3 u_depthScale;         // near, far, contour step, mm
@@ -114,7 +115,7 @@ in vec2 v_pixel;
 in vec3 v_corner;
 flat in int v_diagonal;
 out vec4 o_color;                  // premultiplied
-${PAPERS_GLSL}
+${paperGlsl(paper)}
 
 /* How much brighter the image is than the print. */
 float lightAt(vec2 pixel) {
@@ -174,7 +175,7 @@ vec4 paper() {
   // The blank back stays as the camera sees it; it hides what is behind all the same.
   if (!gl_FrontFacing) return vec4(0.0);
   vec2 stride = fwidth(v_uv) * u_sheetMm;
-  vec3 color = ${PAPER_FUNCTIONS[paper]}(v_uv * u_sheetMm, max(max(stride.x, stride.y), 1e-3), u_sheetMm, u_seconds);
+  vec3 color = paperColor(v_uv, max(max(stride.x, stride.y), 1e-3));
   return vec4(displayFromLinear(color * lightAt(v_pixel) * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
 }
 

@@ -51,6 +51,8 @@ const SWAY_SECONDS = 9;
 const MOST_PITCH = 1.35;
 /** Radians a CSS pixel of dragging. */
 const DRAG = 0.011;
+/** Yaw and pitch, radians, of the arrow keys. @type {Readonly<Record<string, [number, number]>>} */
+const KEYS = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, 0.12], ArrowDown: [0, -0.12] };
 /** Seconds in which the view follows the sheet most of the way: it stands, the sheet moves. */
 const FOLLOW_SECONDS = 0.6;
 
@@ -74,10 +76,11 @@ export class Orbit {
 
   /**
    * @param {HTMLCanvasElement} canvas
+   * @param {boolean} software whether the processor does the drawing, for which smooth edges are dear
    * @throws {Error} when the browser has no WebGL 2
    */
-  constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { alpha: true, antialias: true });
+  constructor(canvas, software) {
+    const gl = canvas.getContext("webgl2", { alpha: true, antialias: !software });
     if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
     this.#canvas = canvas;
     this.#gl = gl;
@@ -171,18 +174,38 @@ export class Orbit {
     gl.drawElements(gl.TRIANGLES, this.#count, gl.UNSIGNED_INT, 0);
   }
 
+  /**
+   * @param {number} yaw radians
+   * @param {number} pitch radians
+   */
+  #turn(yaw, pitch) {
+    if (!this.#held) this.#yaw = 0;
+    this.#held = true;
+    this.#yaw += yaw;
+    this.#pitch = Math.min(MOST_PITCH, Math.max(-MOST_PITCH, this.#pitch + pitch));
+    this.#draw();
+  }
+
   #listen() {
     const canvas = this.#canvas;
+    // Positions rather than `movementX`, whose unit differs between browsers and screens.
+    let [x, y] = [0, 0];
     canvas.addEventListener("pointerdown", (event) => {
-      if (!this.#held) this.#yaw = 0;
-      this.#held = true;
       canvas.setPointerCapture(event.pointerId);
+      [x, y] = [event.clientX, event.clientY];
+      this.#turn(0, 0);
     });
-    canvas.addEventListener("pointermove", ({ pointerId, movementX, movementY }) => {
+    canvas.addEventListener("pointermove", ({ pointerId, clientX, clientY }) => {
       if (!canvas.hasPointerCapture(pointerId)) return;
-      this.#yaw += DRAG * movementX;
-      this.#pitch = Math.min(MOST_PITCH, Math.max(-MOST_PITCH, this.#pitch - DRAG * movementY));
-      this.#draw();
+      const [right, down] = [clientX - x, clientY - y];
+      [x, y] = [clientX, clientY];
+      this.#turn(DRAG * right, -DRAG * down);
+    });
+    canvas.addEventListener("keydown", (event) => {
+      const turn = KEYS[event.key];
+      if (!turn) return;
+      event.preventDefault();
+      this.#turn(...turn);
     });
   }
 }

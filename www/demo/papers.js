@@ -2,6 +2,8 @@
 
 /** @typedef {"aurora" | "ink" | "squares"} Paper */
 
+/** Where a shader has the paper's colours from: its function, or the texture it was painted into. @typedef {Paper | "painted"} PaperSource */
+
 /**
  * The function of each paper in {@link PAPERS_GLSL}: `vec3 f(vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`.
  *
@@ -124,3 +126,18 @@ vec3 linearFromDisplay(vec3 c) {
   return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
 }
 `;
+
+/**
+ * GLSL: `vec3 paperColor(vec2 uv, float pixelMm)`, linear light, beside {@link PAPERS_GLSL}. The shader declares `u_sheetMm`.
+ *
+ * @param {PaperSource} source
+ */
+export function paperGlsl(source) {
+  const [uniform, color] =
+    source === "painted"
+      ? ["uniform sampler2D u_painted;", "texture(u_painted, uv).rgb"]
+      : ["uniform float u_seconds;", `${PAPER_FUNCTIONS[source]}(uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds)`];
+  return `${uniform}
+${PAPERS_GLSL}
+vec3 paperColor(vec2 uv, float pixelMm) { return ${color}; }`;
+}

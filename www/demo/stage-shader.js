@@ -1,8 +1,8 @@
 // The stage's shader: one pass that draws the frame and the overlay for every pixel of the canvas.
 
-import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
+import { paperGlsl } from "./papers.js";
 
-/** @import { Paper } from "./papers.js" */
+/** @import { PaperSource } from "./papers.js" */
 
 /** OpenCV's distortion of the normalised image plane. */
 export const DISTORTION_GLSL = `
@@ -46,7 +46,7 @@ const overlayGlsl = (/** @type {MapOverlay} */ overlay) => `
 /** What fills the canvas beside the image: the image again, larger, far out of focus and dark. */
 export const BACKDROP_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
-uniform sampler2D u_frame;         // the camera's image, sRGB, mipmapped
+uniform sampler2D u_blurred;       // the camera's image, sRGB, out of focus
 uniform vec2 u_canvasSize;         // pixels
 uniform vec2 u_frameSize;          // pixels
 out vec4 o_color;
@@ -54,23 +54,21 @@ void main() {
   vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
   vec2 aspect = u_canvasSize / u_frameSize;
   vec2 uv = 0.5 + (canvas - 0.5 * u_canvasSize) / (u_frameSize * max(aspect.x, aspect.y));
-  vec3 sum = vec3(0.0);
-  for (int j = -1; j <= 1; j++) for (int i = -1; i <= 1; i++) sum += textureLod(u_frame, uv + vec2(i, j) * 0.05, 6.0).rgb;
-  o_color = vec4(mix(vec3(0.055, 0.063, 0.075), sum / 9.0, 0.22), 1.0);
+  o_color = vec4(mix(vec3(0.055, 0.063, 0.075), texture(u_blurred, uv).rgb, 0.22), 1.0);
 }`;
 
 /**
  * The frame, and over it what is drawn from the maps.
  *
  * @param {"plain" | MapOverlay} overlay
- * @param {Paper} paper
+ * @param {PaperSource} paper
  */
 export const stageFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
 
-uniform sampler2D u_frame;         // the camera's image, sRGB, mipmapped
+uniform sampler2D u_frame;         // the camera's image, sRGB
 uniform sampler2D u_depth;         // canonical, mm
 uniform sampler2D u_registration;  // canonical, (u, v)
 uniform sampler2D u_coverage;      // canonical, the mask softened, 0 to 1
@@ -83,14 +81,13 @@ uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec4 u_region;             // part of the image the network sees: left, top, right, bottom
 uniform vec3 u_canonical;          // width, height, focal length, pixels
 uniform float u_strength;          // of the overlay, 0 to 1
-uniform float u_seconds;
 uniform vec2 u_sheetMm;
 uniform vec3 u_tint;
 uniform vec3 u_depthScale;         // near, far, contour step, mm
 uniform vec3 u_accent;             // sRGB
 out vec4 o_color;
 
-${PAPERS_GLSL}
+${paperGlsl(paper)}
 
 ${DISTORTION_GLSL}
 
@@ -144,7 +141,7 @@ vec3 frameColor(vec2 pixel) {
 }
 
 vec3 paperOverlay(Maps maps, float pixelMm, vec2 canonical) {
-  vec3 color = ${PAPER_FUNCTIONS[paper]}(maps.uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds);
+  vec3 color = paperColor(maps.uv, pixelMm);
   float shading = texture(u_shading, canonical / u_canonical.xy).r;
   return displayFromLinear(color * shading * u_tint);
 }

@@ -1,10 +1,12 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { FramePicture } from "./frame-picture.js";
 import { createProgram, createTexture, drawsInSoftware, programVariants } from "./gl.js";
 import { heatRow } from "./heat.js";
 import { MeshLayer } from "./mesh-layer.js";
 import { MESH_OVERLAYS } from "./mesh-shader.js";
+import { PaintedPaper } from "./painted-paper.js";
 import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
 import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
@@ -27,13 +29,17 @@ const APPEAR_SECONDS = 0.25;
 /** Width of the wireframe's lines, CSS pixels. */
 const LINE_WIDTH = 1.1;
 /** Texture units, in the order of the shader's samplers. */
-const SAMPLERS = /** @type {const} */ (["frame", "depth", "registration", "coverage", "shading", "heat"]);
+const SAMPLERS = /** @type {const} */ (["frame", "depth", "registration", "coverage", "shading", "heat", "painted"]);
+/** The moment at which papers look well that do not move. */
+const STILL_SECONDS = 5.2;
 
 export class Stage {
   #canvas;
   #gl;
   #programs;
   #backdropProgram;
+  #frame;
+  #paintedPaper;
   #textures;
   #meshLayer;
   /** Whether there is a mesh that belongs to the frame. */
@@ -76,10 +82,14 @@ export class Stage {
     this.#programs = programVariants(gl, VERTEX_SHADER, stageFragmentShader);
     this.#backdropProgram = createProgram(gl, VERTEX_SHADER, BACKDROP_FRAGMENT_SHADER);
     this.#meshLayer = new MeshLayer(gl);
+    this.#frame = new FramePicture(gl);
+    this.#paintedPaper = new PaintedPaper(gl);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     const texture = (/** @type {number} */ filter) => createTexture(gl, filter);
     this.#textures = {
-      frame: texture(gl.LINEAR_MIPMAP_LINEAR),
+      frame: this.#frame.texture,
+      blurred: this.#frame.blurred,
+      painted: this.#paintedPaper.texture,
       depth: texture(gl.NEAREST),
       registration: texture(gl.NEAREST),
       coverage: texture(gl.LINEAR),
@@ -157,13 +167,8 @@ export class Stage {
    * @param {boolean} found
    */
   #showFrame({ frame, camera }, found) {
-    const gl = this.#gl;
     this.#camera = camera;
-    if (frame) {
-      gl.bindTexture(gl.TEXTURE_2D, this.#textures.frame);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, frame);
-      gl.generateMipmap(gl.TEXTURE_2D);
-    }
+    if (frame) this.#frame.upload(frame);
     if (!found) this.#foundSince = Infinity;
     else if (this.#foundSince === Infinity)
       this.#foundSince = performance.now() - (this.animated ? 0 : 1000 * APPEAR_SECONDS);
@@ -191,7 +196,6 @@ export class Stage {
     const density = this.#density();
     const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    gl.viewport(0, 0, width, height);
     if (!camera) {
       gl.clearColor(0.055, 0.063, 0.075, 1);
       gl.clear(gl.COLOR_BUFFER_BIT);
@@ -206,9 +210,13 @@ export class Stage {
     const mapOverlay = fromMaps ? /** @type {MapOverlay} */ (this.overlay) : "plain";
     const age = (performance.now() - this.#foundSince) / 1000;
     const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
+    this.#frame.prepare(scale);
+    const paper = this.software ? "painted" : this.paper;
+    if (paper === "painted" && this.overlay === "paper") this.#paintedPaper.paint(this.paper, this.#sheetMm, STILL_SECONDS);
+    gl.viewport(0, 0, width, height);
     gl.enable(gl.SCISSOR_TEST);
     this.#drawBackdrop([width, height], camera, { left, top, scale });
-    const { program, uniform } = this.#programs(mapOverlay, this.paper);
+    const { program, uniform } = this.#programs(mapOverlay, paper);
     gl.useProgram(program);
     this.#bind(uniform, SAMPLERS);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
@@ -235,15 +243,16 @@ export class Stage {
       view: { left, top, scale },
       canvasSize: [width, height],
       overlay: /** @type {MeshOverlay} */ (this.overlay),
-      paper: this.paper,
+      paper,
       strength,
       seconds,
       sheetMm: this.#sheetMm,
       tint: this.tint,
       depthScale: this.depthScale,
       lineWidth: Math.max(1, LINE_WIDTH * density),
-      frame: this.#textures.frame,
+      smallFrame: this.#frame.small,
       heat: this.#textures.heat,
+      painted: this.#textures.painted,
     });
   }
 
@@ -273,7 +282,7 @@ export class Stage {
     if (strips.length === 0) return;
     const { program, uniform } = this.#backdropProgram;
     gl.useProgram(program);
-    this.#bind(uniform, ["frame"]);
+    this.#bind(uniform, ["blurred"]);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
     gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
     for (const [x, y, w, h] of strips) {
@@ -284,7 +293,7 @@ export class Stage {
 
   /**
    * @param {Program["uniform"]} uniform
-   * @param {readonly (typeof SAMPLERS)[number][]} samplers
+   * @param {readonly ((typeof SAMPLERS)[number] | "blurred")[]} samplers
    */
   #bind(uniform, samplers) {
     const gl = this.#gl;

@@ -207,8 +207,8 @@ export class DeepSft {
    */
   #running(tracking) {
     this.#trackings.add(tracking);
-    const forget = () => this.#trackings.delete(tracking);
-    tracking.finished.then(forget, forget);
+    // In the chain rather than beside it: an error that nobody waits for is then reported by the browser, once.
+    tracking.finished = tracking.finished.finally(() => this.#trackings.delete(tracking));
     return tracking;
   }
 

@@ -9,10 +9,18 @@ import { VideoFrames } from "./video-frames.js";
 
 /** @import { Estimate } from "./estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "./intrinsics.js" */
-/** @import { TrackerStartRequest, TrackerWorker } from "./tracker.js" */
+/** @import { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker.js" */
 
 /** Least time between two frames while the template is being looked for, milliseconds. */
 const SEARCHING_INTERVAL_MS = 60;
+/**
+ * How long the network rests after an answer where the tracker misses frames beside it, in times of that answer, and at most,
+ * milliseconds.
+ */
+const REST = 1.5;
+const MOST_REST_MS = 1000;
+/** So long after a missed frame the processor counts as too slow for both, milliseconds. */
+const BUSY_MS = 2000;
 
 /**
  * @typedef {object} MeshTrackingParts
@@ -37,6 +45,12 @@ export class MeshTracking {
   #networkFps = 0;
   /** What the last answer took, milliseconds. */
   #networkMs = 0;
+  /** Ends the network's rest. */
+  #wakeNetwork = () => {};
+  /** Frames given to the tracker, when the last was, and its time, seconds. */
+  #number = 0;
+  #followedAt = -Infinity;
+  #timeS = 0;
   #ready;
   /** @type {(error: unknown) => void} */
   #fail = () => undefined;
@@ -69,6 +83,7 @@ export class MeshTracking {
   /** Ends the loop; no callback is called again. */
   stop() {
     this.#stopped = true;
+    this.#wakeNetwork();
     this.#frames.stop();
     this.#parts.tracker.terminate(new DeepSftError("closed", "The tracking was stopped."));
   }
@@ -85,44 +100,70 @@ export class MeshTracking {
 
   /** @param {HTMLVideoElement} video */
   async #loop(video) {
-    const { tracker, camera: cameraOption, onTracked } = this.#parts;
     const topology = await this.#ready;
-    let followedAt = -Infinity;
-    let timeS = 0;
-    for (let number = 1; ; ) {
-      const shownAt = await this.#frames.next();
-      if (shownAt === null) return;
-      const began = performance.now();
-      // The tracker keeps some thirty frames: those between a question to the network and its answer must be among them.
-      if (!this.#found && began - followedAt < Math.max(SEARCHING_INTERVAL_MS, this.#networkMs / 16)) continue;
-      followedAt = began;
-      const grabbed = await transferableFrame(video);
-      const grabMs = performance.now() - began;
-      const { frame } = grabbed;
-      if (this.#stopped) return closeFrame(frame);
-      const camera = cameraForFrame(cameraOption, grabbed);
-      // Two frames of one time would start the track afresh.
-      timeS = Math.max(shownAt / 1000, timeS + 1e-3);
-      if (!this.#networkBusy && frame instanceof ImageBitmap)
-        void this.#ask(number, await createImageBitmap(frame), camera);
-      const request = { number, timeS, frame, intrinsics: intrinsicsOf(camera) };
-      const raw = await tracker.follow(request);
+    /** @type {Following | null} */
+    let next = null;
+    for (;;) {
+      const current = next ?? (await this.#begin(video));
+      if (!current) return;
+      const raw = await current.answer;
       if (this.#stopped) return raw.bitmap?.close();
-      const { agreement, iterations, times, readMs, bitmap } = raw;
       this.#found = raw.found;
-      onTracked(
+      if (!raw.found) this.#wakeNetwork();
+      const { number, camera, began, grabMs } = current;
+      const { agreement, iterations, times, readMs, bitmap } = raw;
+      const totalMs = performance.now() - began;
+      // Where frames wait already, the worker follows the next while the page draws this one.
+      next = this.#frames.waiting ? await this.#begin(video) : null;
+      if (this.#stopped) return bitmap?.close();
+      this.#parts.onTracked(
         new TrackedFrame({
           number,
           mesh: raw.found ? new SurfaceMesh(raw, topology, "tracking") : null,
           agreement,
           iterations,
           camera,
-          times: { captureMs: grabMs + readMs, ...times, totalMs: performance.now() - began },
+          times: { captureMs: grabMs + readMs, ...times, totalMs },
           networkFps: this.#networkFps,
           frame: bitmap,
         }),
       );
-      number++;
+    }
+  }
+
+  /**
+   * Waits for a frame and has the tracker follow it.
+   *
+   * @param {HTMLVideoElement} video
+   * @returns {Promise<Following | null>} null once stopped
+   */
+  async #begin(video) {
+    for (;;) {
+      const shownAt = await this.#frames.next();
+      if (shownAt === null) return null;
+      const began = performance.now();
+      // The tracker keeps some thirty frames: those between a question to the network and its answer must be among them.
+      const interval = this.#found ? 0 : Math.max(SEARCHING_INTERVAL_MS, this.#networkMs / 16);
+      if (began - this.#followedAt < interval) continue;
+      this.#followedAt = began;
+      const grabbed = await transferableFrame(video);
+      const grabMs = performance.now() - began;
+      const { frame } = grabbed;
+      if (this.#stopped) {
+        closeFrame(frame);
+        return null;
+      }
+      const camera = cameraForFrame(this.#parts.camera, grabbed);
+      // Two frames of one time would start the track afresh.
+      this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
+      const number = ++this.#number;
+      if (!this.#networkBusy && frame instanceof ImageBitmap)
+        void this.#ask(number, await createImageBitmap(frame), camera);
+      const request = { number, timeS: this.#timeS, frame, intrinsics: intrinsicsOf(camera) };
+      const answer = this.#parts.tracker.follow(request);
+      // Should a callback throw before it is waited for, nobody waits for it any more.
+      answer.catch(() => undefined);
+      return { number, camera, began, grabMs, answer };
     }
   }
 
@@ -138,7 +179,6 @@ export class MeshTracking {
     if (this.#stopped) return frame.close();
     this.#networkBusy = true;
     const began = performance.now();
-    this.#frames.takeMissed();
     try {
       const answer = await estimate(frame, camera).finally(() => frame.close());
       if (this.#stopped) return answer.close();
@@ -158,20 +198,39 @@ export class MeshTracking {
       await heard;
       // A processor with too few cores for both serves the tracker first, which misses frames otherwise; while it has the
       // template the network only confirms it.
-      if (this.#found && this.#frames.takeMissed() > 0) await pause(performance.now() - began);
+      if (this.#found && performance.now() - this.#frames.missedAt < BUSY_MS)
+        await this.#rest(Math.min(MOST_REST_MS, REST * (performance.now() - began)));
       this.#networkBusy = false;
     } catch (error) {
       this.#fail(error);
     }
   }
+
+  /**
+   * Lets the tracker have the processor, until it loses the template.
+   *
+   * @param {number} ms
+   */
+  #rest(ms) {
+    return new Promise((resolve) => {
+      this.#wakeNetwork = () => resolve(undefined);
+      setTimeout(resolve, ms);
+    });
+  }
 }
+
+/**
+ * A frame that the tracker is following.
+ *
+ * @typedef {object} Following
+ * @property {number} number
+ * @property {SourcedCamera} camera
+ * @property {number} began when the tracker was free for it, milliseconds
+ * @property {number} grabMs
+ * @property {Promise<RawTracked>} answer
+ */
 
 /** @param {ImageBitmap | ImageData} frame */
 function closeFrame(frame) {
   if (frame instanceof ImageBitmap) frame.close();
-}
-
-/** @param {number} ms */
-function pause(ms) {
-  return new Promise((resolve) => setTimeout(resolve, ms));
 }

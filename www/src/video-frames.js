@@ -8,7 +8,8 @@ export class VideoFrames {
   #shownAt = null;
   /** @type {() => void} */
   #wake = () => undefined;
-  #missed = 0;
+  /** When a frame last went by untaken, ms. */
+  missedAt = -Infinity;
 
   /** @param {HTMLVideoElement} video */
   constructor(video) {
@@ -29,11 +30,9 @@ export class VideoFrames {
     return this.#stopped ? null : shownAt;
   }
 
-  /** How many frames went by untaken since the last time this was asked. */
-  takeMissed() {
-    const missed = this.#missed;
-    this.#missed = 0;
-    return missed;
+  /** Whether there is a frame that was not taken yet. */
+  get waiting() {
+    return this.#shownAt !== null;
   }
 
   stop() {
@@ -44,7 +43,7 @@ export class VideoFrames {
   #listen() {
     if (this.#stopped) return;
     const shown = (/** @type {number} */ at) => {
-      if (this.#shownAt !== null) this.#missed++;
+      if (this.#shownAt !== null) this.missedAt = at;
       this.#shownAt = at;
       this.#wake();
       this.#listen();

@@ -1,7 +1,7 @@
 import { TrackedFrame } from "./tracked-frame.js";
 import type { Estimate } from "./estimate.js";
-import type { CameraOption } from "./intrinsics.js";
-import type { TrackerStartRequest, TrackerWorker } from "./tracker.js";
+import type { CameraOption, SourcedCamera } from "./intrinsics.js";
+import type { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker.js";
 export type MeshTrackingParts = {
     /**
      * ended with the loop
@@ -50,3 +50,13 @@ export declare class MeshTracking {
         registration: Float32Array;
     }>;
 }
+export type Following = {
+    number: number;
+    camera: SourcedCamera;
+    /**
+     * when the tracker was free for it, milliseconds
+     */
+    began: number;
+    grabMs: number;
+    answer: Promise<RawTracked>;
+};

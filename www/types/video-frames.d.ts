@@ -1,6 +1,8 @@
 /** Tells when a video shows a frame that was not taken yet. */
 export declare class VideoFrames {
     #private;
+    /** When a frame last went by untaken, ms. */
+    missedAt: number;
     /** @param {HTMLVideoElement} video */
     constructor(video: HTMLVideoElement);
     /**
@@ -9,7 +11,7 @@ export declare class VideoFrames {
      * @returns {Promise<number | null>} when it was shown, milliseconds of the page's clock, ascending; null once stopped
      */
     next(): Promise<number | null>;
-    /** How many frames went by untaken since the last time this was asked. */
-    takeMissed(): number;
+    /** Whether there is a frame that was not taken yet. */
+    get waiting(): boolean;
     stop(): void;
 }

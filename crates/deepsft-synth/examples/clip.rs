@@ -3,15 +3,15 @@
 //!
 //! ```sh
 //! cargo run --release -p deepsft-synth --example clip -- models/poster-a4/template/texture.png clip
-//! ffmpeg -framerate 15 -i clip/%04d.png -c:v libvpx -b:v 2M -crf 12 www/demo/clip.webm && cp clip/clip.json www/demo/
+//! ffmpeg -framerate 30 -i clip/%04d.png -c:v libvpx -b:v 3M -crf 12 www/demo/clip.webm && cp clip/clip.json www/demo/
 //! ```
 
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 use std::path::Path;
 
-const FRAMES: usize = 120;
-const FRAMES_PER_SECOND: usize = 15;
+const FRAMES: usize = 240;
+const FRAMES_PER_SECOND: usize = 30;
 const SEED: u64 = FIRST_CLIP_SEED + 1;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -253,3 +253,37 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
     }
   });
 }
+
+test("graphics contexts that are taken away and given back are drawn on again", { timeout: SLOW_MS }, async () => {
+  const browser = await launch();
+  try {
+    const demo = await openDemo(browser, { device: DESKTOP, query: "?device=cpu" });
+    const { page } = demo;
+    await page.click("#use-clip");
+    await page.waitForFunction(() => document.querySelector("#video").readyState > 1);
+    await page.evaluate(() => (document.querySelector("#video").playbackRate = 0.25));
+    await page.waitForSelector('#live[data-mesh="true"]');
+    await page.click('[data-overlay="shaded"]');
+    await page.evaluate(() => {
+      globalThis.lost = ["stage", "orbit"].map((id) =>
+        document.getElementById(id).getContext("webgl2").getExtension("WEBGL_lose_context"),
+      );
+      for (const context of lost) context.loseContext();
+    });
+    await page.waitForFunction(() => document.querySelector("#loading-text").textContent.startsWith("Waiting for the graphics"));
+    assert.ok(await page.isVisible("#loading"));
+    await page.evaluate(() => {
+      for (const context of lost) context.restoreContext();
+    });
+    await page.waitForSelector("#loading", { state: "hidden" });
+    await page.waitForSelector('#live[data-mesh="true"]');
+    assert.equal(await page.getAttribute('#overlays [data-overlay="shaded"]', "aria-checked"), "true");
+    await page.focus("#orbit");
+    await page.keyboard.press("ArrowLeft");
+    await page.waitForTimeout(700);
+    await demo.screenshot("desktop-track-restored");
+    await demo.finish();
+  } finally {
+    await browser.close();
+  }
+});

@@ -50,13 +50,17 @@ test("stopping ends the wait, and the video is listened to no more", async () =>
   assert.equal(await frames.next(), null);
 });
 
-test("frames that went by untaken are counted, once", async () => {
+test("it says whether a frame waits, and when one last went by untaken", async () => {
   const video = new FakeVideo();
   const frames = new VideoFrames(video);
-  for (const time of [10, 20, 30]) video.show(time);
-  await frames.next();
+  assert.equal(frames.waiting, false);
+  video.show(10);
+  assert.deepEqual([frames.waiting, frames.missedAt], [true, -Infinity]);
+  video.show(20);
+  video.show(30);
+  assert.equal(await frames.next(), 30);
+  assert.deepEqual([frames.waiting, frames.missedAt], [false, 30]);
   video.show(40);
   await frames.next();
-  assert.equal(frames.takeMissed(), 2);
-  assert.equal(frames.takeMissed(), 0);
+  assert.equal(frames.missedAt, 30);
 });
