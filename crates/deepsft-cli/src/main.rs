@@ -71,6 +71,9 @@ enum Command {
     /// Measure ARAP completion: how well hidden parts are recovered, how fast.
     #[command(subcommand)]
     Completion(commands::completion::CompletionCommand),
+    /// Print what a network is made of and what it costs.
+    #[command(subcommand)]
+    Network(commands::network::NetworkCommand),
     /// Look after model bundles.
     #[command(subcommand)]
     Bundle(commands::bundle::BundleCommand),
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         Command::Clip(arguments) => commands::clip::run(&arguments),
         Command::Bench(arguments) => commands::bench::run(&arguments),
         Command::Completion(command) => commands::completion::run(&command),
+        Command::Network(command) => commands::network::run(&command),
         Command::Bundle(command) => commands::bundle::run(&command),
     };
     match result {

@@ -87,12 +87,11 @@ fn network(architecture: Architecture) -> Network {
     config.init(&Device::flex()).map(&mut Formula(Vec::new()))
 }
 
-/// Checks the maps called `names` against what numpy computed.
-fn compare(
-    golden: &str,
-    architecture: impl Fn(usize) -> Architecture,
-    maps: &[(&str, fn(&NetworkMaps) -> &Tensor<4>)],
-) {
+/// A map's name in the file and where it is found.
+type NamedMap = (&'static str, fn(&NetworkMaps) -> &Tensor<4>);
+
+/// Checks `maps` against what numpy computed.
+fn compare(golden: &str, architecture: impl Fn(usize) -> Architecture, maps: &[NamedMap]) {
     let golden: Golden = serde_json::from_str(golden).unwrap();
     let network = network(architecture(golden.width_divisor));
     let image = Tensor::from_data(

@@ -5,6 +5,7 @@ pub mod bundle;
 pub mod clip;
 pub mod completion;
 pub mod eval;
+pub mod network;
 pub mod poster;
 pub mod reconstruct;
 pub mod study;

@@ -6,6 +6,7 @@
 mod block;
 mod compact;
 mod config;
+mod description;
 mod maps;
 mod module;
 mod paper;
@@ -17,6 +18,7 @@ mod weight_array;
 pub use block::Block;
 pub use compact::{CompactConfig, CompactNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, cross_entropy};
 pub use config::{Architecture, DepthRange, NetworkConfig};
+pub use description::LayerDescription;
 pub use maps::{NetworkMaps, OUTSIDE};
 pub use paper::{PaperConfig, PaperNetwork};
 pub use r50f::{R50FConfig, R50FNetwork};

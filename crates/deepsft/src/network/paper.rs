@@ -11,10 +11,12 @@ mod refinement_block;
 
 use super::block::{Block, train_if_listed};
 use super::config::within;
+use super::description::LayerTable;
 use super::resnet::Making;
 use super::{NetworkConfig, NetworkMaps};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use main_block::PaperMainBlock;
 use refinement_block::PaperRefinementBlock;
 use serde::{Deserialize, Serialize};
@@ -167,6 +169,19 @@ impl PaperNetwork {
                 blocks,
             ),
             config: self.config,
+        }
+    }
+
+    /// See [`super::Network::describe`].
+    pub(super) fn describe(&self, table: &mut LayerTable) {
+        self.main.describe(table);
+        let seen = [6, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        for (block, layers) in [
+            (Block::DepthRefinement, &self.depth_refinement),
+            (Block::RegistrationRefinement, &self.registration_refinement),
+        ] {
+            table.begin(block, seen);
+            layers.describe(table);
         }
     }
 }

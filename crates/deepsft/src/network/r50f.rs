@@ -8,6 +8,7 @@
 
 use super::block::{Block, train_if_listed};
 use super::config::within;
+use super::description::{Cost, LayerTable};
 use super::paper::check_momentum;
 use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
 use super::{NetworkConfig, NetworkMaps};
@@ -201,5 +202,26 @@ impl R50FNetwork {
     /// See [`super::Network::train_only`].
     pub(super) fn train_only(self, blocks: &[Block]) -> Self {
         train_if_listed(self, Block::Main, blocks)
+    }
+
+    /// See [`super::Network::describe`].
+    pub(super) fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 2", 68, 120);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("enc4", &self.encode4),
+            ("enc5", &self.encode5),
+        ] {
+            stack.describe(name, table);
+        }
+        let cost = |dense: &Dense| {
+            let [inputs, outputs] = dense.weight.dims();
+            Cost::of(dense, [outputs, inputs, 1, 1], 1, 1)
+        };
+        table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
+        let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        table.add("dense", maps, cost(&self.maps));
     }
 }

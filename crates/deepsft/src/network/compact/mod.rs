@@ -13,6 +13,7 @@ pub use bins::cross_entropy;
 
 use super::block::{Block, train_if_listed};
 use super::config::within;
+use super::description::LayerTable;
 use super::{DepthRange, NetworkConfig, NetworkMaps};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
@@ -198,6 +199,33 @@ impl CompactNetwork {
             mask_mix: self.mask_mix.fold(),
             mask: self.mask.fold(),
             config: self.config,
+        }
+    }
+
+    /// See [`super::Network::describe`].
+    pub(super) fn describe(&self, table: &mut LayerTable) {
+        let [_, height, width] = table.size();
+        let (height, width) = (
+            height.next_multiple_of(INPUT_MULTIPLE),
+            width.next_multiple_of(INPUT_MULTIPLE),
+        );
+        table.resize("padding", height, width);
+        self.main.describe(table);
+        let [cells, patches] = [PIXELS_PER_CELL, PATCH].map(|side| [height / side, width / side]);
+        for (name, layer, [rows, columns]) in [
+            ("mask 1x1 of cells", &self.mask_coarse, cells),
+            ("mask 1x1 of patches", &self.mask_fine, patches),
+            ("mask 3x3", &self.mask_mix, patches),
+            ("mask 1x1", &self.mask, patches),
+        ] {
+            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
+        }
+        for (block, layers) in [
+            (Block::DepthRefinement, &self.depth_refinement),
+            (Block::RegistrationRefinement, &self.registration_refinement),
+        ] {
+            table.begin(block, [0, cells[0], cells[1]]);
+            layers.describe(table);
         }
     }
 

@@ -7,6 +7,7 @@
 use super::layers::{Convolution, scaled_relu};
 use super::planar::PLANAR_CUES;
 use super::{CompactConfig, DepthRange, NetworkConfig};
+use crate::network::description::LayerTable;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
 
@@ -48,6 +49,18 @@ impl RefinementBlock {
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward(scaled_relu(x));
         self.correction.forward(scaled_relu(x))
+    }
+
+    /// Writes its layers into `table`.
+    pub fn describe(&self, table: &mut LayerTable) {
+        let [_, rows, columns] = table.size();
+        for (name, layer) in [
+            ("entry 3x3", &self.entry),
+            ("middle 3x3", &self.middle),
+            ("correction 1x1", &self.correction),
+        ] {
+            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
+        }
     }
 
     /// See [`Convolution::fold`].

@@ -1,5 +1,6 @@
 //! Main Block: image -> depth and registration (paper, table "Main Block architecture").
 
+use crate::network::description::LayerTable;
 use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool, upsample_nearest};
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -70,5 +71,25 @@ impl PaperMainBlock {
             smooth: self.smooth.fold(),
             output: self.output.fold(),
         }
+    }
+
+    /// Writes its layers into `table`, which holds an image.
+    pub fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 3", 45, 80);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("enc4", &self.encode4),
+            ("dec5", &self.decode5),
+            ("dec6", &self.decode6),
+            ("dec7", &self.decode7),
+        ] {
+            stack.describe(name, table);
+        }
+        table.resize("up-sampling x3, crop", 136, 240);
+        self.smooth.describe("conv8", table);
+        table.resize("up-sampling x2, crop", 270, 480);
+        self.output.describe("output", table);
     }
 }

@@ -1,5 +1,6 @@
 //! Depth and Registration Refinement Blocks (paper, table "Depth and Registration Refinement Block architectures").
 
+use crate::network::description::LayerTable;
 use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool, upsample_nearest};
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -57,5 +58,21 @@ impl PaperRefinementBlock {
             decode7: self.decode7.fold(),
             output: self.output.fold(),
         }
+    }
+
+    /// Writes its layers into `table`, which holds image, depth and registration.
+    pub fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 3", 45, 80);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("dec6", &self.decode6),
+            ("dec7", &self.decode7),
+        ] {
+            stack.describe(name, table);
+        }
+        table.resize("up-sampling x3", 270, 480);
+        self.output.describe("output", table);
     }
 }

@@ -1,6 +1,7 @@
 //! Bottleneck blocks in the form of Keras' ResNet-50, which the paper builds on (figure "blocks"), and stacks of them.
 
 use super::{Making, NormalisedConvolution, crop_rows, upsample_nearest};
+use crate::network::description::{Cost, LayerTable};
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
 
@@ -70,6 +71,29 @@ impl Bottleneck {
             upsampling: self.upsampling,
         }
     }
+
+    /// Rows and columns of what comes out for a map of `rows` x `columns`.
+    fn output(&self, [rows, columns]: [usize; 2]) -> [usize; 2] {
+        let stride = self.reduce.stride();
+        [rows, columns].map(|side| self.upsampling * side.div_ceil(stride))
+    }
+
+    /// Its cost where `pixels` pixels come out.
+    fn cost(&self, pixels: usize) -> Cost {
+        let early = [Some(&self.reduce), self.shortcut.as_ref()].into_iter().flatten();
+        let late = [&self.spatial, &self.expand].into_iter();
+        let saving = self.upsampling * self.upsampling;
+        early
+            .map(|layer| layer.cost(pixels, saving))
+            .chain(late.map(|layer| layer.cost(pixels, 1)))
+            .sum()
+    }
+
+    /// Widths of the 1x1, 3x3 and 1x1 convolutions, as a table names them.
+    fn widths(&self) -> String {
+        let [a, b, c] = [&self.reduce, &self.spatial, &self.expand].map(NormalisedConvolution::channels);
+        format!("({a}, {b}, {c})")
+    }
 }
 
 /// What a stack is made of.
@@ -127,5 +151,27 @@ impl Stack {
             identities: self.identities.into_iter().map(Bottleneck::fold).collect(),
             crop: self.crop,
         }
+    }
+
+    /// Writes itself into `table` under `name`.
+    pub fn describe(&self, name: &str, table: &mut LayerTable) {
+        let [_, rows, columns] = table.size();
+        let [mut rows, columns] = self.first.output([rows, columns]);
+        let channels = self.first.expand.channels();
+        let (widths, stride) = (self.first.widths(), self.first.reduce.stride());
+        let kind = match (self.first.upsampling, stride) {
+            (1, 1) => "convolutional block".to_owned(),
+            (1, stride) => format!("convolutional block stride {stride}"),
+            (factor, _) => format!("decoding block x{factor}"),
+        };
+        let cost = self.first.cost(rows * columns);
+        table.add(format!("{name} {kind} {widths}"), [channels, rows, columns], cost);
+        if let Some((_, height)) = self.crop {
+            rows = height;
+            table.resize(&format!("{name} crop"), rows, columns);
+        }
+        let cost = self.identities.iter().map(|block| block.cost(rows * columns)).sum();
+        let name = format!("{name} {} identity blocks {widths}", self.identities.len());
+        table.add(name, [channels, rows, columns], cost);
     }
 }

@@ -1,6 +1,7 @@
 //! A convolution followed by batch normalisation.
 
 use super::Making;
+use crate::network::description::{Cost, LayerTable};
 use burn::module::{Module, Param};
 use burn::nn::{BatchNorm, BatchNormConfig};
 use burn::tensor::{Slice, Tensor, module::conv2d, ops::ConvOptions};
@@ -90,6 +91,38 @@ impl NormalisedConvolution {
             normalisation: None,
             stride: self.stride,
         }
+    }
+
+    /// Filters: channels of what comes out.
+    pub fn channels(&self) -> usize {
+        self.weight.dims()[0]
+    }
+
+    /// Stride.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Filters as a table names them: "7x7 stride 2".
+    fn kind(&self) -> String {
+        let kernel = self.weight.dims()[2];
+        match self.stride {
+            1 => format!("{kernel}x{kernel}"),
+            stride => format!("{kernel}x{kernel} stride {stride}"),
+        }
+    }
+
+    /// Writes itself into `table` under `name`.
+    pub fn describe(&self, name: &str, table: &mut LayerTable) {
+        let [_, rows, columns] = table.size();
+        let (rows, columns) = (rows.div_ceil(self.stride), columns.div_ceil(self.stride));
+        let output = [self.weight.dims()[0], rows, columns];
+        table.add(format!("{name} {}", self.kind()), output, self.cost(rows * columns, 1));
+    }
+
+    /// What it costs to say `pixels` pixels, of which 1 / `saving` are worked out.
+    pub fn cost(&self, pixels: usize, saving: usize) -> Cost {
+        Cost::of(self, self.weight.dims(), pixels, saving)
     }
 }
 
