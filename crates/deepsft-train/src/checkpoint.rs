@@ -123,15 +123,16 @@ impl CheckpointFolder {
         fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))
     }
 
-    /// Loads the newest whole checkpoint into `network` and `optimizer`; `None` when there is none.
-    /// Returned are the state, the network, its average and the optimiser.
+    /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
+    /// running statistics of batch normalisation) and `optimizer`; `None` when there is none. Returned are the state,
+    /// the network, its average and the optimiser.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,
     /// [`TrainError::CheckpointMismatch`] when it was made with another configuration or seed.
     pub fn load(
         &self,
-        network: Network,
+        make_network: impl Fn() -> Network,
         optimizer: ModuleOptimizer,
         fingerprint: &str,
         seed: u64,
@@ -161,8 +162,7 @@ impl CheckpointFolder {
         let load = |name: &str| -> Result<Network, TrainError> {
             let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
             let record = record.map_err(|e| broken(name, e.to_string()))?;
-            network
-                .clone()
+            make_network()
                 .try_load_record(record)
                 .map_err(|e| broken(name, e.to_string()))
         };

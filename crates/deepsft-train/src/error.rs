@@ -31,6 +31,14 @@ pub enum TrainError {
         /// Samples seen.
         samples: u64,
     },
+    /// This way of training is for another architecture.
+    #[error("a network of the architecture {actual} cannot be trained in this way, only {expected}")]
+    Architecture {
+        /// Architecture of the network.
+        actual: &'static str,
+        /// Architecture that is trained so.
+        expected: &'static str,
+    },
     /// A worker that makes samples stopped.
     #[error("a data worker stopped before the training did")]
     WorkerStopped,

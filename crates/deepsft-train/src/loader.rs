@@ -1,8 +1,7 @@
 //! Batches made on the fly by worker threads, in an order that depends on nothing but the seed.
 
 use crate::TrainError;
-use crate::batch::{Batch, BatchShape};
-use deepsft::NetworkConfig;
+use crate::batch::{Batch, BatchShape, TargetShape};
 use deepsft_synth::{Sample, Synthesizer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -34,15 +33,15 @@ struct Request {
 
 impl Loader {
     /// Starts `workers` threads.
-    pub fn start(synthesizer: &Arc<Synthesizer>, network: &NetworkConfig, seed: u64, workers: usize) -> Self {
+    pub fn start(synthesizer: &Arc<Synthesizer>, targets: TargetShape, seed: u64, workers: usize) -> Self {
         let (mut requests, mut batches) = (Vec::new(), Vec::new());
         for _ in 0..workers.max(1) {
             let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
-            let (synthesizer, network) = (Arc::clone(synthesizer), network.clone());
+            let synthesizer = Arc::clone(synthesizer);
             std::thread::spawn(move || {
                 for request in request_receiver {
-                    let batch = make_batch(&synthesizer, &network, seed, &request);
+                    let batch = make_batch(&synthesizer, targets, seed, &request);
                     if batch_sender.send(batch).is_err() {
                         break;
                     }
@@ -87,8 +86,8 @@ impl Loader {
     }
 }
 
-fn make_batch(synthesizer: &Synthesizer, network: &NetworkConfig, seed: u64, request: &Request) -> Batch {
-    let mut batch = Batch::new(request.shape, network);
+fn make_batch(synthesizer: &Synthesizer, targets: TargetShape, seed: u64, request: &Request) -> Batch {
+    let mut batch = Batch::new(request.shape, targets);
     let mut made: Option<(u64, Sample)> = None;
     for window in request.first_sample..request.first_sample + request.shape.frames as u64 {
         let index = window / request.shape.windows_a_frame();
@@ -97,7 +96,7 @@ fn make_batch(synthesizer: &Synthesizer, network: &NetworkConfig, seed: u64, req
             _ => synthesizer.sample(seed, index),
         };
         let (left, top) = window_corner(&sample, request.shape, seed, window);
-        batch.push(&sample, left, top, network);
+        batch.push(&sample, left, top);
         made = Some((index, sample));
     }
     batch

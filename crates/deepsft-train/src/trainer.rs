@@ -2,6 +2,7 @@
 
 use crate::TrainError;
 use crate::average::WeightAverage;
+use crate::batch::TargetShape;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::evaluate::{held_out, watch};
 use crate::loader::Loader;
@@ -119,8 +120,8 @@ pub struct Trained {
 /// differentiation is switched on here), and reports through `report`.
 ///
 /// # Errors
-/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss that is no
-/// longer finite, or a device that fails.
+/// [`TrainError`] for a network that is not a compact one, a checkpoint that cannot be read, written or continued, a
+/// loss that is no longer finite, or a device that fails.
 pub fn train(
     synthesizer: &Arc<Synthesizer>,
     network_config: &NetworkConfig,
@@ -128,6 +129,11 @@ pub fn train(
     device: &Device,
     mut report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
+    let wrong_architecture = || TrainError::Architecture {
+        actual: network_config.architecture.name(),
+        expected: "compact",
+    };
+    let targets = TargetShape::of(network_config).ok_or_else(wrong_architecture)?;
     let differentiable = device.clone().autodiff();
     device.seed(config.seed);
     let mut network = network_config.init(&differentiable);
@@ -141,8 +147,12 @@ pub fn train(
     };
     let mut average = WeightAverage::new(&network, config.average_decay);
     if config.resume
-        && let Some((saved, loaded, averaged, loaded_optimizer)) =
-            folder.load(network.clone(), self::optimizer(), &fingerprint, config.seed)?
+        && let Some((saved, loaded, averaged, loaded_optimizer)) = folder.load(
+            || network_config.init(&differentiable),
+            self::optimizer(),
+            &fingerprint,
+            config.seed,
+        )?
     {
         average = WeightAverage::resume(&averaged, config.average_decay, saved.step);
         (network, optimizer, state) = (loaded, loaded_optimizer, saved);
@@ -153,7 +163,7 @@ pub fn train(
     }
 
     let validation = held_out(synthesizer, config.held_out_seed, config.held_out_frames);
-    let mut loader = Loader::start(synthesizer, network_config, config.seed, config.workers);
+    let mut loader = Loader::start(synthesizer, targets, config.seed, config.workers);
     let mut asked_samples = state.samples;
     let (mut loss_sum, mut loss_count) = (0.0, 0_u64);
     let mut last_evaluation = state.seconds;
@@ -193,7 +203,8 @@ pub fn train(
         let batch = loader.take()?;
         let frames = batch.frames() as u64;
         let tensors = batch.into_tensors(&differentiable);
-        let output = network.forward_windows(tensors.images.clone(), &tensors.corners);
+        let compact = network.as_compact().ok_or_else(wrong_architecture)?;
+        let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
         let losses = step_one_loss(output, &tensors, &config.loss);
         let loss = f64::from(losses.total.clone().into_scalar::<f32>());
         if !loss.is_finite() {

@@ -2,12 +2,12 @@
 
 use super::bins::expected_coordinate;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear, upsample_nearest};
-use super::{NetworkConfig, PATCH};
+use super::{CompactConfig, PATCH};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
-/// [`super::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
+/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
 pub struct MainBlockOutput {
     /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
     pub patches: Tensor<4>,
@@ -39,7 +39,7 @@ pub struct MainBlock {
 
 impl MainBlock {
     /// Layers of the widths and bins of `config`, randomly initialised.
-    pub fn new(config: &NetworkConfig, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, device: &Device) -> Self {
         let [c4, c8, c16, c32] = config.channels;
         let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, device);
         Self {

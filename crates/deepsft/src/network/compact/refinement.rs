@@ -6,7 +6,7 @@
 
 use super::layers::{Convolution, scaled_relu};
 use super::planar::PLANAR_CUES;
-use super::{DepthRange, NetworkConfig};
+use super::{CompactConfig, DepthRange, NetworkConfig};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
 
@@ -33,7 +33,7 @@ pub struct RefinementBlock {
 
 impl RefinementBlock {
     /// A block that says `outputs` values a cell.
-    pub fn new(config: &NetworkConfig, outputs: usize, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, outputs: usize, device: &Device) -> Self {
         let width = config.refinement_channels;
         Self {
             entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, device),
