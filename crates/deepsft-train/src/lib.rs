@@ -20,7 +20,10 @@ pub use checkpoint::{Checkpoint, CurvePoint};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
 pub use export::export_bundle;
-pub use loss::{LossWeights, Losses, step_one_loss};
+pub use loss::{
+    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, TexturePyramid,
+    squared_total_variation, step_one_loss,
+};
 pub use schedule::Schedule;
 pub use study::{
     StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,
