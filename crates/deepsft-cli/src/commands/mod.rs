@@ -7,6 +7,7 @@ pub mod completion;
 pub mod eval;
 pub mod poster;
 pub mod reconstruct;
+pub mod recording;
 pub mod study;
 pub mod synth;
 pub mod template;
