@@ -23,6 +23,14 @@ pub enum TrainError {
         /// The checkpoint folder.
         path: PathBuf,
     },
+    /// A recording cannot be trained on.
+    #[error("{reason}: {path}")]
+    Recording {
+        /// What is in the way.
+        reason: String,
+        /// The recording.
+        path: PathBuf,
+    },
     /// The loss is no longer a number.
     #[error("loss is {loss} after {samples} samples; lower the learning rate")]
     Diverged {

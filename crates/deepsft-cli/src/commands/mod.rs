@@ -8,6 +8,7 @@ pub mod eval;
 pub mod network;
 pub mod poster;
 pub mod reconstruct;
+pub mod recording;
 pub mod study;
 pub mod synth;
 pub mod template;
