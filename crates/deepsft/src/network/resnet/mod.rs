@@ -1,6 +1,8 @@
 //! Residual blocks with batch normalisation, shared by the paper's network and R50F.
 
 mod bottleneck;
+#[cfg(test)]
+mod gradient_test;
 mod normalised_convolution;
 mod pooling;
 
