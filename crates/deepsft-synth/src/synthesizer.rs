@@ -86,7 +86,7 @@ impl Synthesizer {
         })
     }
 
-    /// Uses photographs too: half of the backgrounds will show one, and pieces of them appear on other sheets. The
+    /// Uses photographs too: [`SynthConfig::photograph_share`] of the backgrounds will show one, and pieces of them appear on other sheets. The
     /// samples then depend on the photographs and their order.
     pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
         for (number, photograph) in photographs.into_iter().enumerate() {
@@ -167,7 +167,7 @@ impl Synthesizer {
     /// A background picture for a scene.
     pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> &Texture {
         let procedural = procedural_backgrounds();
-        if !self.photographs.is_empty() && rng.random_bool(0.5) {
+        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_share) {
             return pick(&self.photographs, rng);
         }
         pick(procedural, rng)
