@@ -45,12 +45,14 @@ mod xpbd;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
 pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
-pub use dataset::{DatasetDescription, SampleRecord, ShardReader, write_shard};
+pub use dataset::{
+    DatasetDescription, EdgeLengthSummary, EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard,
+};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;
 pub use handling::ClothConfig;
-pub use isometry::{EdgeLengthChange, edge_length_change};
+pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use partial_view::PartialView;
 pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
 pub use poster::{
