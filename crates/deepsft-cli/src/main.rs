@@ -14,6 +14,7 @@ mod progress;
 mod refine;
 mod synthesis;
 mod track_errors;
+mod unfinished_dataset;
 mod video;
 
 use clap::{Parser, Subcommand};

@@ -11,6 +11,7 @@ mod bars;
 mod bend;
 mod clip;
 mod clip_story;
+mod cloth;
 mod color;
 mod config;
 mod dataset;
@@ -20,9 +21,11 @@ mod error;
 mod figure;
 mod frame;
 mod hand;
+mod handling;
 mod isometry;
 mod noise;
 mod occluder;
+mod paper_protocol;
 mod partial_view;
 mod passing;
 mod photometry;
@@ -38,17 +41,21 @@ mod sheet;
 mod synthesizer;
 mod texture;
 mod volumic;
+mod xpbd;
 
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
-pub use config::{EffectsConfig, LightingConfig, SynthConfig};
-pub use dataset::{DatasetDescription, SampleRecord, ShardReader, write_shard};
+pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
+pub use dataset::{
+    DatasetDescription, EdgeLengthSummary, EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard,
+};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;
-pub use isometry::{EdgeLengthChange, edge_length_change};
+pub use handling::ClothConfig;
+pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use partial_view::PartialView;
-pub use pose::{PoseConfig, sample_pose, share_in_view};
+pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
 pub use poster::{
     POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
     poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,

@@ -123,7 +123,7 @@ impl<'a> Scene<'a> {
             background,
             light: Lighting::sample(&config.lighting, rng),
             paper: Paper::sample(&config.lighting, rng),
-            occluders: sample_occluders(config.occluder_share, rng),
+            occluders: sample_occluders(config.occluder_share, config.occluders, rng),
             effects: Some(CameraEffects::sample(&config.effects, rng)),
             bars: rng
                 .random_bool(config.effects.bars_share)

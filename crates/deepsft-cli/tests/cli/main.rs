@@ -7,4 +7,5 @@ mod commands;
 mod common;
 mod interruption;
 mod recordings;
+mod synthesis;
 mod tracking;
