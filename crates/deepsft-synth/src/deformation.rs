@@ -106,7 +106,8 @@ impl Default for DeformationConfig {
 /// The vertices of `template`'s rest mesh after a random quasi-isometric deformation: mm, template
 /// frame, mean at the origin, mean normal along -z (so that a pose's tilt is the tilt of the sheet as
 /// a whole). Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and
-/// the sheet stays flat when no weaker shape will do. A pure function of its arguments.
+/// the sheet stays flat when no weaker shape will do. A template that is no sheet stays at rest: see
+/// [`crate::SynthConfig::handles`]. A pure function of its arguments.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template};
@@ -120,6 +121,9 @@ impl Default for DeformationConfig {
 /// ```
 pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, rng: &mut R) -> Vec<DVec3> {
     let rest = template.mesh().vertices();
+    if !template.is_sheet() {
+        return rest.to_vec();
+    }
     let relaxation = Relaxation::new(template);
     let change_of = |vertices: &[DVec3]| EdgeLengthChange::of(edge_length_changes(rest, relaxation.edges(), vertices));
     let mut shape = Shape::sample(template.size_mm(), config, rng);

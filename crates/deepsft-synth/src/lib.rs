@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod artwork;
+mod atlas;
 mod background;
 mod bars;
 mod bend;
@@ -36,8 +37,10 @@ mod shape;
 mod sheet;
 mod synthesizer;
 mod texture;
+mod toy;
 mod volumic;
 
+pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
 pub use config::{EffectsConfig, LightingConfig, SynthConfig};
@@ -54,4 +57,5 @@ pub use poster::{
 };
 pub use scene::Scene;
 pub use synthesizer::{Sample, Synthesizer};
+pub use toy::toy_template;
 pub use volumic::{RodBend, capsule};

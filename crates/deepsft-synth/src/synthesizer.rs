@@ -206,9 +206,11 @@ fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {
     &items[rng.random_range(0..items.len())]
 }
 
-/// The vertices around the template's grid, clockwise from the top left.
+/// The vertices around a sheet's grid, clockwise from the top left; none of another template.
 fn outline(template: &Template) -> Vec<usize> {
-    let (columns, rows) = template.grid();
+    let Some((columns, rows)) = template.grid() else {
+        return Vec::new();
+    };
     let top = 0..columns;
     let right = (1..rows).map(|j| j * columns + columns - 1);
     let bottom = (0..columns - 1).rev().map(|i| (rows - 1) * columns + i);

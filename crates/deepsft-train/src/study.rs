@@ -129,7 +129,9 @@ impl Bench<'_> {
             None
         };
         let physics = refined.as_ref().map_or(&start, |refined| &refined.maps);
-        let grid = self.template.grid();
+        let grid = (self.template.grid()).ok_or(GeometryError::NotASheet {
+            operation: "the study of physics",
+        })?;
         let outcome = StudyOutcome {
             found,
             start: self.errors(&start, &believed, &truth, &sample.camera)?,
