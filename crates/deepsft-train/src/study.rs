@@ -15,7 +15,7 @@ use crate::evaluate::held_out;
 use deepsft::{DeepSftError, Estimator};
 use deepsft_geometry::metrics::frame_metrics_between;
 use deepsft_geometry::physics::PhysicsRefinement;
-use deepsft_geometry::{Camera, Maps, Picture, Template};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template};
 use deepsft_synth::{Sample, covered, disturbed_maps};
 use outcome::mesh_rmse;
 use plan::{Condition, LEAK_PX, Mask, Plan, plans};

@@ -93,9 +93,9 @@ mod tests {
         let chord = 2.0 * 50.0 * (angle(1) / 2.0).sin();
         let long = flat[0].distance(flat[(rows - 1) * columns]);
         let across = flat[0].distance(flat[columns - 1]);
-        // The chords, laid end to end.
-        assert!((long - chord * (rows - 1) as f64).abs() < 0.05, "{long}");
-        assert!((across - 20.0).abs() < 0.05, "{across}");
+        // The chords, laid end to end; the sweeps end a thousandth before that.
+        assert!((long - chord * (rows - 1) as f64).abs() < 0.15, "{long}");
+        assert!((across - 20.0).abs() < 0.15, "{across}");
         for &[a, b, c] in &faces {
             assert!((flat[b] - flat[a]).perp_dot(flat[c] - flat[a]) < 0.0);
         }

@@ -31,8 +31,9 @@ const GAP: usize = 14;
 const FINEST_SCALE: f64 = 6.0;
 const SCALE_STEP: f64 = 0.985;
 
-/// The soft toy: a closed surface of genus 0 about 310 mm high and 200 mm wide, of more than 5,000 faces, with a texture of 18 charts and
-/// 1024 x 1024 texels. It stands upright (head towards -y) and looks towards -z. Left and right differ everywhere.
+/// The soft toy: a closed surface of genus 0 about 310 mm high and 200 mm wide, of 7,100 faces, with 18 charts in a
+/// texture of 1024 x 1024 texels. It stands upright (head towards -y) and looks towards -z. Left and right differ
+/// everywhere.
 ///
 /// ```
 /// use deepsft_geometry::Topology;
@@ -130,8 +131,9 @@ mod tests {
         }
         stretch.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| stretch[(share * (stretch.len() - 1) as f64) as usize];
-        // Area in the texture per area of the surface, between its 2nd and 98th percentile: a ball cannot be laid flat.
-        assert!(at(0.98) / at(0.02) < 2.5, "{}", at(0.98) / at(0.02));
+        // Area in the texture per area of the surface, between its 2nd and 98th percentile: a half ball laid flat as a disc
+        // that keeps lengths along its meridians has from 1 to pi / 2, and the muzzle and the feet come on top.
+        assert!(at(0.98) / at(0.02) < 3.0, "{}", at(0.98) / at(0.02));
         // A disc has Euler characteristic 1, and there is no hole in any chart: as many as there are charts.
         let topology = Topology::of(mesh).unwrap();
         let mut apart = mesh.edges().len() as i64;
