@@ -45,10 +45,10 @@ pub(crate) fn flattened(vertices: &[DVec3], faces: &[[usize; 3]], start: Vec<DVe
         for (rotation, (face, (shape, cotangents))) in rotations.iter_mut().zip(faces.iter().zip(&shapes)) {
             // The best rotation of a plane as a complex number: sum of conj(rest) times deformed.
             let mut sum = DVec2::ZERO;
-            for k in 0..3 {
+            for (k, weight) in cotangents.iter().enumerate() {
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
                 let (rest, now) = (shape[j] - shape[i], flat[face[j]] - flat[face[i]]);
-                sum += cotangents[k] * DVec2::new(rest.dot(now), rest.perp_dot(now));
+                sum += *weight * DVec2::new(rest.dot(now), rest.perp_dot(now));
             }
             *rotation = sum.normalize_or(*rotation);
         }
