@@ -54,8 +54,11 @@ enum Command {
     Poster(commands::poster::PosterArguments),
     /// Write a synthetic data set of a template: images with exact depth and registration.
     Synth(commands::synth::SynthArguments),
-    /// Train a network for a template on synthetic images made on the fly.
+    /// Train a network for a template: on synthetic images made on the fly, then on an RGB-D recording.
     Train(commands::train::TrainArguments),
+    /// Simulate and check RGB-D recordings, which training steps 2 and 3 learn from.
+    #[command(subcommand)]
+    Recording(commands::recording::RecordingCommand),
     /// Measure a model against ground truth.
     Eval(commands::eval::EvalArguments),
     /// Measure what refinement and tracking are worth, and how errors grow with what makes a frame hard.
@@ -72,6 +75,9 @@ enum Command {
     /// Measure ARAP completion: how well hidden parts are recovered, how fast.
     #[command(subcommand)]
     Completion(commands::completion::CompletionCommand),
+    /// Print what a network is made of and what it costs.
+    #[command(subcommand)]
+    Network(commands::network::NetworkCommand),
     /// Look after model bundles.
     #[command(subcommand)]
     Bundle(commands::bundle::BundleCommand),
@@ -83,6 +89,7 @@ fn main() -> ExitCode {
         Command::Poster(arguments) => commands::poster::run(&arguments),
         Command::Synth(arguments) => commands::synth::run(&arguments),
         Command::Train(arguments) => commands::train::run(&arguments),
+        Command::Recording(command) => commands::recording::run(&command),
         Command::Eval(arguments) => commands::eval::run(&arguments),
         Command::Study(command) => commands::study::run(&command),
         Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
@@ -90,6 +97,7 @@ fn main() -> ExitCode {
         Command::Clip(arguments) => commands::clip::run(&arguments),
         Command::Bench(arguments) => commands::bench::run(&arguments),
         Command::Completion(command) => commands::completion::run(&command),
+        Command::Network(command) => commands::network::run(&command),
         Command::Bundle(command) => commands::bundle::run(&command),
     };
     match result {

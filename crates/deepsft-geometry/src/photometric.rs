@@ -56,7 +56,7 @@ fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, 
 }
 
 /// How often `texture` is to be halved before one of its texels covers about a pixel of the frame.
-fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
+pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
     let (mut area, mut count) = (0.0, 0_usize);
     for pixel in (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel)) {
         if let Some([dx, dy]) = central_differences(maps, pixel) {

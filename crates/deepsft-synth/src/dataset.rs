@@ -31,7 +31,7 @@ const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
 const LARGEST_ENTRY: u64 = 64 << 20;
 
 /// Longest side of a picture that is decoded, pixels.
-const LONGEST_SIDE: u32 = 8192;
+pub(crate) const LONGEST_SIDE: u32 = 8192;
 
 /// Version of the layout described above, written into `dataset.json`.
 const FORMAT_VERSION: u32 = 1;
@@ -59,7 +59,7 @@ struct SampleJson {
 
 /// A camera in JSON: the fields of `camera.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct CameraJson {
+pub(crate) struct CameraJson {
     width: u32,
     height: u32,
     fx: f64,
@@ -71,7 +71,7 @@ struct CameraJson {
 }
 
 impl CameraJson {
-    fn new(camera: &Camera) -> Self {
+    pub(crate) fn new(camera: &Camera) -> Self {
         let (focal, principal) = (camera.focal(), camera.principal_point());
         Self {
             width: camera.width(),
@@ -84,7 +84,7 @@ impl CameraJson {
         }
     }
 
-    fn camera(&self) -> Result<Camera, SynthError> {
+    pub(crate) fn camera(&self) -> Result<Camera, SynthError> {
         let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, self.cx, self.cy)?;
         Ok(camera.with_distortion(self.distortion)?)
     }

@@ -1,6 +1,7 @@
 //! What can go wrong in synthesis and data sets.
 
 use deepsft_geometry::GeometryError;
+use std::path::PathBuf;
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -102,6 +103,14 @@ pub enum SynthError {
         depth_mm: f32,
         /// Index of the sample.
         index: u64,
+    },
+    /// A file of an RGB-D recording cannot be used.
+    #[error("{reason}: {path}")]
+    Recording {
+        /// What is wrong with it.
+        reason: String,
+        /// The file.
+        path: PathBuf,
     },
     /// A camera, mesh, map or picture was refused.
     #[error(transparent)]

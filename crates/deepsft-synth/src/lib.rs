@@ -30,6 +30,7 @@ mod passing;
 mod photometry;
 mod pose;
 mod poster;
+mod recording;
 mod relaxation;
 mod sampling;
 mod scene;
@@ -57,6 +58,11 @@ pub use pose::{PoseConfig, sample_pose, share_in_view};
 pub use poster::{
     POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
     poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
+};
+pub use recording::{
+    ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
+    RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
+    encode_depth_png, encode_jpeg, encode_mask_png,
 };
 pub use scene::Scene;
 pub use synthesizer::{Sample, Synthesizer};

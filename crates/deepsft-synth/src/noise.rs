@@ -14,6 +14,8 @@ pub(crate) enum Stream {
     Pool,
     Motion,
     Disturbance,
+    Recording,
+    DepthNoise,
 }
 
 /// The generator of a purpose within sample `index` of the data set `seed`.

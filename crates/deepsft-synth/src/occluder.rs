@@ -233,6 +233,11 @@ pub(crate) struct Placed {
 }
 
 impl Occluder {
+    /// Whether it is a body, with a size in mm, and none of the paper's discs.
+    pub(crate) fn is_body(&self) -> bool {
+        !self.in_pixels
+    }
+
     /// Lays the occluder into the image of `sheet`; `None` when its anchor is behind the camera.
     pub(crate) fn place(&self, sheet: &Held<'_>) -> Option<Placed> {
         let (origin, axis, scale) = match self.anchor {
@@ -314,22 +319,12 @@ impl Placed {
 
     /// Row-major pixels whose centre the front parts cover.
     pub(crate) fn covered_pixels(&self, frame: &Frame) -> Vec<usize> {
-        let mut pixels = Vec::new();
-        for part in &self.front {
-            let (columns, rows) = frame.window(part.figure.bounds());
-            for row in rows {
-                let at = |column: usize| row * frame.width + column;
-                pixels.extend(
-                    columns
-                        .clone()
-                        .map(at)
-                        .filter(|&pixel| part.figure.distance(frame.centre(pixel)) < 0.0),
-                );
-            }
-        }
-        pixels.sort_unstable();
-        pixels.dedup();
-        pixels
+        covered_by(&self.front, frame)
+    }
+
+    /// Row-major pixels whose centre the parts behind the sheet cover.
+    pub(crate) fn covered_behind(&self, frame: &Frame) -> Vec<usize> {
+        covered_by(&self.behind, frame)
     }
 
     /// Paints what is behind the sheet.
@@ -407,6 +402,26 @@ impl Placed {
             });
         }
     }
+}
+
+/// Row-major pixels whose centre some parts cover.
+fn covered_by(parts: &[Part], frame: &Frame) -> Vec<usize> {
+    let mut pixels = Vec::new();
+    for part in parts {
+        let (columns, rows) = frame.window(part.figure.bounds());
+        for row in rows {
+            let at = |column: usize| row * frame.width + column;
+            pixels.extend(
+                columns
+                    .clone()
+                    .map(at)
+                    .filter(|&pixel| part.figure.distance(frame.centre(pixel)) < 0.0),
+            );
+        }
+    }
+    pixels.sort_unstable();
+    pixels.dedup();
+    pixels
 }
 
 #[cfg(test)]

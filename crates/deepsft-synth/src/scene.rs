@@ -13,7 +13,7 @@ use crate::silhouette::silhouette;
 use crate::synthesizer::{Sample, Synthesizer};
 use crate::texture::Texture;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
-use deepsft_geometry::{Maps, Picture};
+use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::borrow::Cow;
@@ -219,6 +219,24 @@ impl<'a> Scene<'a> {
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         let image = self.develop(light, noise_seed);
         Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
+    }
+
+    /// Takes the paper's discs away, which have a size in pixels: hands and things stay.
+    pub(crate) fn keep_bodies(&mut self) {
+        self.occluders.retain(Occluder::is_body);
+    }
+
+    /// The occluders as another camera sees them, however much they cover; `vertices_camera` are in its frame.
+    pub(crate) fn bodies(&self, camera: &Camera, vertices_camera: &[DVec3]) -> Vec<Placed> {
+        let held = Held {
+            outline: &self.synthesizer.outline,
+            vertices_camera,
+            camera,
+        };
+        self.occluders
+            .iter()
+            .filter_map(|occluder| occluder.place(&held))
+            .collect()
     }
 
     /// Pixels of a sheet's front in view before occluders.

@@ -32,6 +32,24 @@ impl ImageSheet {
         self.0.maps()
     }
 
+    /// Calls `each(row-major pixel, depth in mm, cosine of the angle of incidence)` for every pixel whose centre sees the
+    /// sheet, front or back.
+    pub(crate) fn each_seen(&self, mut each: impl FnMut(usize, f64, f64)) {
+        let width = self.0.camera().width() as usize;
+        for (index, column, row) in self.0.window().pixels() {
+            let triangle = self
+                .0
+                .centres()
+                .triangle(index)
+                .and_then(|face| self.0.triangles()[face].as_ref());
+            let Some(triangle) = triangle else { continue };
+            let at = self.0.centres().position(column, row);
+            let ray = self.0.camera().ray_from_pixel(at).extend(1.0).normalize();
+            let cosine = -triangle.normal(at.x, at.y).as_dvec3().dot(ray);
+            each(row * width + column, triangle.depth_mm(at.x, at.y), cosine);
+        }
+    }
+
     /// Number of pixels whose centre sees the front and for which `counts(column, row)` holds.
     pub(crate) fn front_area(&self, counts: impl Fn(usize, usize) -> bool) -> usize {
         self.0.front().filter(|&(column, row, ..)| counts(column, row)).count()

@@ -2,8 +2,27 @@
 
 use crate::targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{NetworkConfig, PIXELS_PER_CELL};
+use deepsft::{DepthRange, NetworkConfig, PIXELS_PER_CELL};
 use deepsft_synth::Sample;
+
+/// What the targets of a compact network depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetShape {
+    /// Bins for u, v and depth.
+    pub bins: [usize; 3],
+    /// Depths the network can say.
+    pub depth_range: DepthRange,
+}
+
+impl TargetShape {
+    /// For the network of `config`; `None` if it is not a compact one.
+    pub fn of(config: &NetworkConfig) -> Option<Self> {
+        config.as_compact().map(|compact| Self {
+            bins: compact.bins,
+            depth_range: config.depth_range,
+        })
+    }
+}
 
 /// Number and size of the windows of a batch; sides in pixels, multiples of 16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +59,7 @@ impl BatchShape {
 /// N windows of synthetic frames with what the network should say of them, row-major.
 pub struct Batch {
     shape: BatchShape,
-    bins: [usize; 3],
+    targets: TargetShape,
     /// [N, 3, H, W], 0..=1.
     images: Vec<f32>,
     /// Pixel (x, y) of the frame where each window begins, [N, 2].
@@ -89,10 +108,10 @@ fn frame_weight(cells: f32) -> f32 {
 
 impl Batch {
     /// Room for a batch of `shape`, to be filled with [`Batch::push`].
-    pub fn new(shape: BatchShape, network: &NetworkConfig) -> Self {
+    pub fn new(shape: BatchShape, targets: TargetShape) -> Self {
         Self {
             shape,
-            bins: network.bins,
+            targets,
             images: Vec::with_capacity(shape.frames * 3 * shape.width * shape.height),
             corners: Vec::with_capacity(2 * shape.frames),
             mask: Vec::with_capacity(shape.frames * shape.width * shape.height),
@@ -105,7 +124,7 @@ impl Batch {
 
     /// Adds the window of `sample` whose corner is pixel (`left`, `top`); pixels past the frame's
     /// edge are black and outside the object.
-    pub fn push(&mut self, sample: &Sample, left: usize, top: usize, network: &NetworkConfig) {
+    pub fn push(&mut self, sample: &Sample, left: usize, top: usize) {
         let BatchShape { width, height, .. } = self.shape;
         let image = &sample.image;
         let truth = &sample.truth;
@@ -130,7 +149,7 @@ impl Batch {
             }
         }
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
-        let cells = CellTargets::of_window(truth, network.depth_range, left, top, columns, rows);
+        let cells = CellTargets::of_window(truth, self.targets.depth_range, left, top, columns, rows);
         for k in 0..3 {
             self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }
@@ -140,9 +159,9 @@ impl Batch {
         let coarse = cells.coarse();
         for k in 0..3 {
             let start = self.bin_targets[k].len();
-            self.bin_targets[k].resize(start + self.bins[k] * coarse.len(), 0.0);
+            self.bin_targets[k].resize(start + self.targets.bins[k] * coarse.len(), 0.0);
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
-                two_bins(coordinates[k], self.bins[k], |bin, share| {
+                two_bins(coordinates[k], self.targets.bins[k], |bin, share| {
                     self.bin_targets[k][start + bin * coarse.len() + i] = share;
                 });
             }
@@ -163,7 +182,7 @@ impl Batch {
         let tensor =
             |values: Vec<f32>, shape: [usize; 4]| Tensor::<4>::from_data(TensorData::new(values, shape), device);
         let [u, v, d] = self.bin_targets;
-        let bins = |values, k: usize| tensor(values, [n, self.bins[k], h / 2, w / 2]);
+        let bins = |values, k: usize| tensor(values, [n, self.targets.bins[k], h / 2, w / 2]);
         BatchTensors {
             images: tensor(self.images, [n, 3, height, width]),
             corners: tensor(self.corners, [n, 2, 1, 1]),

@@ -27,6 +27,9 @@ pub struct CurvePoint {
     pub depth_rmse_mm: Option<f64>,
     /// Mean mask IoU.
     pub mask_iou: Option<f64>,
+    /// Median of the photometric error E_pr, intensities in 0..=1; of steps 2 and 3.
+    #[serde(default)]
+    pub photometric_error: Option<f64>,
 }
 
 /// Where a training stands.
@@ -44,6 +47,18 @@ pub struct Checkpoint {
     pub seed: u64,
     /// The curve so far.
     pub curve: Vec<CurvePoint>,
+}
+
+/// A checkpoint that was read.
+pub struct Saved {
+    /// Where the training stood.
+    pub state: Checkpoint,
+    /// The network as it was trained.
+    pub network: Network,
+    /// The average of its weights, where there was one.
+    pub average: Option<Network>,
+    /// The optimiser.
+    pub optimizer: ModuleOptimizer,
 }
 
 const STATE: &str = "state.json";
@@ -76,7 +91,7 @@ impl CheckpointFolder {
             .find(|f| f.join(STATE).is_file())
     }
 
-    /// Saves a checkpoint.
+    /// Saves a checkpoint; `average` is the average of the weights where there is one.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] names the file.
@@ -84,7 +99,7 @@ impl CheckpointFolder {
         &self,
         state: &Checkpoint,
         network: &Network,
-        average: &Network,
+        average: Option<&Network>,
         optimizer: &ModuleOptimizer,
     ) -> Result<(), TrainError> {
         let fresh = self.beside(".new");
@@ -94,11 +109,11 @@ impl CheckpointFolder {
         }
         fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
         let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
-        let files = [
+        let mut files = vec![
             (NETWORK, record(network)),
-            (AVERAGE, record(average)),
             (OPTIMIZER, optimizer.into_bytes().map_err(|e| e.to_string())),
         ];
+        files.extend(average.map(|average| (AVERAGE, record(average))));
         for (name, bytes) in files {
             let path = fresh.join(name);
             let bytes = bytes.map_err(|reason| TrainError::Checkpoint {
@@ -123,19 +138,20 @@ impl CheckpointFolder {
         fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))
     }
 
-    /// Loads the newest whole checkpoint into `network` and `optimizer`; `None` when there is none.
-    /// Returned are the state, the network, its average and the optimiser.
+    /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
+    /// running statistics of batch normalisation) and `optimizer`; `None` when there is none. Returned are the state,
+    /// the network, its average and the optimiser.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,
     /// [`TrainError::CheckpointMismatch`] when it was made with another configuration or seed.
     pub fn load(
         &self,
-        network: Network,
+        make_network: impl Fn() -> Result<Network, TrainError>,
         optimizer: ModuleOptimizer,
         fingerprint: &str,
         seed: u64,
-    ) -> Result<Option<(Checkpoint, Network, Network, ModuleOptimizer)>, TrainError> {
+    ) -> Result<Option<Saved>, TrainError> {
         let Some(folder) = self.existing() else { return Ok(None) };
         let bytes = |name: &str| {
             let path = folder.join(name);
@@ -161,16 +177,21 @@ impl CheckpointFolder {
         let load = |name: &str| -> Result<Network, TrainError> {
             let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
             let record = record.map_err(|e| broken(name, e.to_string()))?;
-            network
-                .clone()
+            make_network()?
                 .try_load_record(record)
                 .map_err(|e| broken(name, e.to_string()))
         };
-        let (loaded, average) = (load(NETWORK)?, load(AVERAGE)?);
+        let network = load(NETWORK)?;
+        let average = folder.join(AVERAGE).is_file().then(|| load(AVERAGE)).transpose()?;
         let optimizer = optimizer
             .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
             .map_err(|e| broken(OPTIMIZER, e.to_string()))?;
-        Ok(Some((state, loaded, average, optimizer)))
+        Ok(Some(Saved {
+            state,
+            network,
+            average,
+            optimizer,
+        }))
     }
 }
 

@@ -23,6 +23,14 @@ pub enum TrainError {
         /// The checkpoint folder.
         path: PathBuf,
     },
+    /// A recording cannot be trained on.
+    #[error("{reason}: {path}")]
+    Recording {
+        /// What is in the way.
+        reason: String,
+        /// The recording.
+        path: PathBuf,
+    },
     /// The loss is no longer a number.
     #[error("loss is {loss} after {samples} samples; lower the learning rate")]
     Diverged {
@@ -30,6 +38,14 @@ pub enum TrainError {
         loss: f64,
         /// Samples seen.
         samples: u64,
+    },
+    /// This way of training is for another architecture.
+    #[error("a network of the architecture {actual} cannot be trained in this way, only {expected}")]
+    Architecture {
+        /// Architecture of the network.
+        actual: &'static str,
+        /// Architecture that is trained so.
+        expected: &'static str,
     },
     /// A worker that makes samples stopped.
     #[error("a data worker stopped before the training did")]

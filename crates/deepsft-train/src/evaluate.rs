@@ -2,7 +2,7 @@
 
 use crate::TrainError;
 use burn::tensor::Device;
-use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network, images_to_tensor, read_maps};
+use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Refinement, Template, photometric_error};
 use deepsft_synth::{Sample, Synthesizer};
@@ -237,9 +237,7 @@ pub(crate) fn watch(network: &Network, samples: &[Sample], device: &Device) -> R
     let [width, height] = network.config().template_size_mm;
     let mut frames = Vec::new();
     for sample in samples.iter().filter(|s| s.has_template) {
-        let output = network.forward(images_to_tensor(&[&sample.image], device));
-        let read = read_maps(network, output, sample.image.width(), sample.image.height());
-        for maps in pollster::block_on(read)? {
+        for maps in pollster::block_on(network.infer(&[&sample.image], device))? {
             frames.push(frame_metrics(
                 &maps,
                 &sample.truth,

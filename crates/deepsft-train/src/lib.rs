@@ -5,24 +5,38 @@
 mod average;
 mod batch;
 mod checkpoint;
+mod config;
 mod error;
 mod evaluate;
 mod export;
 mod loader;
 mod loss;
+mod optimizer;
+mod recorded_frames;
+mod refinement;
 mod schedule;
 mod study;
 mod targets;
 mod trainer;
 
+/// What a training computes on, see `deepsft::start_device`.
+pub use burn::tensor::Device;
+
 pub use batch::{Batch, BatchShape, BatchTensors};
 pub use checkpoint::{Checkpoint, CurvePoint};
+pub use config::{Budget, RefinementSteps, TrainConfig};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
 pub use export::export_bundle;
-pub use loss::{LossWeights, Losses, step_one_loss};
+pub use loss::{
+    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, TexturePyramid,
+    squared_total_variation, step_one_loss,
+};
+pub use optimizer::{LearningRate, Optimizer};
+pub use recorded_frames::TrainingFrame;
+pub use refinement::{MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, refine};
 pub use schedule::Schedule;
 pub use study::{
     StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,
 };
-pub use trainer::{Budget, Progress, TrainConfig, Trained, train};
+pub use trainer::{Progress, Trained, train};

@@ -1,8 +1,7 @@
 //! Batches made on the fly by worker threads, in an order that depends on nothing but the seed.
 
 use crate::TrainError;
-use crate::batch::{Batch, BatchShape};
-use deepsft::NetworkConfig;
+use crate::batch::{Batch, BatchShape, TargetShape};
 use deepsft_synth::{Sample, Synthesizer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -33,16 +32,22 @@ struct Request {
 }
 
 impl Loader {
-    /// Starts `workers` threads.
-    pub fn start(synthesizer: &Arc<Synthesizer>, network: &NetworkConfig, seed: u64, workers: usize) -> Self {
+    /// Starts `workers` threads. With `epoch_samples` the same samples come again after so many, in another order.
+    pub fn start(
+        synthesizer: &Arc<Synthesizer>,
+        targets: TargetShape,
+        seed: u64,
+        epoch_samples: Option<u64>,
+        workers: usize,
+    ) -> Self {
         let (mut requests, mut batches) = (Vec::new(), Vec::new());
         for _ in 0..workers.max(1) {
             let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
-            let (synthesizer, network) = (Arc::clone(synthesizer), network.clone());
+            let synthesizer = Arc::clone(synthesizer);
             std::thread::spawn(move || {
                 for request in request_receiver {
-                    let batch = make_batch(&synthesizer, &network, seed, &request);
+                    let batch = make_batch(&synthesizer, targets, seed, epoch_samples, &request);
                     if batch_sender.send(batch).is_err() {
                         break;
                     }
@@ -87,20 +92,46 @@ impl Loader {
     }
 }
 
-fn make_batch(synthesizer: &Synthesizer, network: &NetworkConfig, seed: u64, request: &Request) -> Batch {
-    let mut batch = Batch::new(request.shape, network);
+fn make_batch(
+    synthesizer: &Synthesizer,
+    targets: TargetShape,
+    seed: u64,
+    epoch_samples: Option<u64>,
+    request: &Request,
+) -> Batch {
+    let mut batch = Batch::new(request.shape, targets);
     let mut made: Option<(u64, Sample)> = None;
     for window in request.first_sample..request.first_sample + request.shape.frames as u64 {
-        let index = window / request.shape.windows_a_frame();
+        let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
         let sample = match made.take() {
             Some((made_index, sample)) if made_index == index => sample,
             _ => synthesizer.sample(seed, index),
         };
         let (left, top) = window_corner(&sample, request.shape, seed, window);
-        batch.push(&sample, left, top, network);
+        batch.push(&sample, left, top);
         made = Some((index, sample));
     }
     batch
+}
+
+/// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, in an order of the
+/// epoch's own: a prime that is no divisor of the number of samples steps through all of them.
+fn sample_index(position: u64, epoch_samples: Option<u64>) -> u64 {
+    const STEP: u64 = 2_147_483_647;
+    match epoch_samples {
+        None => position,
+        Some(samples) => {
+            let samples = samples.max(1);
+            let (epoch, place) = (position / samples, position % samples);
+            let step = if samples.is_multiple_of(STEP) {
+                1
+            } else {
+                STEP % samples
+            };
+            let start = epoch.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+            ((u128::from(place) * u128::from(step) + u128::from(start)) % u128::from(samples)) as u64
+        }
+    }
 }
 
 /// Corner of window number `index` in its sample: mostly around a random pixel of the object, so that
@@ -125,4 +156,27 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
         );
     }
     (rng.random_range(0..=spare_x), rng.random_range(0..=spare_y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_comes_once_an_epoch_in_another_order() {
+        for samples in [1, 10, 47, 1000] {
+            let epoch = |number: u64| -> Vec<u64> {
+                (number * samples..(number + 1) * samples)
+                    .map(|position| sample_index(position, Some(samples)))
+                    .collect()
+            };
+            for number in [0, 1, 7] {
+                let mut sorted = epoch(number);
+                sorted.sort_unstable();
+                assert_eq!(sorted, (0..samples).collect::<Vec<_>>());
+            }
+            assert!(samples == 1 || epoch(0) != epoch(1), "{samples}");
+        }
+        assert_eq!(sample_index(123, None), 123);
+    }
 }

@@ -1,9 +1,57 @@
-//! The loss of training step 1 (paper, section 4): registration and depth of the main block and of
-//! the refined maps, the mask, and the bins.
+//! The losses of the three training steps (paper, section 4). Here the one of step 1: registration and depth of the
+//! main block and of the refined maps, the mask, and the bins.
+
+mod bilinear_warp;
+mod depth_refinement;
+mod photo_consistency;
+mod total_variation;
+
+pub use bilinear_warp::TexturePyramid;
+pub use depth_refinement::DepthLoss;
+pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
+pub use total_variation::squared_total_variation;
 
 use crate::batch::BatchTensors;
 use burn::tensor::{Tensor, activation};
 use deepsft::{NetworkOutput, cross_entropy};
+
+/// What the sums over pixels and images of a refinement loss are divided by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reduction {
+    /// Nothing: the loss as the paper prints it.
+    Sum,
+    /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object.
+    Mean,
+}
+
+/// The loss of a refinement step and its parts, each [1].
+#[derive(Clone, Debug)]
+pub struct RefinementLoss {
+    /// What is minimised.
+    pub total: Tensor<1>,
+    /// The part of the data.
+    pub data: Tensor<1>,
+    /// The weighted total variation.
+    pub total_variation: Tensor<1>,
+}
+
+impl RefinementLoss {
+    /// The sums over the pixels that `counts` [N, 1, H, W], reduced.
+    fn reduced(data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>, reduction: Reduction) -> Self {
+        let (data, total_variation) = match reduction {
+            Reduction::Sum => (data, total_variation),
+            Reduction::Mean => {
+                let pixels = counts.sum().clamp_min(1.0);
+                (data / pixels.clone(), total_variation / pixels)
+            }
+        };
+        Self {
+            total: data.clone() + total_variation.clone(),
+            data,
+            total_variation,
+        }
+    }
+}
 
 /// Weight of each term, and the width of the quadratic part of the robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]

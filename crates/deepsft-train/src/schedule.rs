@@ -38,6 +38,19 @@ impl Default for Schedule {
 }
 
 impl Schedule {
+    /// Whole frames at one rate: batches of `frames`.
+    pub fn constant(rate: f64, frames: usize) -> Self {
+        let frames = BatchShape::whole_frames(frames);
+        Self {
+            peak: rate,
+            end_share: 1.0,
+            warm_up: 1,
+            window_share: 0.0,
+            windows: frames,
+            frames,
+        }
+    }
+
     /// Learning rate of step `step` when the share `progress` (0..=1) of the budget is spent.
     pub fn learning_rate(&self, step: u64, progress: f64) -> f64 {
         let warm = ((step + 1) as f64 / self.warm_up.max(1) as f64).min(1.0);

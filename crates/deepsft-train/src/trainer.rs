@@ -2,81 +2,26 @@
 
 use crate::TrainError;
 use crate::average::WeightAverage;
+use crate::batch::TargetShape;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
+use crate::config::{Budget, TrainConfig};
 use crate::evaluate::{held_out, watch};
 use crate::loader::Loader;
-use crate::loss::{LossWeights, step_one_loss};
-use crate::schedule::Schedule;
-use burn::grad_clipping::GradientClippingConfig;
+use crate::loss::step_one_loss;
 use burn::module::Module;
-use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::GradientsParams;
 use burn::tensor::Device;
 use deepsft::{Network, NetworkConfig};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_synth::Synthesizer;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// When a training ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Budget {
-    /// After this many seconds of training (of all its runs together).
-    Seconds(f64),
-    /// After this many samples. Deterministic on the CPU.
-    Samples(u64),
-}
 
 impl Budget {
     fn progress(&self, state: &Checkpoint) -> f64 {
         match *self {
             Self::Seconds(seconds) => state.seconds / seconds.max(f64::MIN_POSITIVE),
             Self::Samples(samples) => state.samples as f64 / samples.max(1) as f64,
-        }
-    }
-}
-
-/// How to train.
-#[derive(Clone, Debug)]
-pub struct TrainConfig {
-    /// When to end.
-    pub budget: Budget,
-    /// Seed of weights and data.
-    pub seed: u64,
-    /// Seed of the held-out set; never trained on.
-    pub held_out_seed: u64,
-    /// Frames of the held-out set.
-    pub held_out_frames: u64,
-    /// Seconds between two evaluations, each of which saves a checkpoint.
-    pub evaluate_every: f64,
-    /// Folder of the checkpoint.
-    pub checkpoint: PathBuf,
-    /// Go on from the checkpoint if there is one.
-    pub resume: bool,
-    /// Learning rate and windows.
-    pub schedule: Schedule,
-    /// Weights of the loss.
-    pub loss: LossWeights,
-    /// Decay a step of the average of the weights.
-    pub average_decay: f64,
-    /// Threads that make samples.
-    pub workers: usize,
-}
-
-impl Default for TrainConfig {
-    fn default() -> Self {
-        Self {
-            budget: Budget::Seconds(600.0),
-            seed: 1,
-            held_out_seed: 0x7e57,
-            held_out_frames: 48,
-            evaluate_every: 120.0,
-            checkpoint: PathBuf::from("runs/checkpoint"),
-            resume: false,
-            schedule: Schedule::default(),
-            loss: LossWeights::default(),
-            average_decay: 0.998,
-            workers: 2,
         }
     }
 }
@@ -119,8 +64,8 @@ pub struct Trained {
 /// differentiation is switched on here), and reports through `report`.
 ///
 /// # Errors
-/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss that is no
-/// longer finite, or a device that fails.
+/// [`TrainError`] for a network that is not a compact one, a checkpoint that cannot be read, written or continued, a
+/// loss that is no longer finite, or a device that fails.
 pub fn train(
     synthesizer: &Arc<Synthesizer>,
     network_config: &NetworkConfig,
@@ -128,10 +73,15 @@ pub fn train(
     device: &Device,
     mut report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
+    let wrong_architecture = || TrainError::Architecture {
+        actual: network_config.architecture.name(),
+        expected: "compact",
+    };
+    let targets = TargetShape::of(network_config).ok_or_else(wrong_architecture)?;
     let differentiable = device.clone().autodiff();
     device.seed(config.seed);
     let mut network = network_config.init(&differentiable);
-    let mut optimizer = optimizer();
+    let mut optimizer = config.optimizer.init();
     let folder = CheckpointFolder::new(&config.checkpoint);
     let fingerprint = fingerprint(synthesizer, network_config);
     let mut state = Checkpoint {
@@ -141,11 +91,16 @@ pub fn train(
     };
     let mut average = WeightAverage::new(&network, config.average_decay);
     if config.resume
-        && let Some((saved, loaded, averaged, loaded_optimizer)) =
-            folder.load(network.clone(), self::optimizer(), &fingerprint, config.seed)?
+        && let Some(saved) = folder.load(
+            || Ok(network_config.init(&differentiable)),
+            config.optimizer.init(),
+            &fingerprint,
+            config.seed,
+        )?
     {
-        average = WeightAverage::resume(&averaged, config.average_decay, saved.step);
-        (network, optimizer, state) = (loaded, loaded_optimizer, saved);
+        let averaged = saved.average.as_ref().unwrap_or(&saved.network);
+        average = WeightAverage::resume(averaged, config.average_decay, saved.state.step);
+        (network, optimizer, state) = (saved.network, saved.optimizer, saved.state);
         report(Progress::Resumed {
             samples: state.samples,
             seconds: state.seconds,
@@ -153,7 +108,7 @@ pub fn train(
     }
 
     let validation = held_out(synthesizer, config.held_out_seed, config.held_out_frames);
-    let mut loader = Loader::start(synthesizer, network_config, config.seed, config.workers);
+    let mut loader = Loader::start(synthesizer, targets, config.seed, config.epoch_samples, config.workers);
     let mut asked_samples = state.samples;
     let (mut loss_sum, mut loss_count) = (0.0, 0_u64);
     let mut last_evaluation = state.seconds;
@@ -176,7 +131,7 @@ pub fn train(
             };
             let point = curve_point(&state, loss, config.schedule.learning_rate(state.step, share), &watched);
             state.curve.push(point);
-            folder.save(&state, &network.valid(), &plain, &optimizer)?;
+            folder.save(&state, &network.valid(), Some(&plain), &optimizer)?;
             report(Progress::Evaluated(point));
             (loss_sum, loss_count) = (0.0, 0);
             last_evaluation = state.seconds;
@@ -193,7 +148,8 @@ pub fn train(
         let batch = loader.take()?;
         let frames = batch.frames() as u64;
         let tensors = batch.into_tensors(&differentiable);
-        let output = network.forward_windows(tensors.images.clone(), &tensors.corners);
+        let compact = network.as_compact().ok_or_else(wrong_architecture)?;
+        let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
         let losses = step_one_loss(output, &tensors, &config.loss);
         let loss = f64::from(losses.total.clone().into_scalar::<f32>());
         if !loss.is_finite() {
@@ -221,14 +177,6 @@ pub fn train(
     Ok(Trained { network, state })
 }
 
-fn optimizer() -> ModuleOptimizer {
-    AdamWConfig::new()
-        .with_weight_decay(1e-4)
-        .with_epsilon(1e-8)
-        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
-        .init()
-}
-
 fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[FrameMetrics]) -> CurvePoint {
     let summary = |metric: fn(&FrameMetrics) -> Option<f64>| Summary::of(watched.iter().map(metric));
     let median = |metric| summary(metric).map(|s| s.median);
@@ -240,6 +188,7 @@ fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[Fra
         registration_rmse_px: median(|m| m.registration_rmse_px),
         depth_rmse_mm: median(|m| m.depth_rmse_mm),
         mask_iou: summary(|m| m.mask_iou).map(|s| s.mean),
+        photometric_error: None,
     }
 }
 

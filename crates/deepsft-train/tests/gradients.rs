@@ -3,7 +3,11 @@
 
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use deepsft::NetworkOutput;
-use deepsft_train::{BatchTensors, LossWeights, step_one_loss};
+use deepsft_geometry::Picture;
+use deepsft_train::{
+    BatchTensors, DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid,
+    squared_total_variation, step_one_loss,
+};
 
 /// Step of the central differences: their error is about step^2 times a third derivative of order
 /// one, and rounding divided by the step: both below 1e-9.
@@ -27,6 +31,152 @@ fn values(count: usize, scale: f64, seed: u64) -> Vec<f64> {
 
 fn tensor(values: &[f64], shape: [usize; 4], device: &Device) -> Tensor<4> {
     Tensor::from_data(TensorData::new(values.to_vec(), shape), (device, DType::F64))
+}
+
+/// Checks the gradient of `value`, a function of one map of `shape`, at `at` in every `stride`-th entry; gives the
+/// largest met. `tolerance` is absolute.
+fn check(
+    at: &[f64],
+    shape: [usize; 4],
+    stride: usize,
+    tolerance: f64,
+    value: impl Fn(Tensor<4>, &Device) -> Tensor<1>,
+) -> f64 {
+    let device = Device::flex();
+    let tracked = device.clone().autodiff();
+    let leaf = tensor(at, shape, &tracked).require_grad();
+    let gradients = value(leaf.clone(), &tracked).backward();
+    let gradient = leaf.grad(&gradients).unwrap().into_data().try_to_vec::<f64>().unwrap();
+    let mut largest = 0.0_f64;
+    for i in (0..gradient.len()).step_by(stride) {
+        let moved = |step: f64| {
+            let mut moved = at.to_vec();
+            moved[i] += step;
+            value(tensor(&moved, shape, &device), &device).into_scalar::<f64>()
+        };
+        let numeric = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+        assert!(
+            (gradient[i] - numeric).abs() < tolerance,
+            "entry {i}: {} and {numeric}",
+            gradient[i]
+        );
+        largest = largest.max(gradient[i].abs());
+    }
+    largest
+}
+
+const MAP: [usize; 4] = [2, 1, 6, 8];
+
+/// A mask of holes.
+fn mask(shape: [usize; 4], seed: u64) -> Vec<f64> {
+    let drawn = values(count(shape), 1.0, seed);
+    drawn.iter().map(|v| f64::from(*v > -0.6)).collect()
+}
+
+#[test]
+fn the_gradient_of_total_variation_agrees_with_central_differences() {
+    let largest = check(&values(count(MAP), 1.0, 21), MAP, 1, TOLERANCE, |maps, device| {
+        squared_total_variation(maps, tensor(&mask(MAP, 22), MAP, device))
+    });
+    assert!(largest > 1.0, "{largest}");
+}
+
+#[test]
+fn the_gradient_of_the_loss_of_step_two_agrees_with_central_differences() {
+    for reduction in [Reduction::Sum, Reduction::Mean] {
+        let loss = DepthLoss {
+            total_variation: 0.01,
+            reduction,
+        };
+        let measured = values(count(MAP), 1.0, 24);
+        let largest = check(&values(count(MAP), 1.0, 23), MAP, 1, TOLERANCE, |depth, device| {
+            let counts = tensor(&mask(MAP, 25), MAP, device);
+            loss.apply(depth, tensor(&measured, MAP, device), counts).total
+        });
+        assert!(largest > 0.01, "{largest}");
+    }
+}
+
+const REGISTRATION: [usize; 4] = [2, 2, 6, 8];
+
+/// Registrations that run over the template, a third of a texel (of level 0) away from every kink of the warp at least.
+fn registration() -> Vec<f64> {
+    let [n, _, h, w] = REGISTRATION;
+    let one = |image: usize, k: usize, i: usize| {
+        let (x, y) = ((i % w) as f64, (i / w) as f64);
+        // Texel positions 0.5 + whole + 0.35: kinks are at 0.5 + whole.
+        let texel = if k == 0 { x + image as f64 } else { y };
+        (texel.floor() + 0.5 + 0.35 + 0.02 * y) / TEXELS[k]
+    };
+    (0..n)
+        .flat_map(|image| (0..2).flat_map(move |k| (0..h * w).map(move |i| one(image, k, i))))
+        .collect()
+}
+
+const TEXELS: [f64; 2] = [12.0, 8.0];
+
+fn texture(device: &Device) -> TexturePyramid {
+    let picture = Picture::from_fn(TEXELS[0] as usize, TEXELS[1] as usize, |x, y| {
+        [
+            (40 + 13 * x + 3 * y) as u8,
+            (200 - 11 * y - x) as u8,
+            (60 + (x * y) % 90) as u8,
+        ]
+    });
+    TexturePyramid::new(&picture, device).cast(DType::F64)
+}
+
+#[test]
+fn the_gradient_of_the_warp_goes_through_its_weights() {
+    let weights = values(3 * 48, 1.0, 26);
+    let shape = [1, 2, 6, 8];
+    let at = &registration()[..96];
+    let largest = check(at, shape, 1, 1e-5, |registration, device| {
+        (texture(device).warp(0, registration) * tensor(&weights, [1, 3, 6, 8], device)).sum()
+    });
+    assert!(largest > 10.0, "{largest}");
+}
+
+#[test]
+fn beyond_the_texture_the_warp_is_constant() {
+    let device = Device::flex().autodiff();
+    // In every pixel one coordinate is outside; the other one may move.
+    let outside = tensor(&[-0.2, 1.3, 0.4, 0.6, 0.3, 0.7, -0.1, 1.4], [1, 2, 1, 4], &device).require_grad();
+    let gradients = texture(&device).warp(0, outside.clone()).sum().backward();
+    let gradient = outside
+        .grad(&gradients)
+        .unwrap()
+        .into_data()
+        .try_to_vec::<f64>()
+        .unwrap();
+    assert_eq!([gradient[0], gradient[1], gradient[6], gradient[7]], [0.0; 4]);
+    assert!(gradient[2].abs() > 1.0 && gradient[4].abs() > 1.0, "{gradient:?}");
+}
+
+#[test]
+fn the_gradient_of_the_loss_of_step_three_agrees_with_central_differences() {
+    let images: Vec<f64> = values(2 * 3 * 48, 0.2, 27).iter().map(|v| 0.5 + v).collect();
+    let pixels = [2, 1, 6, 8];
+    for (residual, half_size, cauchy_scale) in [(Residual::Squared, 0.5, 4.0), (Residual::Plain, 0.7, 20.0)] {
+        let loss = PhotoConsistencyLoss {
+            cauchy_scale,
+            residual,
+            half_size,
+            total_variation: 0.01,
+            // The fitted light is a constant to the gradient, which central differences cannot know.
+            light: Light::Ignored,
+            reduction: Reduction::Mean,
+        };
+        // Values of the loss are about 100, gradients per unit of u some 10: rounding is 1e-9 here, the third
+        // derivative of chi of the squared difference is steep.
+        let largest = check(&registration(), REGISTRATION, 1, 1e-4, |registration, device| {
+            let images = tensor(&images, [2, 3, 6, 8], device);
+            let inside = tensor(&mask(pixels, 28), pixels, device);
+            loss.apply(registration, &images, &inside, &texture(device), &[0, 1])
+                .total
+        });
+        assert!(largest > 0.1, "{largest}");
+    }
 }
 
 const CELLS: [usize; 4] = [1, 3, 2, 4];

@@ -3,7 +3,7 @@
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
-use deepsft::{Network, NetworkConfig};
+use deepsft::{Architecture, CompactConfig, Network, NetworkConfig};
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainError, train};
@@ -19,14 +19,14 @@ fn synthesizer() -> Arc<Synthesizer> {
 }
 
 fn tiny() -> NetworkConfig {
-    NetworkConfig {
+    let shape = CompactConfig {
         channels: [8, 8, 8, 8],
         blocks_at_32: 1,
         bins: [8, 8, 8],
         refinement_channels: 8,
         mask_channels: 8,
-        ..NetworkConfig::compact([180.0, 120.0], &training_camera())
-    }
+    };
+    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &training_camera())
 }
 
 fn config(checkpoint: &Path, resume: bool) -> TrainConfig {

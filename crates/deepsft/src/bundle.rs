@@ -150,7 +150,7 @@ impl ModelBundle {
         let (template, camera) = manifest.template(files)?;
         let bytes = Bytes::from_bytes_vec(manifest.listed(files, WEIGHTS_FILE)?.to_vec());
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
-        let network = manifest.network.init(&Device::flex()).fold();
+        let network = manifest.network.init_folded(&Device::flex());
         let network = network
             .try_load_record(record.cast_to_module_dtype())
             .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;

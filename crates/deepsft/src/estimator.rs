@@ -1,6 +1,6 @@
 //! The estimator: one image and its camera in, maps and a judgement of them out.
 
-use crate::network::{Network, images_to_tensor, read_maps};
+use crate::network::Network;
 use crate::photo_consistency::TemplateLuminance;
 use crate::{DeepSftError, FoundRule, MODEL_FILE, ModelBundle};
 use burn::module::Module;
@@ -101,8 +101,7 @@ impl Estimator {
         if actual != expected {
             return Err(GeometryError::MapSize { actual, expected }.into());
         }
-        let output = self.network.forward(images_to_tensor(&[canonical], &self.device));
-        let mut maps = read_maps(&self.network, output, actual.0, actual.1).await?;
+        let mut maps = self.network.infer(&[canonical], &self.device).await?;
         let mut maps = maps.pop().unwrap_or_else(|| Maps::empty(actual.0, actual.1));
         remove_islands(&mut maps, LEAST_PIECE);
         Ok(maps)

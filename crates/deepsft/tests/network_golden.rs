@@ -5,7 +5,7 @@
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{Network, NetworkConfig};
+use deepsft::{CompactNetwork, Network, NetworkConfig};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -92,9 +92,9 @@ fn golden() -> (Network, Tensor<4>, Arrays) {
 #[test]
 fn every_output_is_what_onnx_runtime_computes_from_the_same_weights() {
     let (network, image, expected) = golden();
-    let output = network.forward(image);
+    let output = network.as_compact().unwrap().forward(image);
     let [u, v, d] = output.bins;
-    let pixels = Network::at_pixels(output.refined.clone());
+    let pixels = CompactNetwork::at_pixels(output.refined.clone());
     let actual = [
         ("bins.0", u),
         ("bins.1", v),

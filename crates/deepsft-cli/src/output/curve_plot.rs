@@ -13,8 +13,8 @@ const LINE: [u8; 3] = [196, 61, 44];
 /// Size of one chart without its margins, pixels.
 const SIZE: (usize, usize) = (640, 190);
 
-/// Three charts, one below the other: registration, depth (both on logarithmic scales) and mask IoU.
-/// `None` when nothing was measured.
+/// Charts, one below the other: registration, depth (both on logarithmic scales), mask IoU, E_pr, and the training's loss;
+/// those without a value are left out. `None` when nothing was measured.
 pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
     let last = curve.last()?.samples as f64;
     let chart = |title: &str, logarithmic, value: fn(&CurvePoint) -> Option<f64>| Chart {
@@ -36,8 +36,17 @@ pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
         }),
         chart("depth RMSE, mm (median)", true, |p| p.depth_rmse_mm),
         chart("mask IoU (mean)", false, |p| p.mask_iou),
+        chart("E_pr, photometric error (median)", false, |p| p.photometric_error),
+        chart("training loss (mean since the last point)", true, |p| {
+            Some(p.loss).filter(|&loss| loss > 0.0)
+        }),
     ];
-    let (width, height) = charts[0].full_size();
+    let charts: Vec<Chart> = charts
+        .into_iter()
+        .filter(|chart| chart.curves.iter().any(|curve| !curve.points.is_empty()))
+        .collect();
+    let first = charts.first()?;
+    let (width, height) = first.full_size();
     let mut canvas = Canvas::new(width, charts.len() * height, PAPER);
     for (i, chart) in charts.iter().enumerate() {
         chart.draw(&mut canvas, 0, i * height);
@@ -60,6 +69,7 @@ mod tests {
             registration_rmse_px: Some(px),
             depth_rmse_mm: None,
             mask_iou: None,
+            photometric_error: None,
         };
         let plot = curve_plot(&[point(0, 40.0), point(1000, 2.0)]).unwrap();
         let row_of = |x: usize| (0..plot.height()).find(|&y| plot.pixel(x, y) == LINE).unwrap();

@@ -10,7 +10,13 @@ pub const CARD_FILE: &str = "CARD.md";
 pub const CURVE_FILE: &str = "curve.csv";
 
 /// The card: what the model is for, how it came about, how good it is.
-pub fn card(bundle: &ModelBundle, device: &DeviceDescription, curve: &[CurvePoint]) -> String {
+/// `refinement` is the table of steps 2 and 3, if they were trained.
+pub fn card(
+    bundle: &ModelBundle,
+    device: &DeviceDescription,
+    curve: &[CurvePoint],
+    refinement: Option<&str>,
+) -> String {
     let (card, size, camera) = (bundle.card(), bundle.template().size_mm(), bundle.camera());
     let (provenance, accuracy) = (&card.provenance, &card.accuracy);
     let figure = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.2}"));
@@ -20,6 +26,21 @@ pub fn card(bundle: &ModelBundle, device: &DeviceDescription, curve: &[CurvePoin
         .chain(curve.last().filter(|_| curve.len() > 1))
         .map(row)
         .collect();
+    let course = match refinement {
+        None => format!(
+            "\
+![Accuracy against samples seen](curve.png)
+
+`{CURVE_FILE}` is the whole curve, measured on held-out synthetic images; its ends are
+
+| samples | hours | loss | registration px | depth mm | mask IoU |
+|---|---|---|---|---|---|
+{first_and_last}"
+        ),
+        Some(table) => {
+            format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n")
+        }
+    };
     format!(
         "\
 # {name}
@@ -30,7 +51,7 @@ It knows no other object.
 
 ## How it came about
 
-Trained on synthetic images alone, with deepsft {version}:
+{origin}, with deepsft {version}:
 
     {command}
 
@@ -41,13 +62,7 @@ Trained on synthetic images alone, with deepsft {version}:
 | hours | {hours:.2} |
 | device | {kind}: {adapter} |
 
-![Accuracy against samples seen](curve.png)
-
-`{CURVE_FILE}` is the whole curve, measured on held-out synthetic images; its ends are
-
-| samples | hours | loss | registration px | depth mm | mask IoU |
-|---|---|---|---|---|---|
-{first_and_last}
+{course}
 ## Accuracy
 
 On {frames} held-out synthetic images: registration RMSE {px} px of the canonical image and depth RMSE
@@ -70,6 +85,11 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         focal = camera.focal().x,
         version = provenance.deepsft_version,
         command = provenance.command,
+        origin = if refinement.is_some() {
+            "Refined on an RGB-D recording (steps 2 and 3 of the paper)"
+        } else {
+            "Trained on synthetic images alone"
+        },
         seed = provenance.seed,
         samples = provenance.samples,
         hours = provenance.seconds / 3600.0,
@@ -100,7 +120,8 @@ fn row(point: &CurvePoint) -> String {
 
 /// The curve as comma-separated values with a line of names; a figure that no image has is left empty.
 pub fn curve_csv(curve: &[CurvePoint]) -> String {
-    let mut csv = "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou\n".to_owned();
+    let mut csv =
+        "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou,photometric_error\n".to_owned();
     for point in curve {
         let figure = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
         let cells = [
@@ -111,6 +132,7 @@ pub fn curve_csv(curve: &[CurvePoint]) -> String {
             figure(point.registration_rmse_px),
             figure(point.depth_rmse_mm),
             figure(point.mask_iou),
+            figure(point.photometric_error),
         ];
         csv.push_str(&cells.join(","));
         csv.push('\n');
@@ -132,11 +154,12 @@ mod tests {
             registration_rmse_px: None,
             depth_rmse_mm: Some(12.5),
             mask_iou: Some(0.0),
+            photometric_error: None,
         };
         let csv = curve_csv(&[point, point]);
         let lines: Vec<&str> = csv.lines().collect();
         assert_eq!(lines.len(), 3);
-        assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0");
+        assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0,");
         assert_eq!(lines[0].matches(',').count(), lines[1].matches(',').count());
     }
 }

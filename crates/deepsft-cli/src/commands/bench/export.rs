@@ -4,7 +4,7 @@ use super::{frame, physics};
 use crate::input;
 use crate::output::atomic;
 use anyhow::{Result, anyhow};
-use deepsft::{DeviceKind, ModelBundle, Network, NetworkConfig, encode_png, images_to_tensor, start_device};
+use deepsft::{CompactNetwork, DeviceKind, ModelBundle, NetworkConfig, encode_png, images_to_tensor, start_device};
 use deepsft_geometry::Picture;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -46,6 +46,14 @@ impl Values {
     }
 }
 
+/// The compact network of `bundle`: the other programs know how to write down no other.
+pub fn compact(bundle: &ModelBundle) -> Result<&CompactNetwork> {
+    bundle.network().as_compact().ok_or_else(|| {
+        let name = bundle.network().config().architecture.name();
+        anyhow!("only compact networks are compared with other programs, this one's architecture is {name}")
+    })
+}
+
 /// Writes the bundle's network, the camera frame `image`, the network's input for it and all that comes out, and the
 /// frames of the clip that the mesh is followed through.
 pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()> {
@@ -53,9 +61,9 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let canonical = estimator.canonical_image(image, &frame::camera(bundle)?)?;
     let images = images_to_tensor(&[&canonical], &device);
-    let output = bundle.network().forward(images.clone());
+    let output = compact(bundle)?.forward(images.clone());
     let [u, v, d] = output.bins;
-    let pixels = Network::at_pixels(output.refined.clone());
+    let pixels = CompactNetwork::at_pixels(output.refined.clone());
     let tensors = [
         ("images", images),
         ("bins.0", u),

@@ -5,7 +5,7 @@
 use super::frame;
 use crate::input;
 use anyhow::{Context, Result, bail, ensure};
-use deepsft::{DeviceKind, ModelBundle, Network, encode_png, images_to_tensor, start_device};
+use deepsft::{CompactNetwork, DeviceKind, ModelBundle, encode_png, images_to_tensor, start_device};
 use deepsft_geometry::Picture;
 use serde::{Deserialize, Serialize};
 use std::io::{BufRead, BufReader, Write, stdin, stdout};
@@ -247,6 +247,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let canonical = estimator.canonical_image(image, &camera)?;
     let tensor = images_to_tensor(&[&canonical], &device);
+    let network = super::export::compact(bundle)?;
     for question in stdin().lines() {
         let answer = match question?.as_str() {
             WHOLE_FRAME => {
@@ -263,8 +264,11 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
             NETWORK_ALONE => {
                 let mut ms = 0.0;
                 timed(&mut ms, || {
-                    let output = bundle.network().forward(tensor.clone());
-                    (Network::at_pixels(output.refined).into_data(), output.mask.into_data())
+                    let output = network.forward(tensor.clone());
+                    (
+                        CompactNetwork::at_pixels(output.refined).into_data(),
+                        output.mask.into_data(),
+                    )
                 });
                 ms.to_string()
             }

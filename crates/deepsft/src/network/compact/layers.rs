@@ -1,5 +1,6 @@
 //! Layers: weight-standardised convolutions, residual blocks, up-sampling.
 
+use crate::network::description::Cost;
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Distribution, Tensor, activation, module::conv2d, ops::ConvOptions};
 
@@ -92,6 +93,16 @@ impl Convolution {
         conv2d(x, weight, Some(self.bias.val()), options)
     }
 
+    /// What it costs on a map whose output has `pixels` pixels.
+    pub fn cost(&self, pixels: usize) -> Cost {
+        Cost::of(self, self.weight.dims(), pixels, 1)
+    }
+
+    /// Channels of what comes out.
+    pub fn channels(&self) -> usize {
+        self.weight.dims()[0]
+    }
+
     /// The same function with the standardisation baked into the filters.
     pub fn fold(self) -> Self {
         let weight = Param::from_tensor(self.effective_weight().detach());
@@ -129,6 +140,14 @@ impl ResidualBlock {
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let branch = self.first.forward(scaled_relu(x.clone()));
         x + self.second.forward(scaled_relu(branch))
+    }
+
+    /// What it costs on a map of `pixels` pixels.
+    pub fn cost(&self, pixels: usize) -> Cost {
+        [&self.first, &self.second]
+            .map(|layer| layer.cost(pixels))
+            .into_iter()
+            .sum()
     }
 
     /// See [`Convolution::fold`].

@@ -6,7 +6,8 @@
 
 use super::layers::{Convolution, scaled_relu};
 use super::planar::PLANAR_CUES;
-use super::{DepthRange, NetworkConfig};
+use super::{CompactConfig, DepthRange, NetworkConfig};
+use crate::network::description::LayerTable;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
 
@@ -33,7 +34,7 @@ pub struct RefinementBlock {
 
 impl RefinementBlock {
     /// A block that says `outputs` values a cell.
-    pub fn new(config: &NetworkConfig, outputs: usize, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, outputs: usize, device: &Device) -> Self {
         let width = config.refinement_channels;
         Self {
             entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, device),
@@ -48,6 +49,18 @@ impl RefinementBlock {
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward(scaled_relu(x));
         self.correction.forward(scaled_relu(x))
+    }
+
+    /// Writes its layers into `table`.
+    pub fn describe(&self, table: &mut LayerTable) {
+        let [_, rows, columns] = table.size();
+        for (name, layer) in [
+            ("entry 3x3", &self.entry),
+            ("middle 3x3", &self.middle),
+            ("correction 1x1", &self.correction),
+        ] {
+            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
+        }
     }
 
     /// See [`Convolution::fold`].

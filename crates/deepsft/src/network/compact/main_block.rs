@@ -2,12 +2,13 @@
 
 use super::bins::expected_coordinate;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear, upsample_nearest};
-use super::{NetworkConfig, PATCH};
+use super::{CompactConfig, PATCH};
+use crate::network::description::{Cost, LayerTable};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
-/// [`super::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
+/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
 pub struct MainBlockOutput {
     /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
     pub patches: Tensor<4>,
@@ -39,7 +40,7 @@ pub struct MainBlock {
 
 impl MainBlock {
     /// Layers of the widths and bins of `config`, randomly initialised.
-    pub fn new(config: &NetworkConfig, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, device: &Device) -> Self {
         let [c4, c8, c16, c32] = config.channels;
         let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, device);
         Self {
@@ -86,6 +87,35 @@ impl MainBlock {
             bins,
             coordinates,
         }
+    }
+
+    /// Writes its layers into `table`, which holds an image whose sides are multiples of 16.
+    pub fn describe(&self, table: &mut LayerTable) {
+        let [_, height, width] = table.size();
+        let mut add = |name: &str, stride: usize, channels: usize, cost: &dyn Fn(usize) -> Cost| {
+            let (rows, columns) = (height.div_ceil(stride), width.div_ceil(stride));
+            table.add(name, [channels, rows, columns], cost(rows * columns));
+        };
+        let [c4, c8, c16, c32] = [&self.patch, &self.down8, &self.down16, &self.down32].map(Convolution::channels);
+        add("4x4 patches", 4, c4, &|n| self.patch.cost(n));
+        add("down 3x3 stride 2", 8, c8, &|n| self.down8.cost(n));
+        add("enc8 residual block", 8, c8, &|n| self.encode8.cost(n));
+        add("down 3x3 stride 2", 16, c16, &|n| self.down16.cost(n));
+        add("enc16 residual block", 16, c16, &|n| self.encode16.cost(n));
+        add("down 3x3 stride 2", 32, c32, &|n| self.down32.cost(n));
+        let blocks = format!("enc32 {} residual blocks", self.encode32.len());
+        add(&blocks, 32, c32, &|n| {
+            self.encode32.iter().map(|block| block.cost(n)).sum()
+        });
+        add("lateral 1x1", 32, c16, &|n| self.lateral16.cost(n));
+        add("dec16 residual block", 16, c16, &|n| self.decode16.cost(n));
+        let bins = self.bins.iter().map(Convolution::channels).sum();
+        add("bins of u, v, depth 1x1", 16, bins, &|n| {
+            self.bins.iter().map(|head| head.cost(n)).sum()
+        });
+        add("lateral 1x1", 16, c8, &|n| self.lateral8.cost(n));
+        add("dec8 residual block", 8, c8, &|n| self.decode8.cost(n));
+        add("offsets 1x1", 8, self.offset.channels(), &|n| self.offset.cost(n));
     }
 
     /// See [`Convolution::fold`].

@@ -1,0 +1,232 @@
+//! `deepsft recording`: RGB-D recordings to train steps 2 and 3 on.
+
+use crate::clip_folder::TRUTH_FOLDER;
+use crate::dataset::{self, DATASET_FILE};
+use crate::failure::BlameInput;
+use crate::input;
+use crate::output::atomic::{self, StagedFolder};
+use crate::progress;
+use anyhow::Result;
+use clap::{ArgGroup, Args, Subcommand};
+use deepsft_geometry::{Template, training_camera};
+use deepsft_synth::{
+    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
+    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Frames a shard of the truth.
+const SHARD_SIZE: u64 = 500;
+
+/// Quality of the colour pictures: what a camera's stream has.
+const JPEG_QUALITY: u8 = 92;
+
+/// Name of the file that says in words what the folder is.
+const README: &str = "README.md";
+
+#[derive(Subcommand)]
+pub enum RecordingCommand {
+    /// Simulate a recording of a template: nobody recorded it, a program made it up.
+    Simulate(SimulateArguments),
+    /// Read every frame of a recording and tell what is in it.
+    Verify(VerifyArguments),
+}
+
+pub fn run(command: &RecordingCommand) -> Result<()> {
+    match command {
+        RecordingCommand::Simulate(arguments) => simulate(arguments),
+        RecordingCommand::Verify(arguments) => verify(arguments),
+    }
+}
+
+#[derive(Args)]
+#[command(
+    group = ArgGroup::new("object").args(["template", "model"]).required(true),
+    after_help = "\
+Writes a simulated RGB-D recording in the layout of TUM and Open3D:
+  DIR/camera.json      the colour camera, the depth camera, where it stands; depth_scale; \"simulated\": true
+  DIR/rgb/NNNNNN.jpg   colour pictures of 960 x 540 pixels
+  DIR/depth/NNNNNN.png depth pictures of 512 x 424 pixels, 16-bit, millimetres, 0 where nothing was measured
+  DIR/mask/NNNNNN.png  with --masks: where the sheet is seen
+  DIR/truth/           a data set as `deepsft synth` writes: exact depth and registration in the training camera's
+                       image. Training never reads it; it is there to measure on
+  DIR/README.md        that it is simulated, and how
+
+The pictures are not drawn as those of step 1: the sheet is a print with duller colours, the light is harder and more
+coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
+camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
+whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 40 frames there is another take with
+another motion, light and background. The same seed gives the same recording.
+
+Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
+
+Example:
+  deepsft recording simulate --model models/poster-a4 --frames 240 --seed 1 --out recording
+  deepsft train --stages 2,3 --model models/poster-a4 --recording recording --out refined"
+)]
+pub struct SimulateArguments {
+    /// Folder of the template to show
+    #[arg(long, value_name = "DIR")]
+    template: Option<PathBuf>,
+    /// Model bundle whose template to show
+    #[arg(long, value_name = "BUNDLE")]
+    model: Option<PathBuf>,
+    /// Number of frames
+    #[arg(long, value_name = "N", default_value_t = 240, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// Seed of the recording
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Write where the sheet is seen, as a recording that was segmented brings it
+    #[arg(long)]
+    masks: bool,
+    /// Folder to write; an older simulated recording there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
+pub struct VerifyArguments {
+    /// Folder of the recording
+    #[arg(value_name = "DIR")]
+    recording: PathBuf,
+}
+
+fn simulate(arguments: &SimulateArguments) -> Result<()> {
+    let template = template(arguments)?;
+    // The truth is what recordings of other people do not have: their folders are never replaced.
+    let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
+    let folder = StagedFolder::new(&arguments.out, &[&marker])?;
+    let simulator = RecordingSimulator::new(&template, SimulationConfig::default(), arguments.seed)?;
+    let frames = arguments.frames as usize;
+    let bar = progress::counting(frames as u64, "frames");
+    let mut failure = None;
+    let records = simulated_frames(&simulator, frames)
+        .enumerate()
+        .map_while(|(index, frame)| {
+            let written = frame.and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
+            bar.inc(1);
+            let record = written.map(|sample| SampleRecord {
+                seed: arguments.seed,
+                index: index as u64,
+                sample,
+            });
+            record.map_err(|error| failure = Some(error)).ok()
+        });
+    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &[DATASET_FILE])?;
+    let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
+    truth.commit()?;
+    if let Some(error) = failure {
+        return Err(error);
+    }
+    bar.finish_and_clear();
+    let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
+    let description = DatasetDescription::new(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
+    write(CAMERA_FILE, simulator.sensor().to_json()?)?;
+    write(README, readme(&simulator, arguments.seed, frames))?;
+    folder.commit()?;
+    println!("simulated recording, {frames} frames: {}", arguments.out.display());
+    Ok(())
+}
+
+/// The frames in order, a take at a time on all cores.
+fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Iterator<Item = Result<SimulatedFrame>> {
+    let a_take = simulator.config().frames_a_take;
+    (0..frames.div_ceil(a_take)).flat_map(move |number| {
+        let take = simulator.take(number);
+        let count = a_take.min(frames - number * a_take);
+        (0..count)
+            .into_par_iter()
+            .map(|index| Ok(take.frame(index)?))
+            .collect::<Vec<_>>()
+    })
+}
+
+/// Writes the pictures of a frame; gives its truth.
+fn write_frame(
+    folder: &Path,
+    index: usize,
+    simulator: &RecordingSimulator,
+    frame: SimulatedFrame,
+    masks: bool,
+) -> Result<deepsft_synth::Sample> {
+    let sensor = simulator.sensor();
+    let write = |name: String, bytes: &[u8]| atomic::write_file(&folder.join(name), bytes);
+    let SimulatedFrame { color, depth, truth } = frame;
+    write(
+        format!("{RGB_FOLDER}/{index:06}.jpg"),
+        &encode_jpeg(&color.image, JPEG_QUALITY)?,
+    )?;
+    write(
+        format!("{DEPTH_FOLDER}/{index:06}.png"),
+        &encode_depth_png(&depth, &sensor.depth)?,
+    )?;
+    if masks {
+        let mask = encode_mask_png(&color.truth.mask(), &sensor.color)?;
+        write(format!("{MASK_FOLDER}/{index:06}.png"), &mask)?;
+    }
+    Ok(truth)
+}
+
+fn readme(simulator: &RecordingSimulator, seed: u64, frames: usize) -> String {
+    format!(
+        "\
+# A simulated RGB-D recording
+
+Nobody recorded this. `deepsft recording simulate` {version} made it up with seed {seed}: {frames} frames at {rate} a second.
+Figures measured on it are figures on simulated data.
+
+* print: {print:?}
+* depth camera: {depth:?}
+* renderer: `{DATASET_FILE}` in `{TRUTH_FOLDER}/`, which holds the truth. Training never reads it.
+",
+        version = env!("CARGO_PKG_VERSION"),
+        rate = simulator.config().frames_per_s,
+        print = simulator.print(),
+        depth = simulator.config().depth,
+    )
+}
+
+fn verify(arguments: &VerifyArguments) -> Result<()> {
+    let recording = Recording::open(&arguments.recording).blame("recording", &arguments.recording)?;
+    let canonical = training_camera();
+    let bar = progress::counting(recording.frames() as u64, "frames");
+    let mut measured = 0.0;
+    for index in 0..recording.frames() {
+        let frame = recording
+            .frame(index, &canonical)
+            .blame("recording", &arguments.recording)?;
+        let count = frame.depth_mm.iter().filter(|&&depth| depth > 0.0).count();
+        measured += count as f64 / frame.depth_mm.len() as f64 / recording.frames() as f64;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let sensor = recording.sensor();
+    println!(
+        "{}recording of {} frames, colour {} x {}, depth {} x {} ({}), {} masks: depth in {:.0} % of the canonical image",
+        if sensor.simulated { "simulated " } else { "" },
+        recording.frames(),
+        sensor.color.width(),
+        sensor.color.height(),
+        sensor.depth.width(),
+        sensor.depth.height(),
+        if sensor.is_registered() {
+            "registered"
+        } else {
+            "a camera of its own"
+        },
+        if recording.has_masks() { "with" } else { "without" },
+        100.0 * measured
+    );
+    Ok(())
+}
+
+fn template(arguments: &SimulateArguments) -> Result<Template> {
+    match (&arguments.template, &arguments.model) {
+        (Some(folder), _) => input::template(folder),
+        (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
+        (None, None) => Err(crate::failure::usage("--template or --model is needed")),
+    }
+}

@@ -1,0 +1,218 @@
+//! Steps 2 and 3 of a training: a bundle refined on an RGB-D recording.
+
+use super::progress_lines::tell;
+use crate::clip_folder::TRUTH_FOLDER;
+use crate::dataset::{self, DATASET_FILE};
+use crate::failure::BlameInput;
+use crate::output::{curve_plot, model_card};
+use crate::progress;
+use anyhow::{Context, Result};
+use deepsft::{ModelBundle, Network, encode_png};
+use deepsft_geometry::training_camera;
+use deepsft_synth::{Recording, Sample};
+use deepsft_train::{
+    Checkpoint, Device, MeanMedian, RecordedFrames, RecordingFigures, RefinementData, RefinementStep, TrainConfig,
+    refine,
+};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Name of the file with the figures before and after, in a bundle.
+pub const FIGURES_FILE: &str = "refinement.json";
+
+/// What steps on a recording leave behind.
+pub struct RefinedBundle {
+    pub network: Network,
+    /// Samples seen and seconds spent by all steps.
+    pub samples: u64,
+    pub seconds: f64,
+    /// Files for the bundle: figures, curves, plots.
+    pub files: BTreeMap<String, Vec<u8>>,
+    /// The table of figures, as text for people and in the card.
+    pub table: String,
+}
+
+/// Trains the blocks of `steps` of the network of `bundle` on the recording in `folder`.
+pub fn run(
+    bundle: &ModelBundle,
+    folder: &Path,
+    steps: &[RefinementStep],
+    config: &TrainConfig,
+    checkpoint: impl Fn(RefinementStep) -> PathBuf,
+    device: &Device,
+) -> Result<RefinedBundle> {
+    let recording = Recording::open(folder).blame("recording", folder)?;
+    let canonical = training_camera();
+    let mut network = bundle.network().clone();
+    let bar = progress::counting(recording.frames() as u64, "frames read");
+    let frames = RecordedFrames::read(
+        &recording,
+        &network,
+        bundle.template(),
+        &canonical,
+        config.held_out_share,
+        device,
+        || bar.inc(1),
+    );
+    let frames = frames.blame("recording", folder)?;
+    bar.finish_and_clear();
+    let truth = truth(folder, &frames)?;
+    let kind = if recording.sensor().simulated {
+        "simulated recording"
+    } else {
+        "recording"
+    };
+    println!(
+        "{kind}: {} frames to train on, {} held out at its end, {} in which nothing was found",
+        frames.training.len(),
+        frames.held_out.len(),
+        frames.left_out
+    );
+    let data = RefinementData {
+        frames: &frames,
+        template: bundle.template(),
+        canonical: &canonical,
+        truth: &truth,
+    };
+    let mut rows = Vec::new();
+    let mut refined = RefinedBundle {
+        network: network.clone(),
+        samples: 0,
+        seconds: 0.0,
+        files: BTreeMap::new(),
+        table: String::new(),
+    };
+    for &step in steps {
+        println!("step {}: {}", step.number(), step.block().name());
+        let config = TrainConfig {
+            checkpoint: checkpoint(step),
+            ..config.clone()
+        };
+        let bar = progress::share();
+        let done = refine(&network, step, data, &config, device, |told| tell(&bar, told))?;
+        bar.finish_and_clear();
+        if rows.is_empty() {
+            rows.push(("before".to_owned(), done.before));
+        }
+        rows.push((format!("after step {}", step.number()), done.after));
+        refined.add(step, &done.state)?;
+        network = done.network;
+    }
+    refined.network = network;
+    refined.table = table(kind, recording.frames(), frames.held_out.len(), &rows);
+    refined
+        .files
+        .insert(FIGURES_FILE.to_owned(), figures(kind, &frames, &rows)?);
+    Ok(refined)
+}
+
+impl RefinedBundle {
+    fn add(&mut self, step: RefinementStep, state: &Checkpoint) -> Result<()> {
+        self.samples += state.samples;
+        self.seconds += state.seconds;
+        let name = |ending: &str| format!("step-{}.{ending}", step.number());
+        self.files
+            .insert(name("csv"), model_card::curve_csv(&state.curve).into_bytes());
+        if let Some(plot) = curve_plot::curve_plot(&state.curve) {
+            self.files.insert(name("png"), encode_png(&plot)?);
+        }
+        Ok(())
+    }
+}
+
+/// The truth of the held-out frames, where the recording comes with a truth.
+fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sample>> {
+    let truth = folder.join(TRUTH_FOLDER);
+    if !truth.join(DATASET_FILE).is_file() {
+        return Ok(BTreeMap::new());
+    }
+    let description = dataset::open(&truth)?;
+    let mut samples = BTreeMap::new();
+    for (index, sample) in dataset::samples(&truth, &description, training_camera()).enumerate() {
+        let sample = sample?;
+        if frames.held_out.iter().any(|frame| frame.index == index) {
+            samples.insert(index, sample);
+        }
+    }
+    Ok(samples)
+}
+
+/// Figure of a row, means and medians.
+type Figure = fn(&RecordingFigures) -> Option<MeanMedian>;
+
+/// The figures by their names, with their digits.
+const FIGURES: [(&str, Figure, usize); 4] = [
+    ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
+    ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
+    ("E_pr", |f| f.photometric_error, 4),
+    ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
+];
+
+/// The table of figures in Markdown; those that no frame has are left out.
+fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingFigures)]) -> String {
+    let known: Vec<_> = FIGURES
+        .iter()
+        .filter(|(_, figure, _)| rows.iter().any(|(_, row)| figure(row).is_some()))
+        .collect();
+    let mut table = format!("Held-out end of the {kind}: {held_out} of {all} frames, mean / median\n\n|");
+    for (name, ..) in &known {
+        table += &format!(" | {name}");
+    }
+    table += &format!(" |\n|{}\n", "---|".repeat(known.len() + 1));
+    for (name, row) in rows {
+        table += &format!("| {name}");
+        for (_, figure, digits) in &known {
+            table += &figure(row).map_or_else(
+                || " | -".to_owned(),
+                |MeanMedian { mean, median }| format!(" | {mean:.digits$} / {median:.digits$}"),
+            );
+        }
+        table += " |\n";
+    }
+    table
+}
+
+/// The figures as JSON.
+fn figures(kind: &str, frames: &RecordedFrames, rows: &[(String, RecordingFigures)]) -> Result<Vec<u8>> {
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(|(name, row)| Ok(json!({"when": name, "figures": serde_json::to_value(row)?})))
+        .collect::<Result<_>>()?;
+    let value = json!({
+        "recording": kind,
+        "frames_trained_on": frames.training.len(),
+        "frames_held_out": frames.held_out.len(),
+        "rows": rows,
+    });
+    serde_json::to_vec_pretty(&value).context("could not write the figures")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_leaves_out_what_a_recording_without_truth_does_not_know() {
+        let row = |mean: f64| RecordingFigures {
+            measured_depth_rmse_mm: Some(MeanMedian { mean, median: 2.0 }),
+            photometric_error: Some(MeanMedian {
+                mean: 0.125,
+                median: 0.1,
+            }),
+            depth_rmse_mm: None,
+            registration_rmse_px: None,
+        };
+        let table = table(
+            "recording",
+            8,
+            2,
+            &[("before".to_owned(), row(12.5)), ("after step 2".to_owned(), row(9.0))],
+        );
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines[0], "Held-out end of the recording: 2 of 8 frames, mean / median");
+        assert_eq!(lines[2], "| | depth RMSE to the sensor, mm | E_pr |");
+        assert_eq!(lines[4], "| before | 12.50 / 2.00 | 0.1250 / 0.1000 |");
+        assert!(lines[5].starts_with("| after step 2 | 9.00"));
+    }
+}

@@ -1,0 +1,141 @@
+//! Which colour and depth pictures of a recording belong together.
+
+use super::{ASSOCIATIONS_FILE, DEPTH_FOLDER, RGB_FOLDER, failure};
+use crate::SynthError;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// A colour picture and its depth picture, paths within the recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    pub(super) rgb: PathBuf,
+    pub(super) depth: PathBuf,
+}
+
+impl Pair {
+    /// The mask of the pair in the folder `masks`: a PNG of the colour picture's name.
+    pub(super) fn mask(&self, masks: &Path) -> PathBuf {
+        masks
+            .join(self.rgb.file_name().unwrap_or_default())
+            .with_extension("png")
+    }
+}
+
+/// The pairs of the recording in `folder`: those of `associations.txt`, or else pictures of one name.
+pub(super) fn pairs(folder: &Path) -> Result<Vec<Pair>, SynthError> {
+    let list = folder.join(ASSOCIATIONS_FILE);
+    let pairs = match fs::read_to_string(&list) {
+        Ok(text) => associated(&text).map_err(|reason| failure(reason, &list))?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => by_name(folder)?,
+        Err(error) => return Err(failure(error.to_string(), &list)),
+    };
+    for path in pairs.iter().flat_map(|pair| [&pair.rgb, &pair.depth]) {
+        let path = folder.join(path);
+        if !path.is_file() {
+            return Err(failure("there is no such picture", &path));
+        }
+    }
+    if pairs.is_empty() {
+        return Err(failure("there are no pictures in it", &folder.join(RGB_FOLDER)));
+    }
+    Ok(pairs)
+}
+
+/// The lines `time path time path` of an association file; those that begin with # are comments.
+fn associated(text: &str) -> Result<Vec<Pair>, String> {
+    let mut pairs = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        if line.trim().is_empty() || line.trim_start().starts_with('#') {
+            continue;
+        }
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [_, a, _, b] = words[..] else {
+            return Err(format!("line {number} is not `time path time path`"));
+        };
+        let inside = |path: &str| Path::new(path).components().all(|c| matches!(c, Component::Normal(_)));
+        if !(inside(a) && inside(b)) {
+            return Err(format!("line {number} names a file outside of the recording"));
+        }
+        let is_depth = |path: &str| Path::new(path).starts_with(DEPTH_FOLDER);
+        pairs.push(match (is_depth(a), is_depth(b)) {
+            (false, true) => Pair {
+                rgb: a.into(),
+                depth: b.into(),
+            },
+            (true, false) => Pair {
+                rgb: b.into(),
+                depth: a.into(),
+            },
+            _ => return Err(format!("line {number} does not name one picture in {DEPTH_FOLDER}/")),
+        });
+    }
+    Ok(pairs)
+}
+
+/// Pictures of the same name without its ending, in the order of the names.
+fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
+    let mut depth = pictures(folder, DEPTH_FOLDER)?;
+    let mut pairs = Vec::new();
+    for (name, rgb) in pictures(folder, RGB_FOLDER)? {
+        let Some(depth) = depth.remove(&name) else {
+            let reason = format!("it has no partner {DEPTH_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
+            return Err(failure(reason, &folder.join(rgb)));
+        };
+        pairs.push(Pair { rgb, depth });
+    }
+    if let Some((name, path)) = depth.first_key_value() {
+        let reason = format!("it has no partner {RGB_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
+        return Err(failure(reason, &folder.join(path)));
+    }
+    Ok(pairs)
+}
+
+/// The PNG and JPEG files of a folder of the recording by name, with their paths within the recording.
+fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, SynthError> {
+    let path = folder.join(name);
+    let unreadable = |error: std::io::Error| failure(error.to_string(), &path);
+    let mut pictures = BTreeMap::new();
+    for entry in fs::read_dir(&path).map_err(unreadable)? {
+        let file = PathBuf::from(entry.map_err(unreadable)?.file_name());
+        let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
+        if let Some(stem) = file.file_stem()
+            && ["png", "jpg", "jpeg"].iter().any(|known| ending == *known)
+        {
+            pictures.insert(stem.to_string_lossy().into_owned(), Path::new(name).join(&file));
+        }
+    }
+    Ok(pictures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn associations_are_read_in_either_order_and_comments_are_passed_over() {
+        let text = "# time rgb time depth\n1.0 rgb/1.0.png 1.1 depth/1.1.png\n\n2.1 depth/b.png 2.0 rgb/a.jpg\n";
+        let pairs = associated(text).unwrap();
+        assert_eq!(pairs.len(), 2);
+        assert_eq!(
+            pairs[1],
+            Pair {
+                rgb: "rgb/a.jpg".into(),
+                depth: "depth/b.png".into()
+            }
+        );
+        assert_eq!(pairs[0].mask(Path::new("mask")), Path::new("mask/1.0.png"));
+    }
+
+    #[test]
+    fn a_line_that_is_no_association_is_named() {
+        for (line, part) in [
+            ("1.0 rgb/a.png 1.1", "line 1 is not"),
+            ("1.0 rgb/a.png 1.1 rgb/b.png", "does not name one picture in depth/"),
+            ("1.0 rgb/a.png 1.1 ../depth/b.png", "outside"),
+            ("1.0 rgb/a.png 1.1 /depth/b.png", "outside"),
+        ] {
+            assert!(associated(line).unwrap_err().contains(part), "{line}");
+        }
+    }
+}

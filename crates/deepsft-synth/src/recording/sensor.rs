@@ -1,0 +1,184 @@
+//! The cameras of an RGB-D recording: its `camera.json`.
+
+use crate::SynthError;
+use crate::dataset::CameraJson;
+use deepsft_geometry::Camera;
+use deepsft_geometry::glam::{DAffine3, DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Units of a depth picture in a metre when the recording does not say: millimetres, as Open3D and the Kinect have it.
+const DEFAULT_DEPTH_SCALE: f64 = 1000.0;
+
+/// Largest departure of a rotation's columns from being orthonormal: numbers typed with four digits.
+const ROTATION_TOLERANCE: f64 = 1e-3;
+
+/// A colour camera and a depth camera fixed to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RgbdSensor {
+    /// The colour camera.
+    pub color: Camera,
+    /// The depth camera. That of the colour pictures where the depth was registered to them before.
+    pub depth: Camera,
+    /// Pose of the depth camera in the colour camera's frame, mm.
+    pub color_from_depth: DAffine3,
+    /// Units of a depth picture in a metre: 1000 for millimetres, 5000 in the TUM data sets.
+    pub depth_scale: f64,
+    /// Nobody recorded this: a program made it up.
+    pub simulated: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SensorJson {
+    #[serde(flatten)]
+    color: CameraJson,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    depth_scale: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    depth_camera: Option<CameraJson>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    color_from_depth: Option<[[f64; 4]; 3]>,
+    #[serde(default)]
+    simulated: bool,
+}
+
+impl RgbdSensor {
+    /// A sensor whose depth is registered to the colour camera, in millimetres.
+    pub fn registered(color: Camera) -> Self {
+        Self {
+            color,
+            depth: color,
+            color_from_depth: DAffine3::IDENTITY,
+            depth_scale: DEFAULT_DEPTH_SCALE,
+            simulated: false,
+        }
+    }
+
+    /// Whether the depth pictures are already in the colour camera's image.
+    pub fn is_registered(&self) -> bool {
+        self.depth == self.color && self.color_from_depth == DAffine3::IDENTITY
+    }
+
+    /// Reads the text of a `camera.json` (fields: see [`crate::Recording`]).
+    ///
+    /// # Errors
+    /// What is wrong with it, in a sentence.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let json: SensorJson = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let camera = |json: &CameraJson| json.camera().map_err(|error: SynthError| error.to_string());
+        let color = camera(&json.color)?;
+        let depth_scale = json.depth_scale.unwrap_or(DEFAULT_DEPTH_SCALE);
+        if !(depth_scale > 0.0 && depth_scale.is_finite()) {
+            return Err(format!("depth_scale is {depth_scale}, expected the units in a metre"));
+        }
+        let depth = match (&json.depth_camera, &json.color_from_depth) {
+            (Some(depth), _) => camera(depth).map_err(|error| format!("depth_camera: {error}"))?,
+            (None, None) => color,
+            (None, Some(_)) => return Err("color_from_depth needs the depth camera's own intrinsics".to_owned()),
+        };
+        Ok(Self {
+            color,
+            depth,
+            color_from_depth: json
+                .color_from_depth
+                .map_or(Ok(DAffine3::IDENTITY), |rows| pose(&rows))?,
+            depth_scale,
+            simulated: json.simulated,
+        })
+    }
+
+    /// The text of a `camera.json` that [`RgbdSensor::from_json`] reads as this sensor.
+    ///
+    /// # Errors
+    /// [`SynthError::Json`] when a number is not finite.
+    pub fn to_json(&self) -> Result<String, SynthError> {
+        let (rotation, shift) = (self.color_from_depth.matrix3, self.color_from_depth.translation);
+        let row = |k: usize| {
+            let r = rotation.row(k);
+            [r.x, r.y, r.z, shift[k]]
+        };
+        let apart = !self.is_registered();
+        let json = SensorJson {
+            color: CameraJson::new(&self.color),
+            depth_scale: Some(self.depth_scale),
+            depth_camera: apart.then(|| CameraJson::new(&self.depth)),
+            color_from_depth: apart.then(|| [row(0), row(1), row(2)]),
+            simulated: self.simulated,
+        };
+        serde_json::to_string_pretty(&json).map_err(|source| SynthError::Json {
+            name: super::CAMERA_FILE.to_owned(),
+            source,
+        })
+    }
+}
+
+/// The pose of rows (r, r, r, t) with t in mm.
+fn pose(rows: &[[f64; 4]; 3]) -> Result<DAffine3, String> {
+    let row = |k: usize| DVec3::new(rows[k][0], rows[k][1], rows[k][2]);
+    let rotation = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+    let error = (rotation * rotation.transpose() - DMat3::IDENTITY)
+        .to_cols_array()
+        .iter()
+        .fold(0.0_f64, |worst, e| worst.max(e.abs()));
+    // NaN is no rotation either.
+    if error.is_nan() || error > ROTATION_TOLERANCE || rotation.determinant() < 0.0 {
+        return Err("the first three columns of color_from_depth are not a rotation".to_owned());
+    }
+    let translation = DVec3::new(rows[0][3], rows[1][3], rows[2][3]);
+    if !translation.is_finite() {
+        return Err("the last column of color_from_depth is not finite".to_owned());
+    }
+    Ok(DAffine3::from_mat3_translation(rotation, translation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TUM: &str =
+        r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5, "depth_scale": 5000}"#;
+
+    #[test]
+    fn a_registered_recording_needs_only_the_colour_camera() {
+        let sensor = RgbdSensor::from_json(TUM).unwrap();
+        assert!(sensor.is_registered() && !sensor.simulated);
+        assert_eq!((sensor.depth_scale, sensor.depth.width()), (5000.0, 640));
+        assert_eq!(RgbdSensor::from_json(&sensor.to_json().unwrap()).unwrap(), sensor);
+    }
+
+    #[test]
+    fn a_sensor_of_two_cameras_comes_back_as_it_was() {
+        let sensor = RgbdSensor {
+            depth: Camera::pinhole(512, 424, 365.0, 365.5, 256.2, 210.1).unwrap(),
+            color_from_depth: DAffine3::from_rotation_translation(
+                deepsft_geometry::glam::DQuat::from_rotation_y(0.01),
+                DVec3::new(52.0, 0.5, -1.0),
+            ),
+            simulated: true,
+            ..RgbdSensor::registered(Camera::typical(960, 540).unwrap())
+        };
+        let read = RgbdSensor::from_json(&sensor.to_json().unwrap()).unwrap();
+        // Numbers go through decimals: the pose is as it was but for rounding.
+        assert!(read.color_from_depth.abs_diff_eq(sensor.color_from_depth, 1e-12));
+        let color_from_depth = sensor.color_from_depth;
+        assert_eq!(
+            RgbdSensor {
+                color_from_depth,
+                ..read
+            },
+            sensor
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let with = |more: &str| RgbdSensor::from_json(&TUM.replace("\"depth_scale\": 5000", more)).unwrap_err();
+        assert!(with("\"depth_scale\": 0").contains("depth_scale is 0"));
+        assert!(with("\"color_from_depth\": [[1,0,0,0],[0,1,0,0],[0,0,1,0]]").contains("intrinsics"));
+        let camera = r#""depth_camera": {"width": 5, "height": 4, "fx": 3, "fy": 3, "cx": 2, "cy": 2}"#;
+        let stretched = format!("{camera}, \"color_from_depth\": [[2,0,0,0],[0,1,0,0],[0,0,1,0]]");
+        assert!(with(&stretched).contains("not a rotation"));
+        let mirrored = format!("{camera}, \"color_from_depth\": [[-1,0,0,0],[0,1,0,0],[0,0,1,0]]");
+        assert!(with(&mirrored).contains("not a rotation"));
+        assert!(with(&camera.replace("\"fx\": 3", "\"fx\": 0")).contains("depth_camera: camera fx is 0"));
+    }
+}

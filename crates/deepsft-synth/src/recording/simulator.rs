@@ -1,0 +1,358 @@
+//! Simulated RGB-D recordings: a second renderer setting, so that training steps 2 and 3 can be run and measured where
+//! nobody has recorded anything. Whatever is made of them is to be called simulated.
+
+use super::print_response::PrintResponse;
+use super::{DepthNoise, RgbdSensor, SeenDepth};
+use crate::frame::Frame;
+use crate::noise::{Stream, generator, mix, uniform};
+use crate::scene::{Moment, Scene};
+use crate::sheet::ImageSheet;
+use crate::{ClipConfig, ClipMotion, EffectsConfig, LightingConfig, Sample, SynthConfig, SynthError, Synthesizer};
+use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
+use rand::RngExt;
+
+/// The colour pictures are half as large as the Kinect v2's: still finer than the canonical image.
+const COLOR_BINNING: u32 = 2;
+/// The Kinect v2's depth camera: its image and the intrinsics that its maker burns in, about.
+const DEPTH_CAMERA: (u32, u32, [f64; 4]) = (512, 424, [365.5, 365.5, 257.0, 206.0]);
+/// Where the depth camera stands in the colour camera's frame, mm, and how it is turned about y, radians.
+const DEPTH_PLACE_MM: DVec3 = DVec3::new(52.0, -0.5, -1.5);
+const DEPTH_TURN: f64 = 0.006;
+
+/// Seconds after which a motion would begin again: a hand in no hurry.
+const LOOP_S: f64 = 8.0;
+/// Instants of an exposure.
+const INSTANTS: usize = 3;
+/// Thickness of a hand on either side of the sheet, mm.
+const HAND_MM: f64 = 18.0;
+/// Distance of the wall behind, mm, and of the things that stand before it, shares of the wall's.
+const WALL_MM: [f64; 2] = [1300.0, 2200.0];
+const CLUTTER: [f64; 2] = [0.75, 0.95];
+/// Most things before the wall.
+const MOST_CLUTTER: usize = 6;
+
+/// How a recording is simulated.
+#[derive(Clone, Debug)]
+pub struct SimulationConfig {
+    /// Frames a second. Default 10: those of a camera at 30, every third.
+    pub frames_per_s: f64,
+    /// Frames of one take; the next has another motion, background and light. Default 40.
+    pub frames_a_take: usize,
+    /// Time for which the colour camera gathers light, s. Default 1/60.
+    pub exposure_s: f64,
+    /// How the sheet moves. Default: that of clips at 560 to 820 mm, since a Kinect v2 measures nothing below 500 mm.
+    pub motion: ClipConfig,
+    /// The errors of the depth camera.
+    pub depth: DepthNoise,
+}
+
+impl Default for SimulationConfig {
+    fn default() -> Self {
+        Self {
+            frames_per_s: 10.0,
+            frames_a_take: 40,
+            exposure_s: 1.0 / 60.0,
+            motion: ClipConfig {
+                distance_mm: [560.0, 820.0],
+                ..ClipConfig::default()
+            },
+            depth: DepthNoise::default(),
+        }
+    }
+}
+
+impl SynthConfig {
+    /// The second renderer setting, of simulated recordings seen by `camera`: harder and more coloured light from one
+    /// side, shadows, glossy paper, a duller camera with more noise, JPEG, other sheets behind and hands before. Where the
+    /// training distribution has such values too, they are at its end.
+    pub fn for_simulated_recordings(camera: Camera) -> Self {
+        Self {
+            distractor_share: 0.6,
+            most_occluded: 1.0,
+            lighting: LightingConfig {
+                most_angle_deg: 65.0,
+                ambient_share: [0.2, 0.45],
+                white_level: [0.55, 0.9],
+                tint: 0.3,
+                shadow_share: 0.5,
+                roughness: [0.22, 0.45],
+                specular: [0.5, 1.3],
+                ..LightingConfig::default()
+            },
+            effects: EffectsConfig {
+                gain: [0.75, 0.95],
+                white_balance: 0.15,
+                gamma: [0.75, 0.95],
+                contrast: [0.8, 1.0],
+                saturation: [0.6, 0.9],
+                defocus_px: [0.6, 1.2],
+                sharpening_share: 0.5,
+                noise_levels: [2.0, 5.0],
+                vignetting: [0.1, 0.35],
+                ..SynthConfig::for_clips(camera).effects
+            },
+            ..Self::for_clips(camera)
+        }
+    }
+}
+
+/// Makes simulated recordings of a template. A frame is a pure function of (template, configuration, seed, number).
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template};
+/// use deepsft_synth::{RecordingSimulator, SimulationConfig};
+/// let template = Template::thin_shell(Picture::from_fn(64, 48, |x, _| [4 * x as u8; 3]), 297.0, 210.0)?;
+/// let simulator = RecordingSimulator::new(&template, SimulationConfig::default(), 1)?;
+/// let frame = simulator.take(0).frame(0)?;
+/// assert!(simulator.sensor().simulated && frame.truth.has_template);
+/// assert!(frame.depth.iter().any(|&units| units > 0));
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RecordingSimulator {
+    /// Of the printed template, for the colour camera.
+    synthesizer: Synthesizer,
+    print: PrintResponse,
+    sensor: RgbdSensor,
+    config: SimulationConfig,
+    seed: u64,
+}
+
+/// A frame of a simulated recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedFrame {
+    /// The colour camera's picture with the truth in its image: [`SimulatedFrame::truth`] is in the canonical one.
+    pub color: Sample,
+    /// The depth camera's picture: millimetres, 0 where nothing was measured.
+    pub depth: Vec<u16>,
+    /// The frame as the training camera would have taken it, with the truth there.
+    pub truth: Sample,
+}
+
+/// A stretch of a recording with one motion and one scene.
+pub struct Take<'a> {
+    simulator: &'a RecordingSimulator,
+    number: usize,
+    scene: Scene<'a>,
+    motion: ClipMotion<'a>,
+    room: Vec<SeenDepth>,
+}
+
+impl RecordingSimulator {
+    /// A recording of `template`; `seed` draws the print, the motions and everything around.
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] for a rate or a number of frames that is not positive, or an exposure longer than the time
+    /// between two frames; [`SynthError::Geometry`] from the cameras.
+    pub fn new(template: &Template, config: SimulationConfig, seed: u64) -> Result<Self, SynthError> {
+        config.check()?;
+        let print = PrintResponse::sample(&mut generator(seed, 0, Stream::Recording));
+        let printed = template.clone().with_texture(print.apply(template.texture()));
+        let sensor = sensor()?;
+        Ok(Self {
+            synthesizer: Synthesizer::new(&printed, SynthConfig::for_simulated_recordings(sensor.color))?,
+            print,
+            sensor,
+            config,
+            seed,
+        })
+    }
+
+    /// The simulated sensor: a colour camera with half the pixels of a Kinect v2's and its depth camera beside it.
+    pub fn sensor(&self) -> &RgbdSensor {
+        &self.sensor
+    }
+
+    /// The print that the recording shows in the template's place.
+    pub fn print(&self) -> &PrintResponse {
+        &self.print
+    }
+
+    /// The configuration of the renderer.
+    pub fn renderer(&self) -> &SynthConfig {
+        self.synthesizer.config()
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &SimulationConfig {
+        &self.config
+    }
+
+    /// Take `number`.
+    pub fn take(&self, number: usize) -> Take<'_> {
+        let mut scene = self.synthesizer.scene(self.seed, number as u64);
+        // The paper's discs have a size in pixels, which two cameras do not share.
+        scene.keep_bodies();
+        Take {
+            simulator: self,
+            number,
+            scene,
+            motion: ClipMotion::new(
+                &self.synthesizer.template,
+                // Its view is narrower than the colour camera's: what it sees is what counts.
+                &training_camera(),
+                self.config.motion.clone(),
+                mix(mix(self.seed) ^ number as u64),
+            ),
+            room: self.room(number),
+        }
+    }
+
+    /// What the depth camera sees without sheet and hands: a wall and things before it.
+    fn room(&self, number: usize) -> Vec<SeenDepth> {
+        let mut rng = generator(self.seed, number as u64, Stream::Recording);
+        let camera = &self.sensor.depth;
+        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let wall = f64::from(uniform(&mut rng, WALL_MM));
+        let mut room = vec![
+            SeenDepth {
+                depth_mm: wall,
+                cosine: 1.0
+            };
+            width * height
+        ];
+        for _ in 0..rng.random_range(0..=MOST_CLUTTER) {
+            let depth_mm = wall * f64::from(uniform(&mut rng, CLUTTER));
+            let [x, y] = [0; 2].map(|_| rng.random::<f64>());
+            let [w, h] = [0; 2].map(|_| f64::from(uniform(&mut rng, [0.05, 0.3])));
+            let range = |at: f64, half: f64, side: usize| {
+                let end = (((at + half) * side as f64) as usize).min(side);
+                (((at - half).max(0.0) * side as f64) as usize).min(end)..end
+            };
+            for row in range(y, h / 2.0, height) {
+                for column in range(x, w / 2.0, width) {
+                    room[row * width + column].depth_mm = depth_mm;
+                }
+            }
+        }
+        room
+    }
+}
+
+impl Take<'_> {
+    /// Frame `index` of the take.
+    ///
+    /// # Errors
+    /// [`SynthError::Geometry`] when the template's mesh has no finite shape.
+    pub fn frame(&self, index: usize) -> Result<SimulatedFrame, SynthError> {
+        let config = &self.simulator.config;
+        let at = |offset: f64| {
+            let time = index as f64 / config.frames_per_s + offset * config.exposure_s;
+            self.motion.vertices_camera(time / LOOP_S)
+        };
+        let moments = (0..INSTANTS)
+            .map(|k| Moment {
+                vertices_camera: at((k as f64 + 0.5) / INSTANTS as f64 - 0.5),
+                passing: None,
+            })
+            .collect();
+        let number = (self.number * config.frames_a_take + index) as u64;
+        let color = self.scene.expose(moments, mix(self.simulator.seed) ^ number)?;
+        let depth = self.depth(&color.vertices_camera, number);
+        let truth = self.truth(&color)?;
+        Ok(SimulatedFrame { color, depth, truth })
+    }
+
+    /// The depth camera's picture of the sheet at `vertices_camera`, in the colour camera's frame.
+    fn depth(&self, vertices_camera: &[DVec3], number: u64) -> Vec<u16> {
+        let RgbdSensor {
+            depth: camera,
+            color_from_depth,
+            ..
+        } = &self.simulator.sensor;
+        let depth_from_color = color_from_depth.inverse();
+        let vertices: Vec<DVec3> = vertices_camera
+            .iter()
+            .map(|&p| depth_from_color.transform_point3(p))
+            .collect();
+        let middle = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
+        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let bodies = self.scene.bodies(camera, &vertices);
+        // Only its size is asked for.
+        let frame = Frame::filled(width, height, Vec3::ZERO);
+        let mut seen = self.room.clone();
+        let hand = |depth_mm: f64| SeenDepth { depth_mm, cosine: 1.0 };
+        for pixel in bodies.iter().flat_map(|body| body.covered_behind(&frame)) {
+            seen[pixel] = hand(middle + HAND_MM);
+        }
+        let sheet = ImageSheet::new(self.simulator.synthesizer.template.mesh(), &vertices, camera);
+        sheet.each_seen(|pixel, depth_mm, cosine| seen[pixel] = SeenDepth { depth_mm, cosine });
+        for pixel in bodies.iter().flat_map(|body| body.covered_pixels(&frame)) {
+            let sheet = seen[pixel].depth_mm.min(middle + HAND_MM);
+            seen[pixel] = hand(sheet - HAND_MM);
+        }
+        let mut rng = generator(self.simulator.seed, number, Stream::DepthNoise);
+        self.simulator.config.depth.measure(&seen, width, &mut rng)
+    }
+
+    /// The colour camera's frame in the training camera's image: exact maps there, in the mask of what the colour camera
+    /// saw.
+    fn truth(&self, color: &Sample) -> Result<Sample, SynthError> {
+        let canonical = training_camera();
+        let warp = CanonicalWarp::new(&color.camera, &canonical);
+        let sheet = ImageSheet::new(
+            self.simulator.synthesizer.template.mesh(),
+            &color.vertices_camera,
+            &canonical,
+        );
+        let mut truth = sheet.maps();
+        for pixel in 0..truth.depth().len() {
+            let centre = Vec2::new(
+                (pixel % truth.width()) as f32 + 0.5,
+                (pixel / truth.width()) as f32 + 0.5,
+            );
+            let at = warp.source_from_canonical(centre.as_dvec2()).floor();
+            let (width, height) = (color.truth.width(), color.truth.height());
+            let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f64 && at.y < height as f64;
+            if !(inside && color.truth.inside(at.y as usize * width + at.x as usize)) {
+                truth.clear(pixel);
+            }
+        }
+        Ok(Sample {
+            image: warp.apply(&color.image)?,
+            has_template: truth.area() > 0,
+            truth,
+            camera: canonical,
+            ..color.clone()
+        })
+    }
+}
+
+fn sensor() -> Result<RgbdSensor, SynthError> {
+    let (_, width, height, [fx, fy, cx, cy]) = PAPER_CAMERAS[0];
+    let kinect = Camera::pinhole(width, height, fx, fy, cx, cy)?;
+    let (depth_width, depth_height, [fx, fy, cx, cy]) = DEPTH_CAMERA;
+    Ok(RgbdSensor {
+        depth: Camera::pinhole(depth_width, depth_height, fx, fy, cx, cy)?,
+        color_from_depth: DAffine3::from_rotation_translation(DQuat::from_rotation_y(DEPTH_TURN), DEPTH_PLACE_MM),
+        simulated: true,
+        ..RgbdSensor::registered(kinect.resized(width / COLOR_BINNING, height / COLOR_BINNING)?)
+    })
+}
+
+impl SimulationConfig {
+    fn check(&self) -> Result<(), SynthError> {
+        let setting = |parameter, actual: String, expected| SynthError::Setting {
+            parameter,
+            actual,
+            expected,
+        };
+        if !(self.frames_per_s > 0.0 && self.frames_per_s.is_finite()) {
+            let actual = self.frames_per_s.to_string();
+            return Err(setting("recording.frames_per_s", actual, "a positive number"));
+        }
+        if self.frames_a_take == 0 {
+            return Err(setting("recording.frames_a_take", "0".into(), "at least 1"));
+        }
+        if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
+            let actual = self.exposure_s.to_string();
+            return Err(setting(
+                "recording.exposure_s",
+                actual,
+                "0 to the time between two frames",
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,164 @@
+//! All settings of the three training steps, with the paper's values and ours.
+
+use crate::loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
+use crate::optimizer::{LearningRate, Optimizer};
+use crate::schedule::Schedule;
+use std::path::PathBuf;
+
+/// When step 1 ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// After this many seconds of training (of all its runs together).
+    Seconds(f64),
+    /// After this many samples. Deterministic on the CPU.
+    Samples(u64),
+}
+
+/// How to train.
+///
+/// | | the paper ([`TrainConfig::paper`]) | ours ([`TrainConfig::default`]) |
+/// |---|---|---|
+/// | step 1 | Adam 1e-3, betas 0.9, batches of 7 whole frames, 40 epochs of 47,000 | AdamW with clipping, warm-up and cosine from 2e-3, windows before frames, averaged weights, never the same sample twice |
+/// | step 2 | SGD 1e-5, batches of 7, 10 epochs, sums over pixels | AdamW 3e-4, means over pixels |
+/// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference, sums | AdamW 1e-4, c = 20 of the difference, light fitted, means |
+///
+/// lambda = 1e-9 and mu = 0.5 are the same in both.
+#[derive(Clone, Debug)]
+pub struct TrainConfig {
+    /// Seed of weights, data and their order.
+    pub seed: u64,
+    /// Folder of the checkpoint.
+    pub checkpoint: PathBuf,
+    /// Go on from the checkpoint if there is one.
+    pub resume: bool,
+    /// Step 1: when to end.
+    pub budget: Budget,
+    /// Step 1: seed of the held-out set; never trained on.
+    pub held_out_seed: u64,
+    /// Step 1: frames of the held-out set.
+    pub held_out_frames: u64,
+    /// Step 1: seconds between two evaluations, each of which saves a checkpoint.
+    pub evaluate_every: f64,
+    /// Step 1: optimiser.
+    pub optimizer: Optimizer,
+    /// Step 1: learning rate and windows.
+    pub schedule: Schedule,
+    /// Step 1: weights of the loss.
+    pub loss: LossWeights,
+    /// Step 1: decay a step of the average of the weights; 0 for the weights themselves.
+    pub average_decay: f64,
+    /// Step 1: samples of an epoch, after which the same come again; `None` for ever new ones.
+    pub epoch_samples: Option<u64>,
+    /// Step 1: threads that make samples.
+    pub workers: usize,
+    /// Steps 2 and 3: share of the recording, its end, that is not trained on.
+    pub held_out_share: f64,
+    /// Step 2: epochs, batches, optimiser.
+    pub depth_steps: RefinementSteps,
+    /// Step 2: loss.
+    pub depth_loss: DepthLoss,
+    /// Step 3: epochs, batches, optimiser.
+    pub registration_steps: RefinementSteps,
+    /// Step 3: loss.
+    pub photo_consistency: PhotoConsistencyLoss,
+}
+
+/// How a refinement block is trained on a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefinementSteps {
+    /// Times that every frame is seen.
+    pub epochs: u64,
+    /// Frames of a step.
+    pub batch: usize,
+    /// Optimiser.
+    pub optimizer: Optimizer,
+    /// Learning rate.
+    pub learning_rate: LearningRate,
+}
+
+/// Samples of the paper's training sets and its epochs.
+const PAPER_SAMPLES: u64 = 47_000;
+const PAPER_EPOCHS: u64 = 40;
+
+impl TrainConfig {
+    /// The paper's values (section 4), for its own network. On the compact network and on cells of 8 pixels the learning
+    /// rates of steps 2 and 3 are what they are: see the README for what they do.
+    pub fn paper() -> Self {
+        let sgd = |momentum, decay, batch| RefinementSteps {
+            epochs: 10,
+            batch,
+            optimizer: Optimizer::Sgd { momentum },
+            learning_rate: LearningRate { initial: 1e-5, decay },
+        };
+        Self {
+            budget: Budget::Samples(PAPER_EPOCHS * PAPER_SAMPLES),
+            epoch_samples: Some(PAPER_SAMPLES),
+            optimizer: Optimizer::Adam { betas: [0.9, 0.9] },
+            schedule: Schedule::constant(1e-3, 7),
+            average_decay: 0.0,
+            depth_steps: sgd(0.0, 0.0, 7),
+            depth_loss: DepthLoss {
+                total_variation: 1e-9,
+                reduction: Reduction::Sum,
+            },
+            registration_steps: sgd(0.9, 1e-9, 6),
+            photo_consistency: PhotoConsistencyLoss {
+                cauchy_scale: 4.0,
+                residual: Residual::Squared,
+                half_size: 0.5,
+                total_variation: 1e-9,
+                light: Light::Ignored,
+                reduction: Reduction::Sum,
+            },
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        let adam_w = Optimizer::AdamW {
+            weight_decay: 1e-4,
+            clip: 1.0,
+        };
+        let steps = |rate, batch| RefinementSteps {
+            epochs: 10,
+            batch,
+            optimizer: adam_w,
+            learning_rate: LearningRate {
+                initial: rate,
+                decay: 0.0,
+            },
+        };
+        Self {
+            seed: 1,
+            checkpoint: PathBuf::from("runs/checkpoint"),
+            resume: false,
+            budget: Budget::Seconds(600.0),
+            held_out_seed: 0x7e57,
+            held_out_frames: 48,
+            evaluate_every: 120.0,
+            optimizer: adam_w,
+            schedule: Schedule::default(),
+            loss: LossWeights::default(),
+            average_decay: 0.998,
+            epoch_samples: None,
+            workers: 2,
+            held_out_share: 0.25,
+            depth_steps: steps(3e-4, 7),
+            depth_loss: DepthLoss {
+                total_variation: 1e-9,
+                reduction: Reduction::Mean,
+            },
+            registration_steps: steps(1e-4, 6),
+            photo_consistency: PhotoConsistencyLoss {
+                cauchy_scale: 20.0,
+                residual: Residual::Plain,
+                half_size: 0.5,
+                total_variation: 1e-9,
+                light: Light::Fitted,
+                reduction: Reduction::Mean,
+            },
+        }
+    }
+}

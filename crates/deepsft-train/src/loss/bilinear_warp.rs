@@ -1,0 +1,166 @@
+//! The template seen through the registration, differentiable (paper, appendix "Warping with Bilinear Interpolation").
+
+use burn::tensor::{DType, Device, Int, Tensor, TensorData};
+use deepsft_geometry::Picture;
+
+/// A template's texture and its successive halvings on a device, intensities 0..=255: level k is [3, h / 2^k, w / 2^k].
+///
+/// The paper samples the texture map itself; ours is averaged first as far as the image's pixels are coarser than its
+/// texels, as a camera averages it, and as [`deepsft_geometry::photometric_error`] draws it.
+#[derive(Clone, Debug)]
+pub struct TexturePyramid {
+    levels: Vec<Texture>,
+}
+
+#[derive(Clone, Debug)]
+struct Texture {
+    /// [3, h, w].
+    texels: Tensor<3>,
+    /// Texels in the template's width and height: not the level's own where a finer one had an odd number.
+    extent: [f64; 2],
+}
+
+impl TexturePyramid {
+    /// All levels of `texture`.
+    pub fn new(texture: &Picture, device: &Device) -> Self {
+        let mut picture = texture.clone();
+        let mut extent = [texture.width() as f64, texture.height() as f64];
+        let mut levels = Vec::new();
+        loop {
+            levels.push(Texture {
+                texels: texels(&picture, device),
+                extent,
+            });
+            if picture.width() == 1 && picture.height() == 1 {
+                return Self { levels };
+            }
+            picture = picture.halved();
+            extent = extent.map(|side| side / 2.0);
+        }
+    }
+
+    /// The same in another precision.
+    pub fn cast(self, dtype: DType) -> Self {
+        let cast = |level: Texture| Texture {
+            texels: level.texels.cast(dtype),
+            ..level
+        };
+        Self {
+            levels: self.levels.into_iter().map(cast).collect(),
+        }
+    }
+
+    /// Level `level` (the last one beyond) through the registration of one image, [1, 2, H, W] -> [1, 3, H, W].
+    ///
+    /// With x = u W - 1/2 (the first texel's centre is at half a texel) the value is
+    /// (1 - a) A(floor x) + a A(floor x + 1), a = x - floor x, likewise along v, texels clamped to the texture. The
+    /// derivative goes through the weights a alone: floor and clamping are constants. Beyond the texture's edge both
+    /// texels are the same, so the derivative is zero there.
+    ///
+    /// The appendix writes floor and ceil; where x is a whole number these are one, and its weights would sum to two.
+    /// floor + 1 is the same elsewhere and right there.
+    pub fn warp(&self, level: usize, registration: Tensor<4>) -> Tensor<4> {
+        let Texture { texels, extent } = &self.levels[level.min(self.levels.len() - 1)];
+        let [_, height, width] = texels.dims();
+        let [_, _, rows, columns] = registration.dims();
+        let pixels = rows * columns;
+        let (left, right, along_u) = neighbours(&registration, 0, extent[0], width);
+        let (above, below, along_v) = neighbours(&registration, 1, extent[1], height);
+        let flat: Tensor<2> = texels.clone().reshape([3, height * width]);
+        let at = |row: &Tensor<1, Int>, column: &Tensor<1, Int>| -> Tensor<2> {
+            flat.clone().select(1, row.clone() * width as i64 + column.clone()) // [3, H * W]
+        };
+        let along_u: Tensor<2> = along_u.reshape([1, pixels]);
+        let along_v: Tensor<2> = along_v.reshape([1, pixels]);
+        let between = |a: Tensor<2>, b: Tensor<2>, share: &Tensor<2>| a.clone() + (b - a) * share.clone();
+        let top = between(at(&above, &left), at(&above, &right), &along_u);
+        let bottom = between(at(&below, &left), at(&below, &right), &along_u);
+        between(top, bottom, &along_v).reshape([1, 3, rows, columns])
+    }
+}
+
+/// Of one coordinate of the registration: both neighbouring texels, clamped, and the share of the second, [H * W] each.
+fn neighbours(
+    registration: &Tensor<4>,
+    coordinate: usize,
+    extent: f64,
+    length: usize,
+) -> (Tensor<1, Int>, Tensor<1, Int>, Tensor<1>) {
+    let [_, _, rows, columns] = registration.dims();
+    let one = registration
+        .clone()
+        .slice([0..1, coordinate..coordinate + 1, 0..rows, 0..columns]);
+    let position: Tensor<1> = one.reshape([rows * columns]) * extent - 0.5;
+    let floor = position.clone().detach().floor();
+    // Far beyond the texture a whole number would not fit its type.
+    let first = floor.clone().clamp(-1.0, length as f64).int();
+    let last = length as i64 - 1;
+    let share = position - floor;
+    (first.clone().clamp(0, last), (first + 1).clamp(0, last), share)
+}
+
+fn texels(picture: &Picture, device: &Device) -> Tensor<3> {
+    let (width, height) = (picture.width(), picture.height());
+    let channel = |k: usize| picture.rgb().iter().skip(k).step_by(3);
+    let values: Vec<f32> = (0..3).flat_map(channel).map(|&value| f32::from(value)).collect();
+    Tensor::from_data(TensorData::new(values, [3, height, width]), device)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texture() -> Picture {
+        Picture::from_fn(5, 4, |x, y| {
+            [(40 * x) as u8, (60 * y) as u8, (x * x * 10 + 7 * y) as u8]
+        })
+    }
+
+    fn warp(level: usize, uv: &[[f32; 2]]) -> Vec<f32> {
+        let device = Device::flex();
+        let values: Vec<f32> = [0, 1].iter().flat_map(|&k| uv.iter().map(move |c| c[k])).collect();
+        let registration = Tensor::<1>::from_floats(values.as_slice(), &device).reshape([1, 2, 1, uv.len()]);
+        TexturePyramid::new(&texture(), &device)
+            .warp(level, registration)
+            .into_data()
+            .try_to_vec()
+            .unwrap()
+    }
+
+    #[test]
+    fn the_warp_is_the_bilinear_sample_of_the_picture_inside_at_texels_and_beyond_the_edge() {
+        let uv = [
+            [0.5, 0.5],
+            [0.3, 0.375],
+            [0.13, 0.77],
+            [-0.4, 0.2],
+            [1.7, 1.2],
+            [0.999, 0.001],
+        ];
+        let warped = warp(0, &uv);
+        for (i, [u, v]) in uv.into_iter().enumerate() {
+            let expected = texture().sample(f64::from(u) * 5.0, f64::from(v) * 4.0);
+            for k in 0..3 {
+                let actual = warped[k * uv.len() + i];
+                assert!(
+                    (actual - expected[k]).abs() < 1e-3,
+                    "{u}, {v}: {actual} and {}",
+                    expected[k]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn coarser_levels_lie_over_the_same_template() {
+        // Level 1 is 2 x 2 texels; of the five columns the last is left out, so a texel is 2 / 5 of the width.
+        let warped = warp(1, &[[0.2, 0.25], [0.6, 0.75]]);
+        let level = texture().halved();
+        for k in 0..3 {
+            assert_eq!(warped[2 * k], f32::from(level.pixel(0, 0)[k]));
+            assert_eq!(warped[2 * k + 1], f32::from(level.pixel(1, 1)[k]));
+        }
+        // Beyond the last level there is none.
+        assert_eq!(warp(9, &[[0.9, 0.1]]), warp(2, &[[0.2, 0.8]]));
+    }
+}

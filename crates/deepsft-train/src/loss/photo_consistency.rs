@@ -1,0 +1,212 @@
+//! The loss of training step 3 (paper, equation `photoref`): the image against the template seen through the registration.
+
+use super::bilinear_warp::TexturePyramid;
+use super::total_variation::squared_total_variation;
+use super::{Reduction, RefinementLoss};
+use burn::tensor::Tensor;
+
+/// Intensity of white: the images' values are 0..=1, the loss's constants are for 0..=255.
+const WHITE: f64 = 255.0;
+
+/// Added to the variance of the template's intensities, grey levels^2: a template of one tone says nothing of the gain.
+const VARIANCE_FLOOR: f64 = 25.0;
+/// Gains beyond these are no light on a print.
+const GAINS: [f64; 2] = [0.1, 3.0];
+
+/// What the M-estimator is applied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Residual {
+    /// The squared difference of the intensities, as the paper prints it: chi((I' - I)^2). With c = 4 the estimator bends
+    /// at a difference of two grey levels.
+    Squared,
+    /// The difference itself, as is usual.
+    Plain,
+}
+
+/// What is done about light before the comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// Nothing: as the paper, which leaves it to the M-estimator.
+    Ignored,
+    /// The template's intensities are brought to the image's by a gain and an offset for each image and colour, the least
+    /// squares over the object, which are not differentiated.
+    Fitted,
+}
+
+/// Photo-consistency at two scales and total variation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotoConsistencyLoss {
+    /// Scale c of the Cauchy estimator chi(x) = c^2 / 2 ln(1 + (x / c)^2), for intensities of 0..=255. The paper: 4.
+    pub cauchy_scale: f64,
+    /// What the estimator is applied to. The paper: [`Residual::Squared`].
+    pub residual: Residual,
+    /// Weight mu of the half-size images. The paper: 0.5.
+    pub half_size: f64,
+    /// Weight lambda of the registration's squared total variation. The paper: 1e-9.
+    pub total_variation: f64,
+    /// What is done about light. The paper: [`Light::Ignored`].
+    pub light: Light,
+    /// What the sums are divided by.
+    pub reduction: Reduction,
+}
+
+impl PhotoConsistencyLoss {
+    /// sum chi(I' - I) + mu sum chi(I'_half - I_half) + lambda sum || nabla eta ||_1^2 over the object's pixels and the
+    /// three colours.
+    ///
+    /// `registration` [N, 2, H, W]; `images` [N, 3, H, W], 0..=1; `inside` [N, 1, H, W], 0 or 1; `levels`: the level of
+    /// the texture for each image.
+    pub fn apply(
+        &self,
+        registration: Tensor<4>,
+        images: &Tensor<4>,
+        inside: &Tensor<4>,
+        texture: &TexturePyramid,
+        levels: &[usize],
+    ) -> RefinementLoss {
+        let drawn = levels.iter().enumerate().map(|(n, &level)| {
+            let one = registration.clone().slice(n..n + 1);
+            texture.warp(level, one)
+        });
+        let drawn = Tensor::cat(drawn.collect(), 0); // [N, 3, H, W]
+        let seen = images.clone() * WHITE;
+        let drawn = match self.light {
+            Light::Ignored => drawn,
+            Light::Fitted => relit(drawn, &seen, inside),
+        };
+        let whole = self.robust(drawn.clone() - seen.clone(), inside.clone());
+        let half = self.robust(halved(drawn) - halved(seen), all_of_four(inside.clone()));
+        let smoothness = squared_total_variation(registration, inside.clone()) * self.total_variation;
+        RefinementLoss::reduced(
+            whole + half * self.half_size,
+            smoothness,
+            inside.clone(),
+            self.reduction,
+        )
+    }
+
+    /// Sum of chi over colours and the pixels inside, [1].
+    fn robust(&self, difference: Tensor<4>, inside: Tensor<4>) -> Tensor<1> {
+        let x2 = match self.residual {
+            Residual::Squared => difference.square().square(),
+            Residual::Plain => difference.square(),
+        };
+        let c2 = self.cauchy_scale * self.cauchy_scale;
+        let chi = ((x2 / c2) + 1.0).log() * (c2 / 2.0);
+        (chi * inside).sum()
+    }
+}
+
+/// `drawn` with the gain and offset of each image and colour that bring it closest to `seen`, both [N, 3, H, W].
+fn relit(drawn: Tensor<4>, seen: &Tensor<4>, inside: &Tensor<4>) -> Tensor<4> {
+    let (from, to) = (drawn.clone().detach(), seen.clone().detach());
+    let pixels = over_image(inside.clone()) + 1.0; // [N, 1, 1, 1]
+    let mean = |x: Tensor<4>| over_image(x * inside.clone()) / pixels.clone(); // [N, 3, 1, 1]
+    let (from_mean, to_mean) = (mean(from.clone()), mean(to.clone()));
+    let variance = mean(from.clone().square()) - from_mean.clone().square();
+    let covariance = mean(from * to) - from_mean.clone() * to_mean.clone();
+    let gain = (covariance / (variance + VARIANCE_FLOOR)).clamp(GAINS[0], GAINS[1]);
+    let offset = to_mean - gain.clone() * from_mean;
+    drawn * gain + offset
+}
+
+/// Sum over the pixels of each image and channel, [N, C, H, W] -> [N, C, 1, 1].
+fn over_image(x: Tensor<4>) -> Tensor<4> {
+    x.sum_dim(2).sum_dim(3)
+}
+
+/// Images of half the size, each pixel the mean of four: [N, C, H, W] -> [N, C, H / 2, W / 2]; an odd last row or column
+/// is left out.
+fn halved(x: Tensor<4>) -> Tensor<4> {
+    let [n, c, h, w] = x.dims();
+    let (rows, columns) = (h / 2, w / 2);
+    let even = x.slice([0..n, 0..c, 0..2 * rows, 0..2 * columns]);
+    let fours: Tensor<6> = even.reshape([n, c, rows, 2, columns, 2]);
+    let mean: Tensor<6> = fours.mean_dim(3).mean_dim(5);
+    mean.reshape([n, c, rows, columns])
+}
+
+/// 1 where all four pixels of a mask are 1, 0 elsewhere: [N, 1, H, W] -> [N, 1, H / 2, W / 2].
+fn all_of_four(inside: Tensor<4>) -> Tensor<4> {
+    (halved(inside) * 4.0 - 3.0).clamp_min(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::Device;
+    use deepsft_geometry::Picture;
+
+    /// A texture of two grey texels, 100 and 120, each seen in two of four columns, in two rows.
+    fn loss(images: [f32; 8], config: PhotoConsistencyLoss) -> f64 {
+        let device = Device::flex();
+        let texture = TexturePyramid::new(&Picture::from_fn(2, 1, |x, _| [100 + 20 * x as u8; 3]), &device);
+        let u = [0.25, 0.25, 0.75, 0.75];
+        let registration: Vec<f32> = [u, u, [0.5; 4], [0.5; 4]].concat();
+        let registration = Tensor::<1>::from_floats(registration.as_slice(), &device).reshape([1, 2, 2, 4]);
+        let one = images.map(|value| value / 255.0);
+        let images = Tensor::<1>::from_floats([one, one, one].concat().as_slice(), &device).reshape([1, 3, 2, 4]);
+        // The last pixel is outside.
+        let inside = Tensor::<1>::from_floats([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0], &device).reshape([1, 1, 2, 4]);
+        f64::from(
+            config
+                .apply(registration, &images, &inside, &texture, &[0])
+                .total
+                .into_scalar::<f32>(),
+        )
+    }
+
+    const PRINTED: PhotoConsistencyLoss = PhotoConsistencyLoss {
+        cauchy_scale: 4.0,
+        residual: Residual::Squared,
+        half_size: 0.5,
+        total_variation: 0.0,
+        light: Light::Ignored,
+        reduction: Reduction::Sum,
+    };
+
+    const SAME: [f32; 8] = [100.0, 100.0, 120.0, 120.0, 100.0, 100.0, 120.0, 0.0];
+
+    #[test]
+    fn both_scales_count_with_the_cauchy_estimator_of_the_squared_difference() {
+        assert!(loss(SAME, PRINTED).abs() < 1e-6, "what is outside does not count");
+        // One pixel two grey levels off: x = 4, chi = 8 ln 2. Its four of the half-size image are 1/2 off: x = 1/4,
+        // chi = 8 ln(1 + 1/256); the other four hold the pixel outside. Three colours.
+        let mut off = SAME;
+        off[0] += 2.0;
+        let expected = 3.0 * (8.0 * 2.0_f64.ln() + 0.5 * 8.0 * (1.0 + 1.0 / 256.0_f64).ln());
+        assert!((loss(off, PRINTED) / expected - 1.0).abs() < 1e-4);
+        let plain = PhotoConsistencyLoss {
+            residual: Residual::Plain,
+            half_size: 0.0,
+            reduction: Reduction::Mean,
+            ..PRINTED
+        };
+        // x = 2: chi = 8 ln(1 + 1/4), over seven pixels.
+        let expected = 3.0 * 8.0 * 1.25_f64.ln() / 7.0;
+        assert!((loss(off, plain) / expected - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_registrations_total_variation_is_added() {
+        let smooth = PhotoConsistencyLoss {
+            total_variation: 0.01,
+            ..PRINTED
+        };
+        // u steps by 1/2 once in each row, v never.
+        assert!((loss(SAME, smooth) - 0.01).abs() < 1e-6);
+    }
+
+    #[test]
+    fn fitted_light_takes_a_gain_and_an_offset_away() {
+        let lit = SAME.map(|value| 0.5 * value + 30.0);
+        let fitted = PhotoConsistencyLoss {
+            light: Light::Fitted,
+            ..PRINTED
+        };
+        // The floor of the variance (98 here) leaves a fifth of the contrast of 10 grey levels: at most 1.1 a pixel.
+        let per_pixel = 8.0 * (1.0 + 1.1_f64.powi(4) / 16.0).ln();
+        assert!(loss(lit, fitted) < 1.5 * 3.0 * 7.0 * per_pixel);
+        assert!(loss(lit, PRINTED) > 20.0 * loss(lit, fitted));
+    }
+}

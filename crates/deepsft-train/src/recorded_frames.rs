@@ -1,0 +1,165 @@
+//! Frames of an RGB-D recording made ready for training: which pixels count, and at which resolution the template is seen.
+
+use crate::TrainError;
+use burn::tensor::{Device, Tensor, TensorData};
+use deepsft::{Network, pictures_to_tensor};
+use deepsft_geometry::{Camera, Maps, Picture, mipmap_level};
+use deepsft_synth::{RecordedFrame, Recording};
+
+/// Pixels by which a mask is taken in before depth is compared: where the sensor's edges fly and cameras differ.
+const DEPTH_MARGIN: usize = 2;
+
+/// Measured and estimated depths that differ by more than this share are taken for something else than the object: a hand
+/// before it, the wall behind it.
+const LARGEST_DIFFERENCE: f32 = 0.15;
+
+/// Fewest pixels of the object in a frame that is used.
+const FEWEST_PIXELS: usize = 500;
+
+/// A frame of a recording and what training needs to know of it. About a megabyte; they are kept in memory.
+#[derive(Clone, Debug)]
+pub struct TrainingFrame {
+    /// Number of the frame in its recording.
+    pub index: usize,
+    /// The canonical image.
+    pub image: Picture,
+    /// Measured depth, mm; 0 where there is none.
+    pub depth_mm: Vec<f32>,
+    /// Where the object is seen: the recording's mask if it has one, and the network's.
+    pub inside: Vec<bool>,
+    /// Where its depth is compared with the measured one.
+    pub depth_counts: Vec<bool>,
+    /// Level of the template's texture, see [`crate::TexturePyramid`].
+    pub level: usize,
+}
+
+impl TrainingFrame {
+    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`; `None` when it does not see the
+    /// object there.
+    ///
+    /// The object is where the network's mask has it before the refinement, which is trained together with the main block
+    /// and frozen here, and where the recording's own mask has it, if it comes with masks. Depth counts two pixels further
+    /// in, where the sensor measured something within 15 % of what the network says (our choice; the paper segments by
+    /// the same network).
+    ///
+    /// # Errors
+    /// [`TrainError::Synth`] names a file that cannot be read, [`TrainError::Core`] when the device fails.
+    pub fn read(
+        recording: &Recording,
+        index: usize,
+        network: &Network,
+        canonical: &Camera,
+        texture: &Picture,
+        device: &Device,
+    ) -> Result<Option<Self>, TrainError> {
+        let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
+        let mut found = pollster::block_on(network.infer(&[&image], device))?;
+        let Some(mut maps) = found.pop() else { return Ok(None) };
+        if let Some(mask) = mask {
+            for pixel in (0..mask.len()).filter(|&pixel| !mask[pixel]) {
+                maps.clear(pixel);
+            }
+        }
+        if maps.area() < FEWEST_PIXELS {
+            return Ok(None);
+        }
+        let depth_counts = depth_counts(&maps, &depth_mm);
+        Ok(Some(Self {
+            index,
+            level: mipmap_level(texture, &maps) as usize,
+            inside: maps.mask(),
+            depth_counts,
+            image,
+            depth_mm,
+        }))
+    }
+
+    /// The measured depth as maps with no registration, inside where it counts.
+    pub fn measured(&self) -> Maps {
+        let mut maps = Maps::empty(self.image.width(), self.image.height());
+        for pixel in (0..self.depth_mm.len()).filter(|&pixel| self.depth_counts[pixel]) {
+            maps.set(pixel, self.depth_mm[pixel], [0.5; 2]);
+        }
+        maps
+    }
+}
+
+/// Where measured depths are compared with estimated ones.
+fn depth_counts(maps: &Maps, depth_mm: &[f32]) -> Vec<bool> {
+    let (width, height) = (maps.width(), maps.height());
+    let margin = DEPTH_MARGIN;
+    let well_inside = |pixel: usize| {
+        let (x, y) = (pixel % width, pixel / width);
+        x >= margin
+            && y >= margin
+            && x + margin < width
+            && y + margin < height
+            && (y - margin..=y + margin)
+                .all(|row| (x - margin..=x + margin).all(|column| maps.inside(row * width + column)))
+    };
+    (0..width * height)
+        .map(|pixel| {
+            let (measured, estimated) = (depth_mm[pixel], maps.depth()[pixel]);
+            measured > 0.0
+                && maps.inside(pixel)
+                && (measured - estimated).abs() < LARGEST_DIFFERENCE * estimated
+                && well_inside(pixel)
+        })
+        .collect()
+}
+
+/// Frames on a device.
+pub(crate) struct FrameTensors {
+    /// [N, 3, H, W], 0..=1.
+    pub(crate) images: Tensor<4>,
+    /// Measured depth, mm, [N, 1, H, W].
+    pub(crate) depth_mm: Tensor<4>,
+    /// [N, 1, H, W], 0 or 1.
+    pub(crate) depth_counts: Tensor<4>,
+    /// [N, 1, H, W], 0 or 1.
+    pub(crate) inside: Tensor<4>,
+}
+
+impl FrameTensors {
+    pub(crate) fn new(frames: &[&TrainingFrame], device: &Device) -> Self {
+        let pictures: Vec<&Picture> = frames.iter().map(|frame| &frame.image).collect();
+        let images = pictures_to_tensor(&pictures, device);
+        let [n, _, h, w] = images.dims();
+        let map = |values: Vec<f32>| Tensor::<4>::from_data(TensorData::new(values, [n, 1, h, w]), device);
+        let flags = |of: fn(&TrainingFrame) -> &Vec<bool>| {
+            let all = frames
+                .iter()
+                .flat_map(|frame| of(frame).iter().map(|&flag| f32::from(u8::from(flag))));
+            map(all.collect())
+        };
+        Self {
+            images,
+            depth_mm: map(frames.iter().flat_map(|frame| frame.depth_mm.iter().copied()).collect()),
+            depth_counts: flags(|frame| &frame.depth_counts),
+            inside: flags(|frame| &frame.inside),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_counts_well_inside_the_object_where_it_was_measured_and_is_near_what_was_estimated() {
+        let mut maps = Maps::empty(20, 12);
+        for y in 2..10 {
+            for x in 3..15 {
+                maps.set(y * 20 + x, 600.0, [0.5; 2]);
+            }
+        }
+        let mut depth = vec![610.0; 240];
+        depth[5 * 20 + 7] = 0.0;
+        depth[6 * 20 + 7] = 480.0;
+        let counts = depth_counts(&maps, &depth);
+        let at = |x: usize, y: usize| counts[y * 20 + x];
+        // Columns 3 to 14 and rows 2 to 9 less two on each side, less two pixels.
+        assert_eq!(counts.iter().filter(|&&c| c).count(), 8 * 4 - 2);
+        assert!(at(5, 4) && at(12, 7) && !at(4, 4) && !at(13, 4) && !at(7, 5) && !at(7, 6));
+    }
+}

@@ -1,0 +1,391 @@
+//! Training steps 2 and 3 (paper, section 4): one refinement block, on a recording, everything else frozen.
+
+use crate::TrainError;
+use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
+use crate::config::{RefinementSteps, TrainConfig};
+use crate::loss::{RefinementLoss, TexturePyramid};
+use crate::recorded_frames::{FrameTensors, TrainingFrame};
+use crate::trainer::Progress;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::GradientsParams;
+use burn::store::ModuleRecord;
+use burn::tensor::{Bytes, Device, Tensor};
+use deepsft::{Block, Network, NetworkMaps};
+use deepsft_geometry::metrics::{Summary, frame_metrics};
+use deepsft_geometry::{Camera, Template, photometric_error};
+use deepsft_synth::{Recording, Sample};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// A training step on a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefinementStep {
+    /// Step 2: the depth refinement block, against measured depth.
+    Depth,
+    /// Step 3: the registration refinement block, by photo-consistency.
+    Registration,
+}
+
+impl RefinementStep {
+    /// The block that is trained.
+    pub fn block(self) -> Block {
+        match self {
+            Self::Depth => Block::DepthRefinement,
+            Self::Registration => Block::RegistrationRefinement,
+        }
+    }
+
+    /// The paper's number of it.
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Depth => 2,
+            Self::Registration => 3,
+        }
+    }
+}
+
+/// The frames of a recording, those that are trained on and those that are not.
+#[derive(Clone, Debug)]
+pub struct RecordedFrames {
+    /// Trained on.
+    pub training: Vec<TrainingFrame>,
+    /// The end of the recording, never trained on.
+    pub held_out: Vec<TrainingFrame>,
+    /// Frames in which the network did not see the object.
+    pub left_out: usize,
+}
+
+impl RecordedFrames {
+    /// Reads `recording` for a network, see [`TrainingFrame::read`]; the last `held_out_share` of it is held out. `each` is
+    /// called after every frame.
+    ///
+    /// # Errors
+    /// As [`TrainingFrame::read`]; [`TrainError::Recording`] when nothing is left to train on or to measure on.
+    pub fn read(
+        recording: &Recording,
+        network: &Network,
+        template: &Template,
+        canonical: &Camera,
+        held_out_share: f64,
+        device: &Device,
+        mut each: impl FnMut(),
+    ) -> Result<Self, TrainError> {
+        let network = network.clone().fork(device);
+        let count = recording.frames();
+        let first_held_out = ((count as f64) * (1.0 - held_out_share)).round() as usize;
+        let mut frames = Self {
+            training: Vec::new(),
+            held_out: Vec::new(),
+            left_out: 0,
+        };
+        for index in 0..count {
+            match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
+                Some(frame) if index < first_held_out => frames.training.push(frame),
+                Some(frame) => frames.held_out.push(frame),
+                None => frames.left_out += 1,
+            }
+            each();
+        }
+        for (part, frames) in [("trained on", &frames.training), ("held out", &frames.held_out)] {
+            if frames.is_empty() {
+                return Err(TrainError::Recording {
+                    reason: format!("the network sees the object in none of the frames to be {part}"),
+                    path: recording.folder().to_path_buf(),
+                });
+            }
+        }
+        Ok(frames)
+    }
+}
+
+/// How a network does on the held-out frames of a recording: means and medians over frames.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordingFigures {
+    /// RMSE of the depth against the measured one where it counts, mm.
+    pub measured_depth_rmse_mm: Option<MeanMedian>,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<MeanMedian>,
+    /// RMSE of the depth against the truth, mm, where there is a truth.
+    pub depth_rmse_mm: Option<MeanMedian>,
+    /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
+    pub registration_rmse_px: Option<MeanMedian>,
+}
+
+/// Mean and median over frames.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeanMedian {
+    /// The mean.
+    pub mean: f64,
+    /// The median.
+    pub median: f64,
+}
+
+impl RecordingFigures {
+    /// Measures `network`, which is on `device`, on `frames`. `truth` as in [`RefinementData`].
+    ///
+    /// # Errors
+    /// [`TrainError`] when the device fails or the truth is not of the canonical size.
+    pub fn measure(
+        network: &Network,
+        frames: &[TrainingFrame],
+        template: &Template,
+        canonical: &Camera,
+        truth: &BTreeMap<usize, Sample>,
+        device: &Device,
+    ) -> Result<Self, TrainError> {
+        let mut figures: [Vec<Option<f64>>; 4] = Default::default();
+        for frame in frames {
+            let Some(maps) = pollster::block_on(network.infer(&[&frame.image], device))?.pop() else {
+                continue;
+            };
+            let measured = frame_metrics(&maps, &frame.measured(), canonical, template.size_mm())?;
+            figures[0].push(measured.depth_rmse_mm);
+            // The object is where it was when the frames were read, whatever step 2 says of the depth beside it.
+            figures[1].push(photometric_error(&frame.image, template.texture(), &maps));
+            if let Some(sample) = truth.get(&frame.index) {
+                let metrics = frame_metrics(&maps, &sample.truth, canonical, template.size_mm())?;
+                figures[2].push(metrics.depth_rmse_mm);
+                figures[3].push(metrics.registration_rmse_px);
+            }
+        }
+        let [
+            measured_depth_rmse_mm,
+            photometric_error,
+            depth_rmse_mm,
+            registration_rmse_px,
+        ] = figures.map(|values| {
+            Summary::of(values).map(|summary| MeanMedian {
+                mean: summary.mean,
+                median: summary.median,
+            })
+        });
+        Ok(Self {
+            measured_depth_rmse_mm,
+            photometric_error,
+            depth_rmse_mm,
+            registration_rmse_px,
+        })
+    }
+}
+
+/// A refined network.
+pub struct Refined {
+    /// On the plain device; all weights but those of the step's block are bit for bit what they were.
+    pub network: Network,
+    /// Steps, epochs' figures.
+    pub state: Checkpoint,
+    /// How the network did on the held-out frames before.
+    pub before: RecordingFigures,
+    /// How it does after.
+    pub after: RecordingFigures,
+}
+
+/// What a refinement learns from and is measured on.
+#[derive(Clone, Copy, Debug)]
+pub struct RefinementData<'a> {
+    /// The frames.
+    pub frames: &'a RecordedFrames,
+    /// The template.
+    pub template: &'a Template,
+    /// The canonical camera.
+    pub canonical: &'a Camera,
+    /// The truth of frames of the recording by their numbers, where it is known. Only measured on, never trained on.
+    pub truth: &'a BTreeMap<usize, Sample>,
+}
+
+/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched on here) and reports through
+/// `report`. After every epoch the held-out frames are measured and a checkpoint is saved, from which a training that
+/// was stopped goes on exactly as it would have.
+///
+/// # Errors
+/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss that is no longer finite, or a
+/// device that fails.
+pub fn refine(
+    network: &Network,
+    step: RefinementStep,
+    data: RefinementData<'_>,
+    config: &TrainConfig,
+    device: &Device,
+    mut report: impl FnMut(Progress),
+) -> Result<Refined, TrainError> {
+    let RefinementData { frames, template, .. } = data;
+    let steps = match step {
+        RefinementStep::Depth => config.depth_steps,
+        RefinementStep::Registration => config.registration_steps,
+    };
+    let differentiable = device.clone().autodiff();
+    let measure = |network: &Network| {
+        RecordingFigures::measure(network, &frames.held_out, template, data.canonical, data.truth, device)
+    };
+    let network = &network.clone().fork(device);
+    let before = measure(network)?;
+    let make_network =
+        || -> Result<Network, TrainError> { Ok(copy_of(network, &differentiable)?.train_only(&[step.block()])) };
+    let mut trained = make_network()?;
+    let mut optimizer = steps.optimizer.init();
+    let texture = TexturePyramid::new(template.texture(), &differentiable);
+    let folder = CheckpointFolder::new(&config.checkpoint);
+    let fingerprint = fingerprint(network, step, &data, config);
+    let mut state = Checkpoint {
+        fingerprint: fingerprint.clone(),
+        seed: config.seed,
+        ..Checkpoint::default()
+    };
+    if config.resume
+        && let Some(saved) = folder.load(make_network, steps.optimizer.init(), &fingerprint, config.seed)?
+    {
+        (state, trained, optimizer) = (saved.state, saved.network, saved.optimizer);
+        report(Progress::Resumed {
+            samples: state.samples,
+            seconds: state.seconds,
+        });
+    }
+    if state.curve.is_empty() {
+        state.curve.push(curve_point(&state, None, &before, steps));
+    }
+    let total = steps.epochs * frames.training.len() as u64;
+    let mut after = before;
+    while state.samples < total {
+        let epoch = state.samples / frames.training.len() as u64;
+        let (mut sum, mut count) = (0.0, 0_u64);
+        for batch in order(frames.training.len(), config.seed, epoch).chunks(steps.batch.max(1)) {
+            let clock = Instant::now();
+            let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames.training[index]).collect();
+            let loss = loss(&trained, step, &batch, &texture, config, &differentiable).total;
+            let value = f64::from(loss.clone().into_scalar::<f32>());
+            if !value.is_finite() {
+                return Err(TrainError::Diverged {
+                    loss: value,
+                    samples: state.samples,
+                });
+            }
+            let gradients = GradientsParams::from_grads(loss.backward(), &trained);
+            trained = optimizer.step(steps.learning_rate.at(state.step), trained, gradients);
+            state.step += 1;
+            state.samples += batch.len() as u64;
+            state.seconds += clock.elapsed().as_secs_f64();
+            (sum, count) = (sum + value, count + 1);
+            report(Progress::Step {
+                share: state.samples as f64 / total as f64,
+                samples: state.samples,
+                seconds: state.seconds,
+                loss: value,
+            });
+        }
+        after = measure(&trained.valid())?;
+        let point = curve_point(&state, Some(sum / count.max(1) as f64), &after, steps);
+        state.curve.push(point);
+        folder.save(&state, &trained.valid(), None, &optimizer)?;
+        report(Progress::Evaluated(point));
+    }
+    let refined = trained.valid();
+    if state.samples > 0 && after == before {
+        // Everything came from the checkpoint.
+        after = measure(&refined)?;
+    }
+    Ok(Refined {
+        network: refined,
+        state,
+        before,
+        after,
+    })
+}
+
+/// The loss of a step on some frames.
+fn loss(
+    network: &Network,
+    step: RefinementStep,
+    frames: &[&TrainingFrame],
+    texture: &TexturePyramid,
+    config: &TrainConfig,
+    device: &Device,
+) -> RefinementLoss {
+    let tensors = FrameTensors::new(frames, device);
+    let NetworkMaps {
+        depth, registration, ..
+    } = network.forward_maps(tensors.images.clone());
+    match step {
+        RefinementStep::Depth => {
+            let range = network.config().depth_range;
+            let measured = (tensors.depth_mm - range.near_mm) / range.span_mm();
+            config.depth_loss.apply(depth, measured, tensors.depth_counts)
+        }
+        RefinementStep::Registration => {
+            let levels: Vec<usize> = frames.iter().map(|frame| frame.level).collect();
+            let images = &tensors.images;
+            config
+                .photo_consistency
+                .apply(registration, images, &tensors.inside, texture, &levels)
+        }
+    }
+}
+
+/// The frames of an epoch in their order, a function of seed and epoch.
+fn order(frames: usize, seed: u64, epoch: u64) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..frames).collect();
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ (epoch + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    order.shuffle(&mut rng);
+    order
+}
+
+/// A network of its own with the same weights, for training on `device`. The weights of bundles are folded, and so are
+/// the copy's.
+fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
+    let failure = |reason: String| deepsft::DeepSftError::Execution { reason };
+    let bytes = network
+        .clone()
+        .into_record()
+        .into_bytes()
+        .map_err(|e| failure(e.to_string()))?;
+    let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| failure(e.to_string()))?;
+    let fresh = network.config().init(device).fold();
+    Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
+}
+
+fn curve_point(
+    state: &Checkpoint,
+    loss: Option<f64>,
+    figures: &RecordingFigures,
+    steps: RefinementSteps,
+) -> CurvePoint {
+    let median = |figure: Option<MeanMedian>| figure.map(|f| f.median);
+    CurvePoint {
+        samples: state.samples,
+        seconds: state.seconds,
+        loss: loss.unwrap_or_default(),
+        learning_rate: steps.learning_rate.at(state.step),
+        registration_rmse_px: median(figures.registration_rmse_px),
+        // Against the truth where there is one, else against the sensor.
+        depth_rmse_mm: median(figures.depth_rmse_mm.or(figures.measured_depth_rmse_mm)),
+        mask_iou: None,
+        photometric_error: median(figures.photometric_error),
+    }
+}
+
+/// What must be equal for a checkpoint to be continued: the network at the start, the step, its settings, the frames.
+fn fingerprint(network: &Network, step: RefinementStep, data: &RefinementData<'_>, config: &TrainConfig) -> String {
+    struct Weights(Sha256);
+    impl ModuleVisitor for Weights {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            self.0.update(&param.val().into_data().bytes()[..]);
+        }
+    }
+    let mut hash = Weights(Sha256::new());
+    network.visit(&mut hash);
+    let mut hash = hash.0;
+    let settings = match step {
+        RefinementStep::Depth => format!("{:?} {:?}", config.depth_steps, config.depth_loss),
+        RefinementStep::Registration => format!("{:?} {:?}", config.registration_steps, config.photo_consistency),
+    };
+    hash.update(format!("{step:?} {settings} {:?}", network.config()));
+    for frame in &data.frames.training {
+        hash.update(frame.image.rgb());
+        hash.update(frame.index.to_le_bytes());
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,95 @@
+//! Main Block: image -> depth and registration (paper, table "Main Block architecture").
+
+use crate::network::description::LayerTable;
+use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool, upsample_nearest};
+use burn::module::Module;
+use burn::tensor::{Tensor, activation::relu};
+
+/// A ResNet-50 encoder to stride 24 and its mirror image, by batch-normalised blocks of [`super::super::resnet`].
+#[derive(Module, Debug)]
+pub struct PaperMainBlock {
+    entry: NormalisedConvolution,
+    encode2: Stack,
+    encode3: Stack,
+    encode4: Stack,
+    decode5: Stack,
+    decode6: Stack,
+    decode7: Stack,
+    smooth: NormalisedConvolution,
+    output: NormalisedConvolution,
+}
+
+impl PaperMainBlock {
+    /// Layers of `1 / divisor` of the paper's widths.
+    pub fn new(divisor: usize, making: Making) -> Self {
+        let width = |paper: usize| paper / divisor;
+        let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
+            let shape = StackShape {
+                widths: widths.map(width),
+                stride,
+                upsampling,
+                identities,
+                crop,
+            };
+            Stack::new(width(inputs), shape, making)
+        };
+        Self {
+            entry: NormalisedConvolution::new([3, width(64)], 7, 2, making),
+            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
+            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
+            encode4: stack(512, [256, 256, 1024], 2, 1, 5, None),
+            decode5: stack(1024, [1024, 1024, 256], 1, 1, 5, None),
+            decode6: stack(256, [512, 512, 128], 1, 2, 3, Some((0, 23))),
+            decode7: stack(128, [256, 256, 64], 1, 2, 2, None),
+            smooth: NormalisedConvolution::new([width(64), width(64)], 7, 1, making),
+            output: NormalisedConvolution::plain([width(64), 3], 3, making),
+        }
+    }
+
+    /// [N, 3, 270, 480], values -1..=1 -> depth and registration, [N, 3, 270, 480].
+    pub fn forward(&self, images: Tensor<4>) -> Tensor<4> {
+        let x = max_pool(relu(self.entry.forward(images)), 3, 0); // [N, 64, 45, 80]
+        let x = self.encode3.forward(self.encode2.forward(x)); // [N, 512, 23, 40]
+        let x = self.decode5.forward(self.encode4.forward(x)); // [N, 256, 12, 20]
+        let x = self.decode7.forward(self.decode6.forward(x)); // [N, 64, 46, 80]
+        let x = crop_rows(upsample_nearest(x, 3), 1, 136); // [N, 64, 136, 240]
+        let x = relu(self.smooth.forward(x));
+        let x = crop_rows(upsample_nearest(x, 2), 1, 270); // [N, 64, 270, 480]
+        self.output.forward(x)
+    }
+
+    /// See [`NormalisedConvolution::fold`].
+    pub fn fold(self) -> Self {
+        Self {
+            entry: self.entry.fold(),
+            encode2: self.encode2.fold(),
+            encode3: self.encode3.fold(),
+            encode4: self.encode4.fold(),
+            decode5: self.decode5.fold(),
+            decode6: self.decode6.fold(),
+            decode7: self.decode7.fold(),
+            smooth: self.smooth.fold(),
+            output: self.output.fold(),
+        }
+    }
+
+    /// Writes its layers into `table`, which holds an image.
+    pub fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 3", 45, 80);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("enc4", &self.encode4),
+            ("dec5", &self.decode5),
+            ("dec6", &self.decode6),
+            ("dec7", &self.decode7),
+        ] {
+            stack.describe(name, table);
+        }
+        table.resize("up-sampling x3, crop", 136, 240);
+        self.smooth.describe("conv8", table);
+        table.resize("up-sampling x2, crop", 270, 480);
+        self.output.describe("output", table);
+    }
+}

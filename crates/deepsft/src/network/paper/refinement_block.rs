@@ -1,0 +1,78 @@
+//! Depth and Registration Refinement Blocks (paper, table "Depth and Registration Refinement Block architectures").
+
+use crate::network::description::LayerTable;
+use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool, upsample_nearest};
+use burn::module::Module;
+use burn::tensor::{Tensor, activation::relu};
+
+/// The main block's first two encoder stacks and last two decoder stacks, with a map of twice the size in the end.
+#[derive(Module, Debug)]
+pub struct PaperRefinementBlock {
+    entry: NormalisedConvolution,
+    encode2: Stack,
+    encode3: Stack,
+    decode6: Stack,
+    decode7: Stack,
+    output: NormalisedConvolution,
+}
+
+impl PaperRefinementBlock {
+    /// Layers of `1 / divisor` of the paper's widths, saying `outputs` values a pixel: 1 for depth, 2 for registration.
+    pub fn new(divisor: usize, outputs: usize, making: Making) -> Self {
+        let width = |paper: usize| paper / divisor;
+        let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
+            let shape = StackShape {
+                widths: widths.map(width),
+                stride,
+                upsampling,
+                identities,
+                crop,
+            };
+            Stack::new(width(inputs), shape, making)
+        };
+        Self {
+            entry: NormalisedConvolution::new([6, width(64)], 7, 2, making),
+            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
+            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
+            decode6: stack(512, [512, 512, 128], 1, 2, 3, None),
+            decode7: stack(128, [256, 256, 64], 1, 2, 2, Some((1, 90))),
+            output: NormalisedConvolution::plain([width(64), outputs], 3, making),
+        }
+    }
+
+    /// Image, depth and registration [N, 6, 270, 480] -> [N, outputs, 270, 480].
+    pub fn forward(&self, seen: Tensor<4>) -> Tensor<4> {
+        let x = max_pool(relu(self.entry.forward(seen)), 3, 0); // [N, 64, 45, 80]
+        let x = self.encode3.forward(self.encode2.forward(x)); // [N, 512, 23, 40]
+        let x = self.decode7.forward(self.decode6.forward(x)); // [N, 64, 90, 160]
+        self.output.forward(upsample_nearest(x, 3))
+    }
+
+    /// See [`NormalisedConvolution::fold`].
+    pub fn fold(self) -> Self {
+        Self {
+            entry: self.entry.fold(),
+            encode2: self.encode2.fold(),
+            encode3: self.encode3.fold(),
+            decode6: self.decode6.fold(),
+            decode7: self.decode7.fold(),
+            output: self.output.fold(),
+        }
+    }
+
+    /// Writes its layers into `table`, which holds image, depth and registration.
+    pub fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 3", 45, 80);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("dec6", &self.decode6),
+            ("dec7", &self.decode7),
+        ] {
+            stack.describe(name, table);
+        }
+        table.resize("up-sampling x3", 270, 480);
+        self.output.describe("output", table);
+    }
+}

@@ -1,0 +1,227 @@
+//! R50F: the method that the paper compares itself with first (section 5.3): a ResNet-50 without its last two layers, a
+//! dense layer of 200 neurons and one that says depth and registration of every pixel.
+//!
+//! The last two layers are taken to be the mean over the image and the classifier, so that the dense layer sees where
+//! things are. The encoder is ResNet-50 in the form of Keras (23,587,712 parameters). Where the paper is silent (our
+//! choice): ReLU after the first dense layer, pixels as 2 value - 1, depth as normalised depth of
+//! [`crate::DepthRange`]. There is no refinement.
+
+use super::block::{Block, train_if_listed};
+use super::config::within;
+use super::description::{Cost, LayerTable};
+use super::paper::check_momentum;
+use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
+use super::{NetworkConfig, NetworkMaps};
+use burn::module::{Module, Param};
+use burn::tensor::{Device, Tensor, activation::relu};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
+use serde::{Deserialize, Serialize};
+
+/// Rows and columns of the encoder's last map, stride 32.
+const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
+
+/// Maps of the last dense layer: depth, u, v.
+const MAPS: usize = 3;
+
+/// Layers of R50F.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct R50FConfig {
+    /// The encoder's widths and the neurons are divided by this, 1 to 64: 1 is the paper's R50F, others are ours.
+    pub width_divisor: usize,
+    /// Neurons of the first dense layer before the division.
+    pub neurons: usize,
+    /// See [`super::PaperConfig::momentum`].
+    pub momentum: f64,
+}
+
+impl Default for R50FConfig {
+    fn default() -> Self {
+        Self {
+            width_divisor: 1,
+            neurons: 200,
+            momentum: 0.01,
+        }
+    }
+}
+
+impl R50FConfig {
+    /// A network of `1 / divisor` of the widths, see [`super::PaperConfig::narrow`].
+    pub fn narrow(width_divisor: usize) -> Self {
+        Self {
+            width_divisor,
+            momentum: 0.1,
+            ..Self::default()
+        }
+    }
+
+    /// See [`NetworkConfig::check`].
+    pub(super) fn check(&self) -> Result<(), String> {
+        within("width_divisor", self.width_divisor, 1, 64)?;
+        within("neurons", self.neurons, self.width_divisor, 1024)?;
+        check_momentum(self.momentum)
+    }
+}
+
+/// y = x w + b.
+#[derive(Module, Debug)]
+struct Dense {
+    /// [in, out].
+    weight: Param<Tensor<2>>,
+    /// [out].
+    bias: Param<Tensor<1>>,
+}
+
+impl Dense {
+    fn new(inputs: usize, outputs: usize, making: Making) -> Self {
+        Self {
+            weight: Param::from_tensor(making.glorot([inputs, outputs], inputs, outputs)),
+            bias: Param::from_tensor(Tensor::zeros([outputs], making.device)),
+        }
+    }
+
+    /// [N, in] -> [N, out].
+    fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+        x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
+    }
+}
+
+/// R50F with its weights.
+#[derive(Module, Debug)]
+pub struct R50FNetwork {
+    entry: NormalisedConvolution,
+    encode2: Stack,
+    encode3: Stack,
+    encode4: Stack,
+    encode5: Stack,
+    neurons: Dense,
+    maps: Dense,
+    #[module(skip)]
+    config: NetworkConfig,
+}
+
+impl R50FNetwork {
+    /// A randomly initialised network of `shape` for the images of `config`: all layers by Glorot and Bengio.
+    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
+        let drawn = true;
+        Self::make(
+            shape,
+            config,
+            Making {
+                device,
+                drawn,
+                momentum: shape.momentum,
+            },
+        )
+    }
+
+    /// A folded network whose weights are still to be loaded.
+    pub(super) fn empty(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
+        let drawn = false;
+        Self::make(
+            shape,
+            config,
+            Making {
+                device,
+                drawn,
+                momentum: shape.momentum,
+            },
+        )
+    }
+
+    fn make(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
+        let width = |full: usize| full / shape.width_divisor;
+        let stack = |inputs: usize, widths: [usize; 3], stride, identities| {
+            let shape = StackShape {
+                widths: widths.map(width),
+                stride,
+                upsampling: 1,
+                identities,
+                crop: None,
+            };
+            Stack::new(width(inputs), shape, making)
+        };
+        let neurons = width(shape.neurons);
+        Self {
+            entry: NormalisedConvolution::new([3, width(64)], 7, 2, making),
+            encode2: stack(64, [64, 64, 256], 1, 2),
+            encode3: stack(256, [128, 128, 512], 2, 3),
+            encode4: stack(512, [256, 256, 1024], 2, 5),
+            encode5: stack(1024, [512, 512, 2048], 2, 2),
+            neurons: Dense::new(width(2048) * ENCODED[0] * ENCODED[1], neurons, making),
+            maps: Dense::new(neurons, MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH, making),
+            config: config.clone(),
+        }
+    }
+
+    /// How the network was built.
+    pub fn config(&self) -> &NetworkConfig {
+        &self.config
+    }
+
+    /// See [`super::Network::forward_maps`].
+    pub(super) fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
+        let x = max_pool(relu(self.entry.forward(images * 2.0 - 1.0)), 2, 1); // [N, 64, 68, 120]
+        let x = self.encode3.forward(self.encode2.forward(x)); // [N, 512, 34, 60]
+        let x = self.encode5.forward(self.encode4.forward(x)); // [N, 2048, 9, 15]
+        let [n, c, h, w] = x.dims();
+        let x = relu(self.neurons.forward(x.reshape([n, c * h * w])));
+        let maps: Tensor<4> = self
+            .maps
+            .forward(x)
+            .reshape([n, MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
+        let depth = maps.clone().slice([0..n, 0..1]);
+        let registration = maps.slice([0..n, 1..3]);
+        NetworkMaps {
+            main_depth: depth.clone(),
+            main_registration: registration.clone(),
+            mask_logits: NetworkMaps::mask_logits_of_depth(depth.clone()),
+            depth,
+            registration,
+        }
+    }
+
+    /// The same function with batch normalisation baked into the convolutions, for inference.
+    pub(super) fn fold(self) -> Self {
+        Self {
+            entry: self.entry.fold(),
+            encode2: self.encode2.fold(),
+            encode3: self.encode3.fold(),
+            encode4: self.encode4.fold(),
+            encode5: self.encode5.fold(),
+            neurons: self.neurons,
+            maps: self.maps,
+            config: self.config,
+        }
+    }
+
+    /// See [`super::Network::block_parameters`].
+    pub(super) fn block_parameters(&self, block: Block) -> usize {
+        if block == Block::Main { self.num_params() } else { 0 }
+    }
+
+    /// See [`super::Network::train_only`].
+    pub(super) fn train_only(self, blocks: &[Block]) -> Self {
+        train_if_listed(self, Block::Main, blocks)
+    }
+
+    /// See [`super::Network::describe`].
+    pub(super) fn describe(&self, table: &mut LayerTable) {
+        self.entry.describe("conv1", table);
+        table.resize("max pool 3x3 stride 2", 68, 120);
+        for (name, stack) in [
+            ("enc2", &self.encode2),
+            ("enc3", &self.encode3),
+            ("enc4", &self.encode4),
+            ("enc5", &self.encode5),
+        ] {
+            stack.describe(name, table);
+        }
+        let cost = |dense: &Dense| {
+            let [inputs, outputs] = dense.weight.dims();
+            Cost::of(dense, [outputs, inputs, 1, 1], 1, 1)
+        };
+        table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
+        let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        table.add("dense", maps, cost(&self.maps));
+    }
+}

@@ -1,0 +1,177 @@
+//! Bottleneck blocks in the form of Keras' ResNet-50, which the paper builds on (figure "blocks"), and stacks of them.
+
+use super::{Making, NormalisedConvolution, crop_rows, upsample_nearest};
+use crate::network::description::{Cost, LayerTable};
+use burn::module::Module;
+use burn::tensor::{Tensor, activation::relu};
+
+/// 1x1, 3x3 and 1x1 convolutions, each with batch normalisation, ReLU between them and after the sum with what came in.
+///
+/// * *Identity block*: what came in is added as it is.
+/// * *Convolutional block*: it goes through a 1x1 convolution with batch normalisation first, since the width or (by a
+///   stride in both 1x1 convolutions) the size changes.
+/// * *Decoding block*: a convolutional block after nearest up-sampling.
+///
+/// A 1x1 convolution, batch normalisation and ReLU act on each pixel alone, so they commute with nearest up-sampling: a
+/// decoding block runs its two incoming 1x1 convolutions before it and saves three quarters of their cost.
+#[derive(Module, Debug)]
+pub struct Bottleneck {
+    reduce: NormalisedConvolution,
+    spatial: NormalisedConvolution,
+    expand: NormalisedConvolution,
+    shortcut: Option<NormalisedConvolution>,
+    upsampling: usize,
+}
+
+impl Bottleneck {
+    /// The identity block of `widths` (1x1, 3x3, 1x1); the last is also what comes in.
+    pub fn identity(widths: [usize; 3], making: Making) -> Self {
+        let mut block = Self::convolutional(widths[2], widths, 1, 1, making);
+        block.shortcut = None;
+        block
+    }
+
+    /// The convolutional block (`upsampling` 1) or decoding block (`upsampling` 2) from `inputs` channels to
+    /// `widths[2]`.
+    pub fn convolutional(
+        inputs: usize,
+        [reduced, spatial, expanded]: [usize; 3],
+        stride: usize,
+        upsampling: usize,
+        making: Making,
+    ) -> Self {
+        Self {
+            reduce: NormalisedConvolution::new([inputs, reduced], 1, stride, making),
+            spatial: NormalisedConvolution::new([reduced, spatial], 3, 1, making),
+            expand: NormalisedConvolution::new([spatial, expanded], 1, 1, making),
+            shortcut: Some(NormalisedConvolution::new([inputs, expanded], 1, stride, making)),
+            upsampling,
+        }
+    }
+
+    /// [N, in, H, W] -> [N, out, H', W'] with H' = upsampling ceil(H / stride).
+    pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+        let branch = relu(self.reduce.forward(x.clone()));
+        let branch = upsample_nearest(branch, self.upsampling);
+        let branch = self.expand.forward(relu(self.spatial.forward(branch)));
+        let kept = match &self.shortcut {
+            Some(shortcut) => upsample_nearest(shortcut.forward(x), self.upsampling),
+            None => x,
+        };
+        relu(branch + kept)
+    }
+
+    /// See [`NormalisedConvolution::fold`].
+    pub fn fold(self) -> Self {
+        Self {
+            reduce: self.reduce.fold(),
+            spatial: self.spatial.fold(),
+            expand: self.expand.fold(),
+            shortcut: self.shortcut.map(NormalisedConvolution::fold),
+            upsampling: self.upsampling,
+        }
+    }
+
+    /// Rows and columns of what comes out for a map of `rows` x `columns`.
+    fn output(&self, [rows, columns]: [usize; 2]) -> [usize; 2] {
+        let stride = self.reduce.stride();
+        [rows, columns].map(|side| self.upsampling * side.div_ceil(stride))
+    }
+
+    /// Its cost where `pixels` pixels come out.
+    fn cost(&self, pixels: usize) -> Cost {
+        let early = [Some(&self.reduce), self.shortcut.as_ref()].into_iter().flatten();
+        let late = [&self.spatial, &self.expand].into_iter();
+        let saving = self.upsampling * self.upsampling;
+        early
+            .map(|layer| layer.cost(pixels, saving))
+            .chain(late.map(|layer| layer.cost(pixels, 1)))
+            .sum()
+    }
+
+    /// Widths of the 1x1, 3x3 and 1x1 convolutions, as a table names them.
+    fn widths(&self) -> String {
+        let [a, b, c] = [&self.reduce, &self.spatial, &self.expand].map(NormalisedConvolution::channels);
+        format!("({a}, {b}, {c})")
+    }
+}
+
+/// What a stack is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct StackShape {
+    /// Widths of the 1x1, 3x3 and 1x1 convolutions of each block.
+    pub widths: [usize; 3],
+    /// Stride of the first block.
+    pub stride: usize,
+    /// Up-sampling before the first block.
+    pub upsampling: usize,
+    /// Identity blocks after the first.
+    pub identities: usize,
+    /// First row and number of rows that the identity blocks see, where the first block's map is cropped.
+    pub crop: Option<(usize, usize)>,
+}
+
+/// A convolutional or decoding block, a crop and identity blocks.
+#[derive(Module, Debug)]
+pub struct Stack {
+    first: Bottleneck,
+    identities: Vec<Bottleneck>,
+    #[module(skip)]
+    crop: Option<(usize, usize)>,
+}
+
+impl Stack {
+    /// A stack of `shape` on `inputs` channels.
+    pub fn new(inputs: usize, shape: StackShape, making: Making) -> Self {
+        Self {
+            first: Bottleneck::convolutional(inputs, shape.widths, shape.stride, shape.upsampling, making),
+            identities: (0..shape.identities)
+                .map(|_| Bottleneck::identity(shape.widths, making))
+                .collect(),
+            crop: shape.crop,
+        }
+    }
+
+    /// [N, in, H, W] -> [N, out, H', W'].
+    pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+        let mut x = self.first.forward(x);
+        if let Some((top, height)) = self.crop {
+            x = crop_rows(x, top, height);
+        }
+        for block in &self.identities {
+            x = block.forward(x);
+        }
+        x
+    }
+
+    /// See [`NormalisedConvolution::fold`].
+    pub fn fold(self) -> Self {
+        Self {
+            first: self.first.fold(),
+            identities: self.identities.into_iter().map(Bottleneck::fold).collect(),
+            crop: self.crop,
+        }
+    }
+
+    /// Writes itself into `table` under `name`.
+    pub fn describe(&self, name: &str, table: &mut LayerTable) {
+        let [_, rows, columns] = table.size();
+        let [mut rows, columns] = self.first.output([rows, columns]);
+        let channels = self.first.expand.channels();
+        let (widths, stride) = (self.first.widths(), self.first.reduce.stride());
+        let kind = match (self.first.upsampling, stride) {
+            (1, 1) => "convolutional block".to_owned(),
+            (1, stride) => format!("convolutional block stride {stride}"),
+            (factor, _) => format!("decoding block x{factor}"),
+        };
+        let cost = self.first.cost(rows * columns);
+        table.add(format!("{name} {kind} {widths}"), [channels, rows, columns], cost);
+        if let Some((_, height)) = self.crop {
+            rows = height;
+            table.resize(&format!("{name} crop"), rows, columns);
+        }
+        let cost = self.identities.iter().map(|block| block.cost(rows * columns)).sum();
+        let name = format!("{name} {} identity blocks {widths}", self.identities.len());
+        table.add(name, [channels, rows, columns], cost);
+    }
+}
