@@ -318,8 +318,11 @@ mod tests {
         }
     }
 
+    type Faces = Vec<[usize; 3]>;
+    type Change<'a> = &'a dyn Fn(&mut Vec<DVec3>, &mut Vec<DVec2>, &mut Faces);
+
     /// A box without lid: five charts in a row of the texture, each side a square of 100 mm, the floor 100 x 200 mm.
-    fn open_box() -> (Vec<DVec3>, Vec<DVec2>, Vec<[usize; 3]>) {
+    fn open_box() -> (Vec<DVec3>, Vec<DVec2>, Faces) {
         // (origin, one side, the other): their cross product points outwards.
         let side = [
             (DVec3::ZERO, DVec3::Y * 200.0, DVec3::X * 100.0),
@@ -371,7 +374,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_deformed_or_registered_is_refused_with_its_place() {
-        let refused = |change: &dyn Fn(&mut Vec<DVec3>, &mut Vec<DVec2>, &mut Vec<[usize; 3]>)| {
+        let refused = |change: Change<'_>| {
             let (mut vertices, mut uv, mut faces) = open_box();
             change(&mut vertices, &mut uv, &mut faces);
             of_mesh(vertices, uv, faces).unwrap_err()

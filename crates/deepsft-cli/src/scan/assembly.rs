@@ -80,12 +80,17 @@ pub fn assemble(scan: Scan, mm_per_unit: f64) -> Result<Import> {
             .sum()
     };
     let mesh = TriangleMesh::new(vertices.clone(), uv.clone(), faces.clone())?;
-    if Topology::of(&mesh)?.border_edges == 0 && volume(&faces) < 0.0 {
+    let topology = match Topology::of(&mesh) {
+        Err(error @ GeometryError::FaceOrientation { .. }) => {
+            bail!("{error}: let the program that made it turn all normals outside")
+        }
+        topology => topology?,
+    };
+    if topology.border_edges == 0 && volume(&faces) < 0.0 {
         faces.iter_mut().for_each(|face| face.swap(1, 2));
         notes.push("the fronts of its faces were inside and have been turned outside".to_owned());
     }
     let mesh = TriangleMesh::new(vertices, uv, faces)?;
-    let topology = Topology::of(&mesh)?;
     if topology.non_manifold_edges > 0 {
         notes.push(format!(
             "{} edges belong to more than two faces",
@@ -98,14 +103,8 @@ pub fn assemble(scan: Scan, mm_per_unit: f64) -> Result<Import> {
             topology.pieces
         ));
     }
-    let template = match Template::of_mesh(mesh, texture) {
-        Err(error @ GeometryError::FaceOrientation { .. }) => {
-            bail!("{error}: let the program that made it turn all normals outside")
-        }
-        template => template?,
-    };
     Ok(Import {
-        template,
+        template: Template::of_mesh(mesh, texture)?,
         topology,
         notes,
     })

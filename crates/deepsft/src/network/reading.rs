@@ -46,7 +46,7 @@ impl Network {
         match self {
             Self::Compact(network) => {
                 let output = network.forward(images_to_tensor(pictures, device));
-                let coordinates = CompactNetwork::at_pixels(output.refined);
+                let coordinates = network.upsample(output.refined);
                 let said = Tensor::cat(vec![coordinates, output.mask], 1);
                 read_maps(said, first, |d| range.depth_mm(d)).await
             }
