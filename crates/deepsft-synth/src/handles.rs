@@ -411,8 +411,10 @@ mod tests {
 
     #[test]
     fn settings_that_cannot_be_are_refused_by_name() {
-        let mut config = HandleConfig::default();
-        config.moved = [5, 4];
+        let mut config = HandleConfig {
+            moved: [5, 4],
+            ..HandleConfig::default()
+        };
         assert!(config.check().unwrap_err().to_string().contains("handles.moved"));
         config = HandleConfig {
             most_turn_deg: f64::NAN,

@@ -1,6 +1,6 @@
 //! From pictures to a network's input, and from its output to depth and registration maps.
 
-use super::{CompactNetwork, INPUT_MULTIPLE, Network, NetworkMaps};
+use super::{INPUT_MULTIPLE, Network, NetworkMaps};
 use crate::DeepSftError;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{Maps, Picture};
