@@ -40,7 +40,7 @@ Writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR
     Import(import::ImportArguments),
     /// Write the built-in soft toy, a template of an object with a volume.
     ///
-    /// A patchwork rabbit about 310 mm high, made by a program: a closed surface with 18 pieces of texture.
+    /// A patchwork rabbit about 300 mm high, made by a program: a closed surface with 18 pieces of texture.
     #[command(after_help = "\
 Example:
   deepsft template toy --out toy

@@ -31,7 +31,7 @@ const GAP: usize = 14;
 const FINEST_SCALE: f64 = 6.0;
 const SCALE_STEP: f64 = 0.985;
 
-/// The soft toy: a closed surface of genus 0 about 310 mm high and 200 mm wide, of 7,100 faces, with 18 charts in a
+/// The soft toy: a closed surface of genus 0 about 300 mm high and 200 mm wide, of 7,100 faces, with 18 charts in a
 /// texture of 1024 x 1024 texels. It stands upright (head towards -y) and looks towards -z. Left and right differ
 /// everywhere.
 ///
