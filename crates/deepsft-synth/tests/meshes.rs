@@ -24,7 +24,11 @@ fn ball() -> Template {
 /// The point of the ball with these texture coordinates: v goes evenly from pole to pole along x; each half around the
 /// axis is a chart, u from 0 to 0.49 and from 0.51 to 1.
 fn on_ball(u: f64, v: f64) -> DVec3 {
-    let around = if u < 0.5 { u / 0.49 * PI } else { PI + (u - 0.51) / 0.49 * PI };
+    let around = if u < 0.5 {
+        u / 0.49 * PI
+    } else {
+        PI + (u - 0.51) / 0.49 * PI
+    };
     let (along, across) = (-RADIUS * (PI * v).cos(), RADIUS * (PI * v).sin());
     DVec3::new(along, across * around.cos(), across * around.sin())
 }
@@ -50,7 +54,11 @@ fn a_ball_has_the_depth_of_the_ray_and_the_registration_of_the_point_in_both_cha
         let at = DVec2::new((pixel % 480) as f64 + 0.5, (pixel / 480) as f64 + 0.5);
         let ray = sample.camera.ray_from_pixel(at).extend(1.0);
         // |t ray - centre| = R, the nearer root; depth is t because the ray's z is 1.
-        let (a, b, c) = (ray.length_squared(), ray.dot(centre), centre.length_squared() - RADIUS * RADIUS);
+        let (a, b, c) = (
+            ray.length_squared(),
+            ray.dot(centre),
+            centre.length_squared() - RADIUS * RADIUS,
+        );
         let root = b * b - a * c;
         let inside = sample.truth.inside(pixel);
         seen += usize::from(inside);
@@ -78,7 +86,10 @@ fn a_ball_has_the_depth_of_the_ray_and_the_registration_of_the_point_in_both_cha
         // the ray slips over it, and the chord's uneven speed (a cubic term below both).
         let distance = place(on_ball(u, v)).distance(p);
         let bound = sagitta * (1.0 + 2.0 / cosine) + 1e-3;
-        assert!(distance < bound, "pixel {pixel}: registration off by {distance} mm, bound {bound}");
+        assert!(
+            distance < bound,
+            "pixel {pixel}: registration off by {distance} mm, bound {bound}"
+        );
     }
     assert!(of_chart[0] > 4000 && of_chart[1] > 4000, "{of_chart:?}");
     // At the outline the polyhedron is smaller than the ball by the sagitta, a fortieth of a pixel.
@@ -90,7 +101,10 @@ fn a_ball_has_the_depth_of_the_ray_and_the_registration_of_the_point_in_both_cha
 fn plates(first_is_near: bool) -> (Template, Vec<DVec3>) {
     let (mut vertices, mut uv, mut faces) = (vec![], vec![], vec![]);
     for k in 0..2 {
-        let (offset, z) = (50.0 * k as f64 - 75.0, if (k == 0) == first_is_near { 400.0 } else { 500.0 });
+        let (offset, z) = (
+            50.0 * k as f64 - 75.0,
+            if (k == 0) == first_is_near { 400.0 } else { 500.0 },
+        );
         for (x, y) in [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)] {
             vertices.push(DVec3::new(offset + 100.0 * x, offset + 100.0 * y, z));
             uv.push(DVec2::new(0.5 * k as f64 + 0.45 * x, y));
@@ -135,8 +149,18 @@ fn samples_of_a_mesh_are_a_function_of_template_configuration_seed_and_index() {
     let forwards: Vec<Sample> = (0..12).map(|index| one.sample(7, index)).collect();
     // In another order, and on two threads that share the solvers.
     let backwards = std::thread::scope(|scope| {
-        let odd = scope.spawn(|| (0..12).rev().filter(|i| i % 2 == 1).map(|i| (i, other.sample(7, i))).collect::<Vec<_>>());
-        let mut all: Vec<_> = (0..12).rev().filter(|i| i % 2 == 0).map(|i| (i, other.sample(7, i))).collect();
+        let odd = scope.spawn(|| {
+            (0..12)
+                .rev()
+                .filter(|i| i % 2 == 1)
+                .map(|i| (i, other.sample(7, i)))
+                .collect::<Vec<_>>()
+        });
+        let mut all: Vec<_> = (0..12)
+            .rev()
+            .filter(|i| i % 2 == 0)
+            .map(|i| (i, other.sample(7, i)))
+            .collect();
         all.extend(odd.join().unwrap());
         all.sort_by_key(|(index, _)| *index);
         all
@@ -146,7 +170,11 @@ fn samples_of_a_mesh_are_a_function_of_template_configuration_seed_and_index() {
     }
     let shown: Vec<&Sample> = forwards.iter().filter(|sample| sample.has_template).collect();
     assert!(shown.len() >= 8);
-    assert!(shown.windows(2).all(|pair| pair[0].vertices_camera != pair[1].vertices_camera));
+    assert!(
+        shown
+            .windows(2)
+            .all(|pair| pair[0].vertices_camera != pair[1].vertices_camera)
+    );
     for sample in shown {
         assert!(sample.truth.area() > 300, "{}", sample.truth.area());
     }
