@@ -4,7 +4,9 @@ use crate::failure::BlameInput;
 use crate::output::atomic::StagedFolder;
 use anyhow::{Context, Result, bail};
 use deepsft_geometry::Camera;
-use deepsft_synth::{DatasetDescription, Sample, SampleRecord, ShardReader, write_shard};
+use deepsft_synth::{
+    DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShardReader, write_shard,
+};
 use std::fs;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
@@ -35,8 +37,65 @@ pub fn write_shards(
     Ok(shards)
 }
 
-/// Reads and checks the description of the data set in `folder`.
+/// Name of the folder of part `part` of `of` in a data set's folder.
+pub fn part_name(part: u64, of: u64) -> String {
+    format!("part-{part}-of-{of}")
+}
+
+/// Reads and checks the description of the data set in `folder`. One that was made in parts is put together, and all of
+/// them have to be there.
 pub fn open(folder: &Path) -> Result<DatasetDescription> {
+    match (folder.join(DATASET_FILE).exists(), parts(folder)) {
+        (false, Some(of)) => merged(folder, of).blame("data set", folder),
+        _ => open_one(folder),
+    }
+}
+
+/// The number of parts of which there is any in `folder`; of several numbers the largest.
+pub fn parts(folder: &Path) -> Option<u64> {
+    let names = fs::read_dir(folder)
+        .ok()?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let of = |name: String| -> Option<u64> { name.strip_prefix("part-")?.split_once("-of-")?.1.parse().ok() };
+    names.filter_map(of).max()
+}
+
+/// The description of a data set of `of` parts.
+fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
+    let mut whole: Option<DatasetDescription> = None;
+    let mut changes = EdgeLengthHistogram::default();
+    for part in 1..=of {
+        let name = part_name(part, of);
+        if !folder.join(&name).join(DATASET_FILE).exists() {
+            bail!("{name} is not there yet");
+        }
+        let mut description = open_one(&folder.join(&name))?;
+        for shard in &mut description.shards {
+            *shard = format!("{name}/{shard}");
+        }
+        if let Some(summary) = &description.edge_length_change {
+            changes.add(&summary.histogram);
+        }
+        match &mut whole {
+            None => whole = Some(description),
+            Some(whole) => {
+                let follows = description.first == whole.first + whole.samples;
+                if (&description.fingerprint, description.seed) != (&whole.fingerprint, whole.seed) || !follows {
+                    bail!("{name} is part of another data set than those before it");
+                }
+                whole.samples += description.samples;
+                whole.shards.append(&mut description.shards);
+            }
+        }
+    }
+    let mut whole = whole.context("it has no parts")?;
+    whole.part = None;
+    whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
+    Ok(whole)
+}
+
+/// Reads and checks the description in `folder`.
+fn open_one(folder: &Path) -> Result<DatasetDescription> {
     let path = folder.join(DATASET_FILE);
     let read = || -> Result<DatasetDescription> {
         let description = DatasetDescription::from_json(&fs::read_to_string(&path)?)?;
@@ -108,8 +167,12 @@ mod tests {
     fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let samples: Vec<Sample> =
-            synthesis::samples(synthesis::synthesizer(&template, None).unwrap(), 3, 0..count).collect();
+        let samples: Vec<Sample> = synthesis::samples(
+            synthesis::synthesizer(&template, &synthesis::SynthesisOptions::default()).unwrap(),
+            3,
+            0..count,
+        )
+        .collect();
         let records = (0..)
             .zip(samples.clone())
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });

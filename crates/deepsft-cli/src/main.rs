@@ -15,6 +15,7 @@ mod refine;
 mod scan;
 mod synthesis;
 mod track_errors;
+mod unfinished_dataset;
 mod video;
 
 use clap::{Parser, Subcommand};

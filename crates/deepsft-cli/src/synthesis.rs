@@ -3,20 +3,60 @@
 use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{ClipStory, Sample, SynthConfig, Synthesizer};
+use deepsft_synth::{ClipStory, EffectsConfig, Sample, SynthConfig, Synthesizer};
 use rayon::prelude::*;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Samples that are made at a time.
-const AHEAD: u64 = 16;
+const AHEAD: u64 = 32;
+
+/// What is varied in synthetic images, and how far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    /// What the shipped models are trained on: paper in hands, wide ranges of light and camera
+    #[default]
+    Default,
+    /// The ranges of the paper, section 5.1: simulated cloth, light near the camera's axis, discs for occluders, an ideal
+    /// camera
+    Paper,
+}
+
+impl Preset {
+    /// The configuration.
+    pub fn config(self) -> SynthConfig {
+        match self {
+            Self::Default => SynthConfig::default(),
+            Self::Paper => SynthConfig::paper(),
+        }
+    }
+}
+
+/// How commands that make images are told what images.
+#[derive(Args, Clone, Debug, Default)]
+pub struct SynthesisOptions {
+    /// What is varied in the images, and how far
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    pub preset: Preset,
+    /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without
+    #[arg(long)]
+    pub camera_effects: bool,
+    /// Photographs (PNG or JPEG) to use as backgrounds: beside the drawn ones, with the paper's preset in place of them
+    #[arg(long, value_name = "DIR")]
+    pub backgrounds: Option<PathBuf>,
+}
 
 /// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
-pub fn synthesizer(template: &Template, backgrounds: Option<&Path>) -> Result<Synthesizer> {
-    let synthesizer = Synthesizer::new(template, SynthConfig::default())?;
-    Ok(match backgrounds {
+pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Synthesizer> {
+    let mut config = options.preset.config();
+    if options.camera_effects {
+        config.effects = EffectsConfig::default();
+    }
+    let synthesizer = Synthesizer::new(template, config)?;
+    Ok(match &options.backgrounds {
         Some(folder) => synthesizer.with_photographs(photographs(folder)?),
         None => synthesizer,
     })
@@ -44,11 +84,14 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
 
 /// The samples `indices` of `seed` in order, made some at a time on all cores.
 pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
+    in_order(indices, move |index| synthesizer.sample(seed, index))
+}
+
+/// What `make` makes of `indices` in order, some at a time on all cores.
+pub fn in_order<T: Send>(indices: Range<u64>, make: impl Fn(u64) -> T + Sync) -> impl Iterator<Item = T> {
     indices.clone().step_by(AHEAD as usize).flat_map(move |first| {
         let some = first..(first + AHEAD).min(indices.end);
-        some.into_par_iter()
-            .map(|index| synthesizer.sample(seed, index))
-            .collect::<Vec<_>>()
+        some.into_par_iter().map(&make).collect::<Vec<_>>()
     })
 }
 
@@ -70,7 +113,7 @@ mod tests {
     fn samples_come_in_order_and_none_is_lost_at_the_end() {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let synthesizer = synthesizer(&template, None).unwrap();
+        let synthesizer = synthesizer(&template, &SynthesisOptions::default()).unwrap();
         let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3).collect();
         assert_eq!(some.len() as u64, AHEAD + 3);
         for offset in [0, AHEAD - 1, AHEAD, AHEAD + 2] {

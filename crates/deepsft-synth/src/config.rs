@@ -23,8 +23,13 @@ pub struct SynthConfig {
     /// Share of the samples without the template in which another printed sheet is shown in its place, so that
     /// "some printed sheet" is not enough to be found. Default 0.7.
     pub empty_distractor_share: f64,
+    /// Share of the backgrounds that show one of the user's photographs, if there are any; the others are drawn.
+    /// Default 0.5.
+    pub photograph_share: f64,
     /// Share of samples with something held or lying before the sheet. Default 0.5.
     pub occluder_share: f64,
+    /// What that is. Default hands and things.
+    pub occluders: OccluderKind,
     /// Largest share of the visible sheet that occluders cover together. Default 0.35.
     pub most_occluded: f64,
     /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
@@ -34,6 +39,20 @@ pub struct SynthConfig {
     pub lighting: LightingConfig,
     /// Camera effects.
     pub effects: EffectsConfig,
+}
+
+/// What hides parts of the sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OccluderKind {
+    /// Hands that hold the sheet, things before it, and discs of 1 to 10 pixels in radius.
+    HandsAndThings,
+    /// Discs of one random colour at random places of the image (the paper's section 5.1).
+    Discs {
+        /// Most discs; their number is drawn uniformly from 0 on.
+        most: usize,
+        /// Their diameter, pixels.
+        diameter_px: [f64; 2],
+    },
 }
 
 /// Light and paper of [`SynthConfig`].
@@ -56,6 +75,10 @@ pub struct LightingConfig {
     pub specular: [f64; 2],
     /// Share of light on the far side that shines through the paper. Default [0, 0.35].
     pub translucency: [f64; 2],
+    /// Reflectance of white paper. Default [0.8, 1].
+    pub paper_white: [f64; 2],
+    /// How much more red and less blue paper reflects than green. Default [-0.03, 0.05].
+    pub paper_warmth: [f64; 2],
 }
 
 /// Camera effects of [`SynthConfig`].
@@ -101,7 +124,9 @@ impl Default for SynthConfig {
             empty_share: 0.1,
             distractor_share: 0.3,
             empty_distractor_share: 0.7,
+            photograph_share: 0.5,
             occluder_share: 0.5,
+            occluders: OccluderKind::HandsAndThings,
             most_occluded: 0.35,
             least_visible_px: 1500,
             lighting: LightingConfig::default(),
@@ -121,6 +146,8 @@ impl Default for LightingConfig {
             roughness: [0.28, 0.8],
             specular: [0.0, 1.0],
             translucency: [0.0, 0.35],
+            paper_white: [0.8, 1.0],
+            paper_warmth: [-0.03, 0.05],
         }
     }
 }
@@ -142,6 +169,28 @@ impl Default for EffectsConfig {
             jpeg_share: 0.5,
             jpeg_quality: [35.0, 95.0],
             bars_share: 0.1,
+        }
+    }
+}
+
+impl EffectsConfig {
+    /// The ideal camera: what it sees is what it delivers.
+    pub fn none() -> Self {
+        Self {
+            gain: [1.0, 1.0],
+            white_balance: 0.0,
+            gamma: [1.0, 1.0],
+            contrast: [1.0, 1.0],
+            saturation: [1.0, 1.0],
+            defocus_px: [0.0, 0.0],
+            motion_share: 0.0,
+            motion_px: [0.0, 0.0],
+            sharpening_share: 0.0,
+            noise_levels: [0.0, 0.0],
+            vignetting: [0.0, 0.0],
+            jpeg_share: 0.0,
+            jpeg_quality: [100.0, 100.0],
+            bars_share: 0.0,
         }
     }
 }
@@ -170,11 +219,16 @@ impl SynthConfig {
             });
         }
         self.handles.check()?;
-        let (light, effects) = (&self.lighting, &self.effects);
+        let (light, effects, cloth) = (&self.lighting, &self.effects, &self.deformation.cloth);
+        let discs_px = match self.occluders {
+            OccluderKind::HandsAndThings => [0.0; 2],
+            OccluderKind::Discs { diameter_px, .. } => diameter_px,
+        };
         for (parameter, share) in [
             ("empty_share", self.empty_share),
             ("distractor_share", self.distractor_share),
             ("empty_distractor_share", self.empty_distractor_share),
+            ("photograph_share", self.photograph_share),
             ("occluder_share", self.occluder_share),
             ("most_occluded", self.most_occluded),
             ("lighting.shadow_share", light.shadow_share),
@@ -182,6 +236,7 @@ impl SynthConfig {
             ("effects.sharpening_share", effects.sharpening_share),
             ("effects.jpeg_share", effects.jpeg_share),
             ("effects.bars_share", effects.bars_share),
+            ("deformation.cloth.wind_share", cloth.wind_share),
         ] {
             if !(0.0..=1.0).contains(&share) {
                 return Err(SynthError::Setting {
@@ -199,6 +254,14 @@ impl SynthConfig {
             ("lighting.roughness", light.roughness, 1.0),
             ("lighting.specular", light.specular, 100.0),
             ("lighting.translucency", light.translucency, 1.0),
+            ("lighting.paper_white", light.paper_white, 1.0),
+            ("occluders.diameter_px", discs_px, 1000.0),
+            ("deformation.cloth.gravity", cloth.gravity, 100.0),
+            ("deformation.cloth.force", cloth.force, 100.0),
+            ("deformation.cloth.wind", cloth.wind, 100.0),
+            ("deformation.cloth.anchor_way", [0.0, cloth.anchor_way], 1.0),
+            ("deformation.cloth.anchor_turn_rad", [0.0, cloth.anchor_turn_rad], 3.2),
+            ("deformation.cloth.bending_length", cloth.bending_length, 100.0),
             ("effects.gain", effects.gain, 100.0),
             ("effects.white_balance", [0.0, effects.white_balance], 0.9),
             ("effects.gamma", effects.gamma, 10.0),
@@ -219,6 +282,13 @@ impl SynthConfig {
                     expected,
                 });
             }
+        }
+        if cloth.bending_length[0] <= 0.0 {
+            return Err(SynthError::Setting {
+                parameter: "deformation.cloth.bending_length",
+                actual: cloth.bending_length[0].to_string(),
+                expected: "more than 0: the stiffness is drawn by its logarithm",
+            });
         }
         Ok(())
     }
@@ -244,7 +314,16 @@ mod tests {
         config = SynthConfig::default();
         config.camera = config.camera.with_distortion([0.1, 0.0, 0.0, 0.0, 0.0]).unwrap();
         assert!(matches!(config.check(), Err(SynthError::DistortedCamera { .. })));
-        assert!(SynthConfig::default().check().is_ok());
+        config = SynthConfig::paper();
+        config.deformation.cloth.bending_length = [0.0, 1.0];
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("cloth.bending_length is 0")
+        );
+        assert!(SynthConfig::default().check().is_ok() && SynthConfig::paper().check().is_ok());
     }
 
     #[test]

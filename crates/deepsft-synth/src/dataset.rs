@@ -11,7 +11,7 @@
 //!
 //! So depth comes back within 0.05 mm and registration within 1 / 131070.
 
-use crate::{Sample, SynthConfig, SynthError};
+use crate::{EdgeLengthChange, EdgeLengthHistogram, Sample, SynthConfig, SynthError};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture, Template};
 use image::codecs::png::PngEncoder;
@@ -97,8 +97,14 @@ pub struct DatasetDescription {
     pub format_version: u32,
     /// Seed of all samples.
     pub seed: u64,
+    /// Index of the first sample; the others follow.
+    #[serde(default)]
+    pub first: u64,
     /// Number of samples in all shards.
     pub samples: u64,
+    /// (i, n) when this is part i of n (from 1) of a larger set: it speaks for its own samples only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<(u64, u64)>,
     /// File names of the shards, in order.
     pub shards: Vec<String>,
     /// Width and height of the template, mm.
@@ -111,6 +117,32 @@ pub struct DatasetDescription {
     pub configuration_fingerprint: String,
     /// [`SynthConfig::description`]: every setting as text.
     pub configuration: String,
+    /// [`crate::Synthesizer::fingerprint`] in hexadecimal: template, configuration and photographs.
+    #[serde(default)]
+    pub fingerprint: String,
+    /// How isometric the deformations are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_length_change: Option<EdgeLengthSummary>,
+}
+
+/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
+/// the object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EdgeLengthSummary {
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// All changes, from which sets can be added up.
+    pub histogram: EdgeLengthHistogram,
+}
+
+impl EdgeLengthSummary {
+    /// The summary of a histogram.
+    pub fn new(histogram: EdgeLengthHistogram) -> Self {
+        let EdgeLengthChange { median, p95 } = histogram.change();
+        Self { median, p95, histogram }
+    }
 }
 
 impl DatasetDescription {
@@ -119,13 +151,17 @@ impl DatasetDescription {
         Self {
             format_version: FORMAT_VERSION,
             seed,
+            first: 0,
             samples,
+            part: None,
             shards,
             template_size_mm: template.size_mm().to_array(),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,
             configuration_fingerprint: format!("{:016x}", config.fingerprint()),
             configuration: config.description(),
+            fingerprint: String::new(),
+            edge_length_change: None,
         }
     }
 
@@ -178,28 +214,83 @@ impl DatasetDescription {
 /// # Errors
 /// [`SynthError::Io`] from `out`, [`SynthError::DepthRange`] for a depth above 6553.5 mm.
 pub fn write_shard(out: impl Write, records: impl IntoIterator<Item = SampleRecord>) -> Result<u64, SynthError> {
-    let mut archive = tar::Builder::new(out);
-    let mut number = 0_u64;
+    let mut shard = ShardWriter::new(out);
     for record in records {
-        let mut append = |part: &str, content: &[u8]| {
+        shard.append(&record.encode()?)?;
+    }
+    let (number, _) = shard.finish()?;
+    Ok(number)
+}
+
+/// The entries of a sample, ready for a shard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EncodedSample([Vec<u8>; 4]);
+
+/// Writes a shard sample by sample. Coding takes long and writing does not: with [`SampleRecord::encode`] many threads
+/// can feed one writer.
+pub struct ShardWriter<W: Write> {
+    archive: tar::Builder<W>,
+    samples: u64,
+}
+
+impl<W: Write> std::fmt::Debug for ShardWriter<W> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ShardWriter")
+            .field("samples", &self.samples)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<W: Write> ShardWriter<W> {
+    /// An empty shard.
+    pub fn new(out: W) -> Self {
+        Self {
+            archive: tar::Builder::new(out),
+            samples: 0,
+        }
+    }
+
+    /// Adds the next sample.
+    ///
+    /// # Errors
+    /// [`SynthError::Io`] from the output.
+    pub fn append(&mut self, sample: &EncodedSample) -> Result<(), SynthError> {
+        for (part, content) in PARTS.into_iter().zip(&sample.0) {
             // Nothing of the machine or the moment goes into the header: equal samples are equal bytes.
             let mut header = tar::Header::new_ustar();
             header.set_size(content.len() as u64);
             header.set_mode(0o644);
-            archive.append_data(&mut header, format!("{number:06}.{part}"), content)
-        };
-        let [rgb, depth, uv, json] = encode(&record, number)?;
-        for (part, content) in PARTS.into_iter().zip([rgb, depth, uv, json]) {
-            append(part, &content)?;
+            let name = format!("{:06}.{part}", self.samples);
+            self.archive.append_data(&mut header, name, content.as_slice())?;
         }
-        number += 1;
+        self.samples += 1;
+        Ok(())
     }
-    archive.into_inner()?.flush()?;
-    Ok(number)
+
+    /// Ends the shard; gives the number of its samples and the output.
+    ///
+    /// # Errors
+    /// [`SynthError::Io`] from the output.
+    pub fn finish(self) -> Result<(u64, W), SynthError> {
+        let mut out = self.archive.into_inner()?;
+        out.flush()?;
+        Ok((self.samples, out))
+    }
+}
+
+impl SampleRecord {
+    /// Codes the sample for a shard.
+    ///
+    /// # Errors
+    /// [`SynthError::DepthRange`] for a depth above 6553.5 mm; [`SynthError::EntryPicture`] and [`SynthError::Json`] for
+    /// what cannot be coded.
+    pub fn encode(&self) -> Result<EncodedSample, SynthError> {
+        encode(self).map(EncodedSample)
+    }
 }
 
 /// The contents of the entries of [`PARTS`].
-fn encode(record: &SampleRecord, number: u64) -> Result<[Vec<u8>; 4], SynthError> {
+fn encode(record: &SampleRecord) -> Result<[Vec<u8>; 4], SynthError> {
     let SampleRecord { sample, index, seed } = record;
     let (width, height) = (sample.truth.width() as u32, sample.truth.height() as u32);
     let (mut depth, mut uv) = (Vec::new(), Vec::new());
@@ -223,7 +314,7 @@ fn encode(record: &SampleRecord, number: u64) -> Result<[Vec<u8>; 4], SynthError
         match PngEncoder::new(&mut coded).write_image(bytes, width, height, color) {
             Ok(()) => Ok(coded),
             Err(source) => Err(SynthError::EntryPicture {
-                name: format!("{number:06}.{}", PARTS[part]),
+                name: format!("{} of sample {index}", PARTS[part]),
                 source,
             }),
         }
@@ -248,7 +339,7 @@ fn encode(record: &SampleRecord, number: u64) -> Result<[Vec<u8>; 4], SynthError
         png(1, &depth, width, height, ExtendedColorType::L16)?,
         png(2, &uv, width, height, ExtendedColorType::Rgb16)?,
         serde_json::to_vec(&json).map_err(|source| SynthError::Json {
-            name: format!("{number:06}.{}", PARTS[3]),
+            name: format!("{} of sample {index}", PARTS[3]),
             source,
         })?,
     ])

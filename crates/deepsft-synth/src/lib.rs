@@ -12,6 +12,7 @@ mod bars;
 mod bend;
 mod clip;
 mod clip_story;
+mod cloth;
 mod color;
 mod config;
 mod dataset;
@@ -22,9 +23,11 @@ mod figure;
 mod frame;
 mod hand;
 mod handles;
+mod handling;
 mod isometry;
 mod noise;
 mod occluder;
+mod paper_protocol;
 mod partial_view;
 mod passing;
 mod photometry;
@@ -42,19 +45,23 @@ mod synthesizer;
 mod texture;
 mod toy;
 mod volumic;
+mod xpbd;
 
 pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
-pub use config::{EffectsConfig, LightingConfig, SynthConfig};
-pub use dataset::{DatasetDescription, SampleRecord, ShardReader, write_shard};
+pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
+pub use dataset::{
+    DatasetDescription, EdgeLengthSummary, EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard,
+};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;
 pub use handles::{HandleConfig, HandleDeformation};
-pub use isometry::{EdgeLengthChange, edge_length_change};
+pub use handling::ClothConfig;
+pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use partial_view::PartialView;
-pub use pose::{PoseConfig, sample_pose, share_in_view};
+pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
 pub use poster::{
     POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
     poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,

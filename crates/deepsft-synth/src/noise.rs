@@ -1,7 +1,7 @@
 //! Seeded randomness: one generator a purpose, ranges, and smooth value noise.
 
 use crate::sampling::between;
-use deepsft_geometry::glam::{Vec2, Vec3};
+use deepsft_geometry::glam::{DVec2, DVec3, Vec2, Vec3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -40,6 +40,13 @@ pub(crate) fn uniform<R: Rng + ?Sized>(rng: &mut R, range: [f64; 2]) -> f32 {
 /// A uniform unit vector of the image plane.
 pub(crate) fn unit_vector<R: Rng + ?Sized>(rng: &mut R) -> Vec2 {
     Vec2::from_angle(rng.random_range(0.0..std::f32::consts::TAU))
+}
+
+/// A uniform unit vector of space: height and longitude of the sphere are uniform (Archimedes).
+pub(crate) fn unit_direction<R: Rng + ?Sized>(rng: &mut R) -> DVec3 {
+    let height: f64 = between([-1.0, 1.0], rng);
+    let around = DVec2::from_angle(between([0.0, std::f64::consts::TAU], rng));
+    (around * (1.0 - height * height).max(0.0).sqrt()).extend(height)
 }
 
 /// A uniform colour of the cube, squared towards darker light as most things are.

@@ -1,5 +1,6 @@
 //! What covers parts of the sheet: hands, things, and the paper's discs.
 
+use crate::OccluderKind;
 use crate::background::color_jitter;
 use crate::figure::Figure;
 use crate::frame::Frame;
@@ -13,7 +14,7 @@ use rand::{Rng, RngExt};
 /// How much light skin loses towards its outline.
 const RIM_DARKENING: f32 = 0.35;
 
-/// Most discs (the paper's section 5.1) and their radii in pixels.
+/// Most discs among hands and things and their radii in pixels; the paper's own discs have half the size.
 const MOST_DISCS: usize = 4;
 const DISC_RADIUS_PX: [f64; 2] = [1.0, 10.0];
 
@@ -42,6 +43,8 @@ pub(crate) struct Part {
 enum Anchor {
     /// On outline vertex number `share` of the outline; x points inwards, turned by `turn` radians.
     Outline { share: f32, turn: f32 },
+    /// At a place of the image, shares of its width and height.
+    Image(Vec2),
     /// On any vertex, by its number's share of all; x points along `direction`.
     Inside { share: f32, direction: Vec2 },
 }
@@ -60,9 +63,20 @@ pub(crate) struct Occluder {
 }
 
 /// Draws the occluders of a scene: `share` of the scenes have any.
-pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, rng: &mut R) -> Vec<Occluder> {
+pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, kind: OccluderKind, rng: &mut R) -> Vec<Occluder> {
     if !rng.random_bool(share) {
         return Vec::new();
+    }
+    if let OccluderKind::Discs { most, diameter_px } = kind {
+        let radius_px = diameter_px.map(|diameter| diameter / 2.0);
+        let place = |rng: &mut R| Anchor::Image(Vec2::new(rng.random(), rng.random()));
+        return (0..rng.random_range(0..=most))
+            .map(|_| {
+                let color = any_color(rng);
+                let radius_px = uniform(rng, radius_px);
+                disc(color, radius_px, place(rng), rng)
+            })
+            .collect();
     }
     let mut occluders = Vec::new();
     let skin = skin_color(rng);
@@ -83,7 +97,7 @@ pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, rng: &mut R) -> Vec<
     }
     if rng.random_bool(0.35) || occluders.is_empty() {
         for _ in 0..rng.random_range(1..=MOST_DISCS) {
-            occluders.push(disc(rng));
+            occluders.push(disc_on_sheet(rng));
         }
     }
     occluders
@@ -179,18 +193,25 @@ fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     }
 }
 
-fn disc<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
+/// A disc that matches no background: its colour is jittered as theirs is.
+fn disc_on_sheet<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     let (matrix, offset) = color_jitter(rng);
     let color = (matrix * any_color(rng) + offset).max(Vec3::ZERO);
-    let figure = Figure::disc(Vec2::ZERO, uniform(rng, DISC_RADIUS_PX));
+    let radius_px = uniform(rng, DISC_RADIUS_PX);
+    let anchor = Anchor::Inside {
+        share: rng.random(),
+        direction: Vec2::X,
+    };
+    disc(color, radius_px, anchor, rng)
+}
+
+/// A disc of one colour.
+fn disc<R: Rng + ?Sized>(color: Vec3, radius_px: f32, anchor: Anchor, rng: &mut R) -> Occluder {
     Occluder {
-        anchor: Anchor::Inside {
-            share: rng.random(),
-            direction: Vec2::X,
-        },
+        anchor,
         behind: Vec::new(),
         front: vec![Part {
-            figure,
+            figure: Figure::disc(Vec2::ZERO, radius_px),
             surface: Surface::Flat(color, color),
         }],
         noise: ValueNoise::new(rng),
@@ -246,6 +267,10 @@ impl Occluder {
                 let (origin, scale) = sheet.pixel(*sheet.outline.get(number)?)?;
                 let inwards = (sheet.centre() - origin).normalize_or(Vec2::X);
                 (origin, Vec2::from_angle(turn).rotate(inwards), scale)
+            }
+            Anchor::Image(share) => {
+                let size = Vec2::new(sheet.camera.width() as f32, sheet.camera.height() as f32);
+                (share * size, Vec2::X, 1.0)
             }
             Anchor::Inside { share, direction } => {
                 let number = (share * sheet.vertices_camera.len() as f32) as usize;
@@ -448,7 +473,11 @@ mod tests {
         };
         let mut seen = 0;
         for index in 0..40 {
-            for occluder in sample_occluders(1.0, &mut generator(1, index, Stream::Scene)) {
+            for occluder in sample_occluders(
+                1.0,
+                OccluderKind::HandsAndThings,
+                &mut generator(1, index, Stream::Scene),
+            ) {
                 let mut frame = Frame::filled(480, 270, Vec3::ONE);
                 let mut truth = Maps::new(480, 270, vec![500.0; 480 * 270], vec![[0.5; 2]; 480 * 270]).unwrap();
                 let placed = occluder.place(&sheet).unwrap();
@@ -459,5 +488,48 @@ mod tests {
             }
         }
         assert!(seen > 40 * 500, "{seen}");
+    }
+
+    #[test]
+    fn the_papers_discs_lie_anywhere_in_the_image_in_one_colour_and_have_the_papers_sizes() {
+        let camera = training_camera();
+        let sheet = Held {
+            outline: &[],
+            vertices_camera: &[],
+            camera: &camera,
+        };
+        let kind = OccluderKind::Discs {
+            most: 4,
+            diameter_px: [1.0, 10.0],
+        };
+        let (mut counts, mut reach) = ([0; 5], Vec2::ZERO);
+        for index in 0..500 {
+            let discs = sample_occluders(1.0, kind, &mut generator(2, index, Stream::Scene));
+            counts[discs.len()] += 1;
+            for disc in discs {
+                let placed = disc.place(&sheet).unwrap();
+                let (low, high) = placed.front[0].figure.bounds();
+                let size = high - low;
+                assert!(
+                    (size.x - size.y).abs() < 1e-3 && (0.999..10.001).contains(&size.x),
+                    "{size}"
+                );
+                reach = reach.max(low);
+                let mut frame = Frame::filled(480, 270, Vec3::ZERO);
+                let mut truth = Maps::empty(480, 270);
+                placed.paint_front(&mut frame, &mut truth, &Lighting::frontal(), &camera);
+                // Pixels that are covered whole: their centre is half a diagonal or more inside.
+                let figure = &placed.front[0].figure;
+                let covered = placed.covered_pixels(&frame);
+                let mut whole = covered
+                    .into_iter()
+                    .filter(|&p| figure.distance(frame.centre(p)) < -0.71);
+                let first = whole.next().map(|pixel| frame.color(pixel));
+                assert!(whole.all(|pixel| first.is_some_and(|first| frame.color(pixel).distance(first) < 1e-6)));
+            }
+        }
+        // Each number of discs is a fifth of 500: 100 +- 9; five standard deviations.
+        assert!(counts.iter().all(|count| (55..145).contains(count)), "{counts:?}");
+        assert!(reach.x > 460.0 && reach.y > 255.0, "{reach}");
     }
 }

@@ -3,7 +3,7 @@
 use crate::sampling::{between, chance};
 use deepsft_geometry::{
     Camera,
-    glam::{DAffine3, DQuat, DVec2, DVec3},
+    glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot},
 };
 use rand::Rng;
 
@@ -33,6 +33,22 @@ pub struct PoseConfig {
     pub partly_out_share: f64,
     /// Least depth (z) of any vertex in mm. Default 60.
     pub min_depth_mm: f64,
+    /// Ranges of rotation and translation from which poses are drawn instead: distance, tilt, roll and what reaches over
+    /// the edge then have no say, the bounds on what is seen still do. Default none.
+    pub uniform: Option<UniformPose>,
+}
+
+/// Rotation about the camera's axes and translation of the sheet's centroid, each number uniform and independent of the
+/// others: the paper's section 5.1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UniformPose {
+    /// Largest angle about each of the camera's x, y and z axes, to either side, degrees; the rotation is
+    /// R_x R_y R_z (the paper says "the camera's optical axes", which we read as all three).
+    pub most_rotation_deg: f64,
+    /// Largest shift along x and along y from the optical axis, mm.
+    pub most_shift_mm: f64,
+    /// Depth, mm.
+    pub depth_mm: [f64; 2],
 }
 
 impl Default for PoseConfig {
@@ -45,6 +61,7 @@ impl Default for PoseConfig {
             min_in_view: 0.4,
             partly_out_share: 0.35,
             min_depth_mm: 60.0,
+            uniform: None,
         }
     }
 }
@@ -96,7 +113,21 @@ pub fn share_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_t
     inside.count() as f64 / vertices_template.len().max(1) as f64
 }
 
+impl UniformPose {
+    fn draw<R: Rng + ?Sized>(&self, vertices: &[DVec3], rng: &mut R) -> DAffine3 {
+        let mut within = |most: f64| between([-most, most], rng);
+        let [x, y, z] = [self.most_rotation_deg.to_radians(); 3].map(&mut within);
+        let [right, down] = [self.most_shift_mm; 2].map(&mut within);
+        let rotation = DQuat::from_euler(EulerRot::XYZ, x, y, z);
+        let place = DVec3::new(right, down, between(self.depth_mm, rng));
+        DAffine3::from_rotation_translation(rotation, place - rotation * centroid(vertices))
+    }
+}
+
 fn draw_pose<R: Rng + ?Sized>(camera: &Camera, vertices: &[DVec3], config: &PoseConfig, rng: &mut R) -> DAffine3 {
+    if let Some(uniform) = &config.uniform {
+        return uniform.draw(vertices, rng);
+    }
     let distance = between(config.distance_mm.map(f64::ln), rng).exp();
     let tilt = (between([0.0, 1.0], rng) * config.max_tilt_deg.to_radians().sin()).asin();
     let axis = DVec2::from_angle(between([0.0, std::f64::consts::TAU], rng)).extend(0.0);

@@ -1,5 +1,6 @@
 //! Position-based relaxation: vertices move until the mesh's edges have their rest length again.
 
+use crate::isometry::{EdgeLengthChange, edge_length_changes};
 use deepsft_geometry::{Template, glam::DVec3};
 
 /// Share of the error of a row's or column's second difference that one sweep removes: high enough
@@ -37,9 +38,9 @@ impl Relaxation {
         }
     }
 
-    /// The mesh's edges.
-    pub(crate) fn edges(&self) -> &[[usize; 2]] {
-        &self.edges
+    /// How far the edges' lengths are from those at `rest`.
+    pub(crate) fn change(&self, rest: &[DVec3], vertices: &[DVec3]) -> EdgeLengthChange {
+        EdgeLengthChange::of(edge_length_changes(rest, &self.edges, vertices))
     }
 
     /// Runs `sweeps` Gauss-Seidel sweeps over all constraints, every second one in reverse order so
@@ -93,7 +94,6 @@ fn keep_length(vertices: &mut [DVec3], [a, b]: [usize; 2], rest_squared: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::isometry::edge_length_changes;
     use deepsft_geometry::Picture;
 
     fn sheet() -> Template {

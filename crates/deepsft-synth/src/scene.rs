@@ -135,7 +135,7 @@ impl<'a> Scene<'a> {
                 },
                 ..paper
             },
-            occluders: sample_occluders(config.occluder_share, rng),
+            occluders: sample_occluders(config.occluder_share, config.occluders, rng),
             effects: Some(CameraEffects::sample(&config.effects, rng)),
             bars: rng
                 .random_bool(config.effects.bars_share)

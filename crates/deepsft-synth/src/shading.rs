@@ -142,14 +142,14 @@ impl Paper {
     /// Draws a sheet's material.
     pub(crate) fn sample<R: Rng + ?Sized>(config: &LightingConfig, rng: &mut R) -> Self {
         let tone = |rng: &mut R, level: [f64; 2]| {
-            let warmth = uniform(rng, [-0.03, 0.05]);
+            let warmth = uniform(rng, config.paper_warmth);
             Vec3::new(1.0 + warmth, 1.0, 1.0 - warmth) * uniform(rng, level)
         };
         Self {
             roughness: uniform(rng, config.roughness),
             specular: uniform(rng, config.specular),
             translucency: uniform(rng, config.translucency),
-            white: tone(rng, [0.8, 1.0]),
+            white: tone(rng, config.paper_white),
             back: tone(rng, [0.55, 0.95]),
         }
     }

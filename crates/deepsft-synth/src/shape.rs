@@ -36,14 +36,19 @@ struct Wave {
 }
 
 impl Shape {
-    /// A random shape of a sheet of the given size.
-    pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, config: &DeformationConfig, rng: &mut R) -> Self {
+    /// A random shape of a family, of a sheet of the given size.
+    pub(crate) fn sample<R: Rng + ?Sized>(
+        family: DeformationFamily,
+        size_mm: DVec2,
+        config: &DeformationConfig,
+        rng: &mut R,
+    ) -> Self {
         let mut shape = Self {
             half: size_mm / 2.0,
             waves: Vec::new(),
             bends: Vec::new(),
         };
-        match draw_family(&config.family_weights, rng) {
+        match family {
             DeformationFamily::Wavy => shape.add_waves(rng.random_range(1..=3), config, rng),
             DeformationFamily::Cylinder => shape.add_whole_sheet_bend(1.0, config, rng),
             DeformationFamily::Bends => shape.add_strip_bends(rng.random_range(2..=4), config, rng),
@@ -62,6 +67,8 @@ impl Shape {
                     shape.add_whole_sheet_bend(0.25, config, rng);
                 }
             }
+            // Cloth is simulated, not composed.
+            DeformationFamily::Cloth => {}
         }
         shape.order_bends();
         shape.limit_turn(config.most_turn_rad);
@@ -275,7 +282,8 @@ impl Wave {
     }
 }
 
-fn draw_family<R: Rng + ?Sized>(weights: &[f64; 6], rng: &mut R) -> DeformationFamily {
+/// A family, drawn by weights in the order of [`DeformationFamily::ALL`].
+pub(crate) fn draw_family<R: Rng + ?Sized>(weights: &[f64; 7], rng: &mut R) -> DeformationFamily {
     let mut left = between([0.0, weights.iter().sum()], rng);
     for (family, weight) in DeformationFamily::ALL.into_iter().zip(weights) {
         left -= weight;
@@ -292,6 +300,12 @@ mod tests {
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
 
+    fn sample(config: &DeformationConfig, seed: u64) -> Shape {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let family = draw_family(&config.family_weights, &mut rng);
+        Shape::sample(family, DVec2::new(297.0, 210.0), config, &mut rng)
+    }
+
     #[test]
     fn corners_turn_by_no_more_than_the_limit() {
         let config = DeformationConfig {
@@ -300,7 +314,7 @@ mod tests {
         };
         let mut limited = 0;
         for seed in 0..200 {
-            let shape = Shape::sample(DVec2::new(297.0, 210.0), &config, &mut Pcg64Mcg::seed_from_u64(seed));
+            let shape = sample(&config, seed);
             let turn = |corner: DVec2| shape.bends.iter().map(|bend| bend.turned(corner)).sum::<f64>();
             let turned = shape.corners().map(turn).into_iter().fold(0.0, f64::max);
             assert!(turned < 0.4 + 1e-12, "seed {seed}: {turned} rad");
@@ -312,15 +326,15 @@ mod tests {
     #[test]
     fn families_are_drawn_as_often_as_their_weights_say() {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
-        let weights = [1.0, 0.0, 2.0, 0.0, 1.0, 0.0];
-        let mut counts = [0; 6];
+        let weights = [1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0];
+        let mut counts = [0; 7];
         for _ in 0..4000 {
             let family = draw_family(&weights, &mut rng);
             counts[DeformationFamily::ALL.iter().position(|f| *f == family).unwrap()] += 1;
         }
-        assert_eq!([counts[1], counts[3], counts[5]], [0; 3]);
+        assert_eq!([counts[1], counts[3], counts[4], counts[5]], [0; 4]);
         // Five standard deviations of a binomial count of 4000 are at most 158.
-        for (count, expected) in [(counts[0], 1000), (counts[2], 2000), (counts[4], 1000)] {
+        for (count, expected) in [(counts[0], 1000), (counts[2], 2000), (counts[6], 1000)] {
             assert!(i32::abs(count - expected) < 158, "{counts:?}");
         }
     }

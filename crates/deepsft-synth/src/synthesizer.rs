@@ -2,6 +2,7 @@
 
 use crate::artwork::photograph_sheet;
 use crate::background::{photograph_texture, procedural_artworks, procedural_backgrounds};
+use crate::isometry::edge_length_changes;
 use crate::noise::{Stream, generator, mix};
 use crate::scene::Scene;
 use crate::shading::Lighting;
@@ -65,6 +66,10 @@ pub struct Synthesizer {
     handles: Option<HandleDeformation>,
     photographs: Vec<Texture>,
     photograph_sheets: Vec<Texture>,
+    /// Fingerprint of the photographs as they were given.
+    photographs_fingerprint: u64,
+    /// The edges of the template's mesh.
+    edges: Vec<[usize; 2]>,
 }
 
 impl Synthesizer {
@@ -90,14 +95,17 @@ impl Synthesizer {
             config,
             photographs: Vec::new(),
             photograph_sheets: Vec::new(),
+            photographs_fingerprint: 0,
+            edges: template.mesh().edges(),
         })
     }
 
-    /// Uses photographs too: half of the backgrounds will show one, and pieces of them appear on other sheets. The
+    /// Uses photographs too: [`SynthConfig::photograph_share`] of the backgrounds will show one, and pieces of them appear on other sheets. The
     /// samples then depend on the photographs and their order.
     pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
         for (number, photograph) in photographs.into_iter().enumerate() {
             let mut rng = generator(mix(number as u64), 0, Stream::Pool);
+            self.photographs_fingerprint = fingerprint(self.photographs_fingerprint, &photograph);
             for _ in 0..SHEETS_A_PHOTOGRAPH {
                 self.photograph_sheets
                     .push(Texture::new(&photograph_sheet(&photograph, &mut rng)));
@@ -115,6 +123,29 @@ impl Synthesizer {
     /// The configuration.
     pub fn config(&self) -> &SynthConfig {
         &self.config
+    }
+
+    /// A number that differs when samples of the same seed and index would: of template, configuration and photographs.
+    pub fn fingerprint(&self) -> u64 {
+        let mesh = self.template.mesh();
+        let shape = mesh.vertices().iter().flat_map(|p| p.to_array()).map(f64::to_bits);
+        let uv = mesh
+            .texture_coordinates()
+            .iter()
+            .flat_map(|uv| uv.to_array())
+            .map(f64::to_bits);
+        let faces = mesh.faces().iter().flatten().map(|&vertex| vertex as u64);
+        let start = mix(self.config.fingerprint() ^ self.photographs_fingerprint);
+        let all = shape
+            .chain(uv)
+            .chain(faces)
+            .fold(start, |hash, value| mix(hash ^ value));
+        fingerprint(all, self.template.texture())
+    }
+
+    /// Relative changes of the lengths of the mesh's edges in a sample, one an edge; none without the template.
+    pub fn edge_length_changes(&self, sample: &Sample) -> Vec<f64> {
+        edge_length_changes(self.template.mesh().vertices(), &self.edges, &sample.vertices_camera)
     }
 
     /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
@@ -161,6 +192,12 @@ impl Synthesizer {
         Scene::clean(self).render(vertices_camera, 0)
     }
 
+    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a sample,
+    /// but whatever is seen of it.
+    pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
+        self.sample_vertices(&mut generator(seed, index, Stream::Shape))
+    }
+
     /// A random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
     /// camera: it is turned about its upright axis first, then posed as a sheet is.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
@@ -182,7 +219,7 @@ impl Synthesizer {
     /// A background picture for a scene.
     pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> &Texture {
         let procedural = procedural_backgrounds();
-        if !self.photographs.is_empty() && rng.random_bool(0.5) {
+        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_share) {
             return pick(&self.photographs, rng);
         }
         pick(procedural, rng)
@@ -215,6 +252,16 @@ impl Sample {
             towards_light: light.towards_light.as_dvec3(),
         }
     }
+}
+
+/// Folds the size and the bytes of a picture into a fingerprint.
+fn fingerprint(start: u64, picture: &Picture) -> u64 {
+    let size = mix(start ^ mix(picture.width() as u64) ^ picture.height() as u64);
+    let word = |bytes: &[u8]| bytes.iter().fold(0, |word: u64, &byte| word << 8 | u64::from(byte));
+    picture
+        .rgb()
+        .chunks(8)
+        .fold(size, |hash, bytes| mix(hash ^ word(bytes)))
 }
 
 fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {

@@ -11,17 +11,17 @@ use crate::failure::usage;
 use crate::input;
 use crate::output::atomic;
 use anyhow::Result;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use deepsft::ModelBundle;
 use serde::Serialize;
 use std::path::PathBuf;
-use throughput::Rate;
+use throughput::{Rate, SampleTime};
 use turns::{Inference, Rival};
 
 #[derive(Args)]
 #[command(after_help = "\
 Measured are, on this machine's CPU:
-  synthesis   training images made a second, on one thread and on all
+  synthesis   training images made a second with each preset, on one thread and on all, and where their time goes
   training    samples a second of training step 1, the making of the images included, on windows and on
               whole frames
   inference   one 1280 x 720 camera frame through the canonical warp, the network and the confidence, and the
@@ -31,11 +31,15 @@ Nothing else should run meanwhile. The numbers of threads take turns frame by fr
 slows down slows all of them.
 
 Example:
-  deepsft bench --model models/poster-a4 --json bench.json")]
+  deepsft bench --model models/poster-a4 --json bench.json
+  deepsft bench --model models/poster-a4 --only synthesis")]
 pub struct BenchArguments {
     /// Model bundle to measure with
     #[arg(long, value_name = "BUNDLE")]
     model: PathBuf,
+    /// Measure nothing else; the JSON then holds only this
+    #[arg(long, value_name = "PART", value_enum, conflicts_with_all = ["threads", "rival", "take_turns", "export"])]
+    only: Option<Only>,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -61,6 +65,22 @@ pub struct BenchArguments {
     take_turns: Option<PathBuf>,
 }
 
+/// Parts that can be measured alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Only {
+    /// Making training images
+    Synthesis,
+}
+
+/// How fast training images are made.
+#[derive(Serialize)]
+struct SynthesisReport {
+    processor: Option<String>,
+    cores: usize,
+    synthesis: Vec<Rate>,
+    sample_time: Vec<SampleTime>,
+}
+
 /// The content of the JSON file.
 #[derive(Serialize)]
 struct Report {
@@ -69,6 +89,7 @@ struct Report {
     processor: Option<String>,
     cores: usize,
     synthesis: Vec<Rate>,
+    sample_time: Vec<SampleTime>,
     training: Vec<Rate>,
     inference: Vec<Inference>,
     physics: physics::Physics,
@@ -83,7 +104,56 @@ pub fn run(arguments: &BenchArguments) -> Result<()> {
     if let Some(folder) = &arguments.export {
         return export::write(&bundle, &frame::camera_frame(&bundle)?, folder);
     }
-    measure(arguments, &bundle)
+    match arguments.only {
+        Some(Only::Synthesis) => measure_synthesis(arguments, &bundle),
+        None => measure(arguments, &bundle),
+    }
+}
+
+fn measure_synthesis(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
+    let cores = machine::cores();
+    let (synthesis, sample_time) = throughput::synthesis(bundle.template(), cores)?;
+    let report = SynthesisReport {
+        processor: machine::processor(),
+        cores,
+        synthesis,
+        sample_time,
+    };
+    print_machine(report.processor.as_deref(), cores);
+    println!("{:<46}{:>14}", "throughput", "samples/s");
+    print_rates("synthesis", &report.synthesis);
+    print_sample_times(&report.sample_time);
+    match &arguments.json {
+        Some(path) => atomic::write_file(path, &serde_json::to_vec_pretty(&report)?),
+        None => Ok(()),
+    }
+}
+
+fn print_machine(processor: Option<&str>, cores: usize) {
+    println!("{}, {cores} cores", processor.unwrap_or("unknown processor"));
+}
+
+fn print_rates(kind: &str, rates: &[Rate]) {
+    for rate in rates {
+        println!("{:<46}{:>14.2}", format!("{kind}, {}", rate.of), rate.samples_per_s);
+    }
+}
+
+fn print_sample_times(times: &[SampleTime]) {
+    println!(
+        "\n{:<46}{:>10}{:>10}{:>10}{:>10}",
+        "a sample, ms, medians, 1 thread", "shape", "scene", "image", "coding"
+    );
+    for time in times {
+        println!(
+            "{:<46}{:>10.2}{:>10.2}{:>10.2}{:>10.2}",
+            format!("{} preset", time.preset),
+            time.shape_ms,
+            time.scene_ms,
+            time.image_ms,
+            time.coding_ms
+        );
+    }
 }
 
 fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
@@ -110,7 +180,7 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
     eprintln!("physics");
     let physics = physics::measure(bundle)?;
     eprintln!("synthesis");
-    let synthesis = throughput::synthesis(bundle.template(), cores)?;
+    let (synthesis, sample_time) = throughput::synthesis(bundle.template(), cores)?;
     eprintln!("training");
     let training = throughput::training(bundle)?;
     let report = Report {
@@ -119,6 +189,7 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
         processor: machine::processor(),
         cores,
         synthesis,
+        sample_time,
         training,
         inference,
         physics,
@@ -132,17 +203,12 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
 }
 
 fn print(report: &Report) {
-    let processor = report.processor.as_deref().unwrap_or("unknown processor");
-    println!(
-        "{}, {} parameters; {processor}, {} cores",
-        report.model, report.parameters, report.cores
-    );
+    println!("{}, {} parameters", report.model, report.parameters);
+    print_machine(report.processor.as_deref(), report.cores);
     println!("{:<46}{:>14}", "throughput", "samples/s");
-    for (kind, rates) in [("synthesis", &report.synthesis), ("training", &report.training)] {
-        for rate in rates {
-            println!("{:<46}{:>14.2}", format!("{kind}, {}", rate.of), rate.samples_per_s);
-        }
-    }
+    print_rates("synthesis", &report.synthesis);
+    print_rates("training", &report.training);
+    print_sample_times(&report.sample_time);
     let runs = report.inference.first().map_or(0, |inference| inference.runs);
     let columns = |title: &str, of: &dyn Fn(&Inference) -> Option<String>| {
         let cells: Option<Vec<String>> = report.inference.iter().map(of).collect();

@@ -3,6 +3,7 @@
 use crate::failure::BlameInput;
 use crate::output::{atomic, panels, sheet};
 use crate::refine::Refine;
+use crate::synthesis::SynthesisOptions;
 use crate::{dataset, input, progress, synthesis};
 use anyhow::{Context, Result, anyhow};
 use clap::{ArgGroup, Args};
@@ -187,7 +188,7 @@ fn set(arguments: &EvalArguments, bundle: &ModelBundle) -> Result<FrameSet> {
     if seed == bundle.card().provenance.seed {
         eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
     }
-    let synthesizer = synthesis::synthesizer(bundle.template(), None)?;
+    let synthesizer = synthesis::synthesizer(bundle.template(), &SynthesisOptions::default())?;
     Ok(FrameSet {
         name: format!("{count} synthetic frames of seed {seed}"),
         count,

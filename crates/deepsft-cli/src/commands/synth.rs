@@ -1,12 +1,17 @@
 //! `deepsft synth`: a synthetic data set.
 
-use crate::dataset::{self, DATASET_FILE};
-use crate::output::atomic::{self, StagedFolder};
+use crate::dataset;
+use crate::output::{atomic, contact_sheet};
+use crate::synthesis::SynthesisOptions;
+use crate::unfinished_dataset::{Plan, UnfinishedDataset};
 use crate::{input, progress, synthesis};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
-use deepsft_synth::{DatasetDescription, SampleRecord};
-use std::path::PathBuf;
+use deepsft::encode_png;
+use deepsft_synth::{DatasetDescription, EdgeLengthSummary, SampleRecord, Synthesizer};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Instant;
 
 #[derive(Args)]
@@ -16,15 +21,23 @@ Writes DIR/dataset.json and tar shards in the WebDataset layout. A shard holds f
   NNNNNN.depth.png  16-bit, tenths of a millimetre, 0 where the object is not seen
   NNNNNN.uv.png     16-bit, u and v in red and green, 65535 is 1
   NNNNNN.json       camera, seed, index, light, the mesh in camera coordinates
+dataset.json says how isometric the deformations are: median and 95th percentile of the relative change of the
+lengths of the mesh's edges, over all samples.
 
-The same template, seed and index give the same sample on every machine, so jobs can share a large set:
-  deepsft synth --template cover --count 10000 --seed 5 --first 0 --out part0
-  deepsft synth --template cover --count 10000 --seed 5 --first 10000 --out part1")]
+Finished shards are in DIR.partial until all are. The same command goes on where it was interrupted, in whatever
+way, and makes no finished shard again.
+
+The same template, options, seed and index give the same sample on every machine, so jobs can share a large set.
+Each job writes its own part into the same folder, which is read as one data set when all are there:
+  deepsft synth --template cover --count 60000 --seed 5 --preset paper --shard 1/4 --out cover-data
+  ...
+  deepsft synth --template cover --count 60000 --seed 5 --preset paper --shard 4/4 --out cover-data
+  deepsft eval --model cover-model --dataset cover-data")]
 pub struct SynthArguments {
     /// Folder of the template
     #[arg(long, value_name = "DIR")]
     template: PathBuf,
-    /// Number of samples
+    /// Number of samples, of all parts together
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
     /// Seed of the data set
@@ -33,36 +46,204 @@ pub struct SynthArguments {
     /// Folder to write; an older data set there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Make only part I of N (1/N to N/N), in the folder part-I-of-N of DIR
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Part>,
     /// Index of the first sample
     #[arg(long, value_name = "INDEX", default_value_t = 0)]
     first: u64,
-    /// Samples a shard
+    /// Samples a tar file
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     shard_size: u64,
-    /// Photographs (PNG or JPEG) to use as backgrounds beside the drawn ones
-    #[arg(long, value_name = "DIR")]
-    backgrounds: Option<PathBuf>,
+    #[command(flatten)]
+    images: SynthesisOptions,
+    /// Also draw the first samples on one sheet, each beside its truth
+    #[arg(long, value_name = "FILE.png")]
+    sheet: Option<PathBuf>,
+}
+
+/// Part `number` of `of`, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Part {
+    number: u64,
+    of: u64,
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').map(|(number, of)| (number.parse(), of.parse()));
+        match numbers {
+            Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Self { number, of }),
+            _ => Err("expected I/N with I from 1 to N, like 2/8".to_owned()),
+        }
+    }
+}
+
+impl Part {
+    /// The part's share of `count` samples from `first` on; parts differ by one sample at most.
+    fn indices(self, first: u64, count: u64) -> Range<u64> {
+        let end = |number: u64| first + (u128::from(count) * u128::from(number) / u128::from(self.of)) as u64;
+        end(self.number - 1)..end(self.number)
+    }
 }
 
 pub fn run(arguments: &SynthArguments) -> Result<()> {
-    let SynthArguments { count, seed, first, .. } = *arguments;
     let template = input::template(&arguments.template)?;
-    let folder = StagedFolder::new(&arguments.out, &[DATASET_FILE])?;
-    let synthesizer = synthesis::synthesizer(&template, arguments.backgrounds.as_deref())?;
-    let config = synthesizer.config().clone();
-    let start = Instant::now();
-    let bar = progress::counting(count, "samples");
-    let indices = first..first.saturating_add(count);
-    let samples = synthesis::samples(synthesizer, seed, indices.clone());
-    let records = indices
-        .zip(samples)
-        .map(|(index, sample)| SampleRecord { seed, index, sample });
-    let shards = dataset::write_shards(&folder, records.inspect(|_| bar.inc(1)), arguments.shard_size)?;
-    bar.finish_and_clear();
-    let description = DatasetDescription::new(&template, &config, seed, count, shards);
-    atomic::write_file(&folder.path().join(DATASET_FILE), description.to_json()?.as_bytes())?;
-    folder.commit()?;
-    let rate = count as f64 / start.elapsed().as_secs_f64();
-    println!("{count} samples, {rate:.1} a second: {}", arguments.out.display());
+    let synthesizer = synthesis::synthesizer(&template, &arguments.images)?;
+    let seed = arguments.seed;
+    if let Some(part) = arguments.shard {
+        check_parts(&arguments.out, part)?;
+    }
+    let (indices, place) = match arguments.shard {
+        Some(part) => (
+            part.indices(arguments.first, arguments.count),
+            arguments.out.join(dataset::part_name(part.number, part.of)),
+        ),
+        None => (
+            arguments.first..arguments.first.saturating_add(arguments.count),
+            arguments.out.clone(),
+        ),
+    };
+    let plan = Plan {
+        seed,
+        first: indices.start,
+        samples: indices.end - indices.start,
+        shard_size: arguments.shard_size,
+        fingerprint: format!("{:016x}", synthesizer.fingerprint()),
+    };
+    if let Some(path) = &arguments.sheet {
+        let some: Vec<_> = synthesis::samples(synthesizer.clone(), seed, indices.clone())
+            .take(contact_sheet::SAMPLES)
+            .collect();
+        atomic::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
+        println!("{} samples on a sheet: {}", some.len(), path.display());
+    }
+    match dataset::open(&place) {
+        Ok(there) if is_planned(&there, &plan) => println!("is there already: {}", place.display()),
+        _ => make(arguments, &synthesizer, plan, &place)?,
+    }
+    let description = dataset::open(&place)?;
+    print_isometry(&description);
+    if let Some(part) = arguments.shard {
+        match dataset::open(&arguments.out) {
+            Ok(whole) => {
+                println!(
+                    "all {} parts are there, {} samples: {}",
+                    part.of,
+                    whole.samples,
+                    arguments.out.display()
+                );
+                print_isometry(&whole);
+            }
+            Err(_) => println!("these figures are of part {} of {} only", part.number, part.of),
+        }
+    }
     Ok(())
+}
+
+/// Refuses a folder that holds a whole data set or other parts.
+fn check_parts(folder: &Path, part: Part) -> Result<()> {
+    if folder.join(dataset::DATASET_FILE).exists() {
+        bail!(
+            "{} holds a whole data set: choose another folder for parts, or remove it",
+            folder.display()
+        );
+    }
+    match dataset::parts(folder) {
+        Some(of) if of != part.of => {
+            bail!(
+                "{} holds parts of {of}: choose another folder for parts of {}, or remove it",
+                folder.display(),
+                part.of
+            )
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a data set is the one that is planned, up to how it is cut into files.
+fn is_planned(there: &DatasetDescription, plan: &Plan) -> bool {
+    (there.seed, there.first, there.samples, &there.fingerprint)
+        == (plan.seed, plan.first, plan.samples, &plan.fingerprint)
+}
+
+fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place: &Path) -> Result<()> {
+    let seed = plan.seed;
+    let mut set = UnfinishedDataset::open(place, plan.clone())?;
+    let begun = set.finished();
+    if begun > 0 {
+        println!("going on after {begun} samples");
+    }
+    let start = Instant::now();
+    let bar = progress::counting(plan.samples, "samples");
+    bar.set_position(begun);
+    bar.reset_eta();
+    while set.finished() < plan.samples {
+        let first = plan.first + set.finished();
+        let end = (first + plan.shard_size).min(plan.first + plan.samples);
+        let samples = synthesis::in_order(first..end, |index| {
+            let sample = synthesizer.sample(seed, index);
+            let changes = sample.has_template.then(|| synthesizer.edge_length_changes(&sample));
+            let record = SampleRecord { seed, index, sample };
+            Ok((record.encode()?, changes))
+        });
+        set.write_shard(samples.inspect(|_| bar.inc(1)))?;
+    }
+    bar.finish_and_clear();
+    let mut description = DatasetDescription::new(
+        synthesizer.template(),
+        synthesizer.config(),
+        seed,
+        plan.samples,
+        set.shards(),
+    );
+    description.first = plan.first;
+    description.part = arguments.shard.map(|part| (part.number, part.of));
+    description.fingerprint = plan.fingerprint;
+    description.edge_length_change = Some(EdgeLengthSummary::new(set.edge_lengths()));
+    set.finish(&description)?;
+    let made = plan.samples - begun;
+    let rate = made as f64 / start.elapsed().as_secs_f64();
+    println!("{made} samples, {rate:.1} a second: {}", place.display());
+    Ok(())
+}
+
+fn print_isometry(description: &DatasetDescription) {
+    if let Some(change) = &description.edge_length_change {
+        println!(
+            "edge lengths change by {:.2} % (median) and {:.2} % (95th percentile) over {} samples with the object",
+            100.0 * change.median,
+            100.0 * change.p95,
+            change.histogram.samples
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_all_of_it_once() {
+        for (count, of) in [(10, 3), (2, 4), (60_000, 7), (u64::MAX / 2, 5)] {
+            let mut next = 11;
+            for number in 1..=of {
+                let indices = Part { number, of }.indices(11, count);
+                assert_eq!(indices.start, next);
+                assert!((indices.end - indices.start).abs_diff(count / of) <= 1);
+                next = indices.end;
+            }
+            assert_eq!(next, 11 + count);
+        }
+    }
+
+    #[test]
+    fn parts_are_counted_from_one() {
+        assert_eq!("2/8".parse(), Ok(Part { number: 2, of: 8 }));
+        for text in ["0/4", "5/4", "1/0", "1", "a/b", "-1/2", "1/2/3"] {
+            assert!(text.parse::<Part>().is_err(), "{text}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ mod recording_steps;
 
 use crate::failure::usage;
 use crate::output::{atomic, curve_plot, model_card};
+use crate::synthesis::SynthesisOptions;
 use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use bundle_folder::{MARKERS, companions, file_name};
@@ -93,9 +94,8 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
-    /// Photographs (PNG or JPEG) to use as backgrounds beside the drawn ones
-    #[arg(long, value_name = "DIR")]
-    backgrounds: Option<PathBuf>,
+    #[command(flatten)]
+    images: SynthesisOptions,
     /// Name of the model for people [default: the name of BUNDLE]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
@@ -145,7 +145,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         Start::Bundle(bundle) => bundle.template().clone(),
     };
     let (device, description) = pollster::block_on(start_device(arguments.device))?;
-    let synthesizer = Arc::new(synthesis::synthesizer(&template, arguments.backgrounds.as_deref())?);
+    let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
     println!("training on {} ({})", description.kind, description.adapter_name);
     let training = Training {
         arguments,
@@ -383,7 +383,7 @@ mod tests {
             resume: false,
             seed: 1,
             device: DeviceKind::Cpu,
-            backgrounds: None,
+            images: SynthesisOptions::default(),
             name: None,
         }
     }

@@ -69,25 +69,30 @@ impl StagedFolder {
 
     /// Puts the folder in its place.
     pub fn commit(self) -> Result<()> {
-        let commit = || -> Result<()> {
-            share(self.beside.path(), 0o755)?;
-            // A folder cannot be renamed over a full one: the old one steps aside first.
-            let aside = tempfile::Builder::new()
-                .prefix(".replaced-")
-                .tempdir_in(parent(&self.place))?;
-            let old = aside.path().join("old");
-            match fs::rename(&self.place, &old) {
-                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error.into()),
-                _ => {}
-            }
-            fs::rename(self.beside.path(), &self.place).inspect_err(|_| {
-                // Put the old one back; if that fails too, the first error is the one to tell.
-                let _ = fs::rename(&old, &self.place);
-            })?;
-            Ok(())
-        };
-        commit().with_context(|| format!("could not write {}", self.place.display()))
+        replace_folder(self.beside.path(), &self.place)
     }
+}
+
+/// Renames the folder `beside` to `place`, both in one folder; an older one there is removed.
+pub fn replace_folder(beside: &Path, place: &Path) -> Result<()> {
+    let replace = || -> Result<()> {
+        share(beside, 0o755)?;
+        // A folder cannot be renamed over a full one: the old one steps aside first.
+        let aside = tempfile::Builder::new()
+            .prefix(".replaced-")
+            .tempdir_in(parent(place))?;
+        let old = aside.path().join("old");
+        match fs::rename(place, &old) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error.into()),
+            _ => {}
+        }
+        fs::rename(beside, place).inspect_err(|_| {
+            // Put the old one back; if that fails too, the first error is the one to tell.
+            let _ = fs::rename(&old, place);
+        })?;
+        Ok(())
+    };
+    replace().with_context(|| format!("could not write {}", place.display()))
 }
 
 /// Whether [`StagedFolder`] would take this place: asked before work that takes long.

@@ -5,6 +5,7 @@ pub mod atomic;
 mod canvas;
 mod chart;
 pub mod color_map;
+pub mod contact_sheet;
 pub mod curve_plot;
 pub mod glb;
 pub mod model_card;

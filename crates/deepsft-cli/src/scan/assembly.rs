@@ -112,7 +112,6 @@ pub fn assemble(scan: Scan, mm_per_unit: f64) -> Result<Import> {
 
 /// Moves each chart of a part by whole tiles into the unit square.
 fn into_first_tile(part: &mut Part) -> Result<()> {
-    let mut chart: Vec<usize> = (0..part.positions.len()).collect();
     fn root(chart: &mut [usize], mut v: usize) -> usize {
         while chart[v] != v {
             chart[v] = chart[chart[v]];
@@ -122,12 +121,10 @@ fn into_first_tile(part: &mut Part) -> Result<()> {
     }
     // Copies of a vertex for the sake of normals belong together.
     let mut same: HashMap<[u64; 5], usize> = HashMap::new();
-    for i in 0..part.positions.len() {
-        let first = *same
-            .entry(key(part.positions[i], part.texture_coordinates[i]))
-            .or_insert(i);
-        chart[i] = first;
-    }
+    let vertices = part.positions.iter().zip(&part.texture_coordinates).enumerate();
+    let mut chart: Vec<usize> = vertices
+        .map(|(i, (p, uv))| *same.entry(key(*p, *uv)).or_insert(i))
+        .collect();
     for face in &part.faces {
         let first = root(&mut chart, face[0]);
         for &other in &face[1..] {

@@ -7,4 +7,5 @@ mod commands;
 mod common;
 mod interruption;
 mod meshes;
+mod synthesis;
 mod tracking;

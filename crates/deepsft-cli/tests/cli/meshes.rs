@@ -13,8 +13,10 @@ use std::path::Path;
 
 /// A picture that is nowhere like itself.
 fn art(seed: usize, side: usize) -> Picture {
-    let cell =
-        |x: usize, y: usize, k: usize| (((x / 4) * 37 + (y / 4) * 91 + k * 57 + seed * 13) * 2_654_435_761 >> 9) as u8;
+    let cell = |x: usize, y: usize, k: usize| {
+        let mixed = ((x / 4) * 37 + (y / 4) * 91 + k * 57 + seed * 13) * 2_654_435_761;
+        (mixed >> 9) as u8
+    };
     Picture::from_fn(side, side, |x, y| std::array::from_fn(|k| cell(x, y, k)))
 }
 

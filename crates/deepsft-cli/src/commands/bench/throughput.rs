@@ -1,10 +1,10 @@
 //! Samples a second: made, and trained on.
 
-use crate::synthesis;
+use crate::synthesis::{self, Preset, SynthesisOptions};
 use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle, start_device};
 use deepsft_geometry::Template;
-use deepsft_synth::Synthesizer;
+use deepsft_synth::{SampleRecord, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Samples a thread makes.
-const SAMPLES_A_THREAD: u64 = 64;
+const SAMPLES_A_THREAD: u64 = 200;
 
 /// Seed of the samples.
 const SEED: u64 = 0xbe_4c;
@@ -32,18 +32,42 @@ pub struct Rate {
     pub samples_per_s: f64,
 }
 
-/// Making samples on one thread, and on `cores`.
-pub fn synthesis(template: &Template, cores: usize) -> Result<Vec<Rate>> {
-    let synthesizer = synthesis::synthesizer(template, None)?;
-    let mut counts = vec![1, cores];
-    counts.dedup();
-    counts
-        .into_iter()
-        .map(|threads| synthesis_on(&synthesizer, threads))
-        .collect()
+/// Where the time of a sample with the template goes: medians, one thread.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct SampleTime {
+    pub preset: &'static str,
+    /// A shape and a pose; a sample draws several when the first shows too little.
+    pub shape_ms: f64,
+    /// Background, other sheets, light, occluders, camera: all that is drawn before the template is placed.
+    pub scene_ms: f64,
+    /// The template in it, occluders, camera effects, maps.
+    pub image_ms: f64,
+    /// Coding of the sample for a data set; not part of making one.
+    pub coding_ms: f64,
 }
 
-fn synthesis_on(synthesizer: &Synthesizer, threads: usize) -> Result<Rate> {
+const PRESETS: [(Preset, &str); 2] = [(Preset::Default, "default"), (Preset::Paper, "paper")];
+
+/// Making samples of each preset on one thread, and on `cores`.
+pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<SampleTime>)> {
+    let (mut rates, mut times) = (Vec::new(), Vec::new());
+    for (preset, name) in PRESETS {
+        let options = SynthesisOptions {
+            preset,
+            ..SynthesisOptions::default()
+        };
+        let synthesizer = synthesis::synthesizer(template, &options)?;
+        let mut counts = vec![1, cores];
+        counts.dedup();
+        for threads in counts {
+            rates.push(synthesis_on(&synthesizer, name, threads)?);
+        }
+        times.push(sample_time(&synthesizer, name)?);
+    }
+    Ok((rates, times))
+}
+
+fn synthesis_on(synthesizer: &Synthesizer, preset: &str, threads: usize) -> Result<Rate> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let count = SAMPLES_A_THREAD * threads as u64;
     let started = Instant::now();
@@ -53,15 +77,64 @@ fn synthesis_on(synthesizer: &Synthesizer, threads: usize) -> Result<Rate> {
             .for_each(|index| drop(black_box(synthesizer.sample(SEED, index))))
     });
     Ok(Rate {
-        of: format!("{threads} thread{}", if threads == 1 { "" } else { "s" }),
+        of: format!(
+            "{preset} preset, {threads} thread{}",
+            if threads == 1 { "" } else { "s" }
+        ),
         samples_per_s: count as f64 / started.elapsed().as_secs_f64(),
     })
+}
+
+fn sample_time(synthesizer: &Synthesizer, preset: &'static str) -> Result<SampleTime> {
+    let mut times = [const { Vec::new() }; 4];
+    for index in 0..SAMPLES_A_THREAD {
+        let mut clock = Clock::start();
+        let vertices = synthesizer.random_vertices(SEED, index);
+        times[0].push(clock.lap_ms());
+        let scene = synthesizer.scene(SEED, index);
+        times[1].push(clock.lap_ms());
+        let sample = scene.render(vertices, index)?;
+        times[2].push(clock.lap_ms());
+        let record = SampleRecord {
+            seed: SEED,
+            index,
+            sample,
+        };
+        black_box(record.encode()?);
+        times[3].push(clock.lap_ms());
+    }
+    let [shape_ms, scene_ms, image_ms, coding_ms] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    Ok(SampleTime {
+        preset,
+        shape_ms,
+        scene_ms,
+        image_ms,
+        coding_ms,
+    })
+}
+
+/// A stop watch.
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Milliseconds since the start or the last lap.
+    fn lap_ms(&mut self) -> f64 {
+        let last = std::mem::replace(&mut self.0, Instant::now());
+        (self.0 - last).as_secs_f64() * 1e3
+    }
 }
 
 /// Training step 1 of a new network of the bundle's shape, on windows and on whole frames, the making of
 /// the samples included.
 pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
-    let synthesizer = Arc::new(synthesis::synthesizer(bundle.template(), None)?);
+    let synthesizer = Arc::new(synthesis::synthesizer(bundle.template(), &SynthesisOptions::default())?);
     let Schedule { windows, frames, .. } = Schedule::default();
     [(windows, "windows"), (frames, "frames")]
         .into_iter()

@@ -1,0 +1,266 @@
+//! A data set in the making: finished shards in a folder beside its place, so that an interrupted `deepsft synth` goes on.
+//!
+//! `DIR.partial` holds whole shards and `state.json`, which says what they are the beginning of. A shard is written
+//! under another name, brought to the disk and renamed; then the state is replaced in the same way. Whatever moment the
+//! process is killed at, what the state lists is whole. At the end the folder is renamed to its place.
+
+use crate::dataset::DATASET_FILE;
+use crate::output::atomic;
+use anyhow::{Context, Result, bail};
+use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, ShardWriter};
+use serde::{Deserialize, Serialize};
+use std::ffi::OsString;
+use std::fs;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// What is made, in the folder.
+const STATE_FILE: &str = "state.json";
+
+/// The shard that is being written.
+const OPEN_SHARD: &str = "shard.tmp";
+
+/// Everything that the shards' bytes depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    pub seed: u64,
+    pub first: u64,
+    pub samples: u64,
+    pub shard_size: u64,
+    pub fingerprint: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    plan: Plan,
+    shards: Vec<FinishedShard>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct FinishedShard {
+    name: String,
+    bytes: u64,
+    samples: u64,
+    edge_lengths: EdgeLengthHistogram,
+}
+
+/// The folder beside the place, and what is in it.
+pub struct UnfinishedDataset {
+    place: PathBuf,
+    folder: PathBuf,
+    state: State,
+}
+
+impl UnfinishedDataset {
+    /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
+    pub fn open(place: &Path, plan: Plan) -> Result<Self> {
+        atomic::check_folder(place, &[DATASET_FILE])?;
+        let mut name = place.file_name().map_or_else(OsString::new, OsString::from);
+        name.push(".partial");
+        let folder = place.with_file_name(name);
+        let path = folder.join(STATE_FILE);
+        let mut state = State {
+            plan: plan.clone(),
+            shards: Vec::new(),
+        };
+        if path.exists() {
+            let read = || -> Result<State> { Ok(serde_json::from_slice(&fs::read(&path)?)?) };
+            let found = read().with_context(|| format!("could not read {}", path.display()))?;
+            if found.plan != plan {
+                bail!(
+                    "{} holds the beginning of another data set ({}): ask for that one, or remove it",
+                    folder.display(),
+                    difference(&found.plan, &plan)
+                );
+            }
+            let whole = |shard: &FinishedShard| {
+                fs::metadata(folder.join(&shard.name)).is_ok_and(|file| file.is_file() && file.len() == shard.bytes)
+            };
+            // A shard somebody took away is made again, and all after it.
+            state.shards = found.shards.into_iter().take_while(whole).collect();
+        } else {
+            atomic::check_folder(&folder, &[OPEN_SHARD])?;
+            fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
+        }
+        let place = place.to_path_buf();
+        let unfinished = Self { place, folder, state };
+        unfinished.save()?;
+        Ok(unfinished)
+    }
+
+    /// Samples in finished shards.
+    pub fn finished(&self) -> u64 {
+        self.state.shards.iter().map(|shard| shard.samples).sum()
+    }
+
+    /// Edge lengths of the finished shards.
+    pub fn edge_lengths(&self) -> EdgeLengthHistogram {
+        let mut sum = EdgeLengthHistogram::default();
+        self.state.shards.iter().for_each(|shard| sum.add(&shard.edge_lengths));
+        sum
+    }
+
+    /// Writes the next shard; gives whether there were samples for one.
+    pub fn write_shard(
+        &mut self,
+        samples: impl Iterator<Item = Result<(EncodedSample, Option<Vec<f64>>)>>,
+    ) -> Result<()> {
+        let name = format!("shard-{:06}.tar", self.state.shards.len());
+        let beside = self.folder.join(OPEN_SHARD);
+        let mut edge_lengths = EdgeLengthHistogram::default();
+        let write = |edge_lengths: &mut EdgeLengthHistogram| -> Result<(u64, u64)> {
+            let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside)?));
+            for sample in samples {
+                let (encoded, changes) = sample?;
+                shard.append(&encoded)?;
+                if let Some(changes) = changes {
+                    edge_lengths.count(changes);
+                }
+            }
+            let (count, out) = shard.finish()?;
+            let file = out.into_inner().map_err(|error| error.into_error())?;
+            file.sync_all()?;
+            Ok((count, file.metadata()?.len()))
+        };
+        let (samples, bytes) = write(&mut edge_lengths).with_context(|| format!("could not write {name}"))?;
+        fs::rename(&beside, self.folder.join(&name)).with_context(|| format!("could not write {name}"))?;
+        self.state.shards.push(FinishedShard {
+            name,
+            bytes,
+            samples,
+            edge_lengths,
+        });
+        self.save()
+    }
+
+    /// Names of the finished shards.
+    pub fn shards(&self) -> Vec<String> {
+        self.state.shards.iter().map(|shard| shard.name.clone()).collect()
+    }
+
+    /// Puts the data set in its place; an older one there is replaced.
+    pub fn finish(self, description: &DatasetDescription) -> Result<()> {
+        let path = |name: &str| self.folder.join(name);
+        atomic::write_file(&path(DATASET_FILE), description.to_json()?.as_bytes())?;
+        atomic::replace_folder(&self.folder, &self.place)?;
+        let state = self.place.join(STATE_FILE);
+        fs::remove_file(&state).with_context(|| format!("could not remove {}", state.display()))
+    }
+
+    fn save(&self) -> Result<()> {
+        let text = serde_json::to_vec(&self.state)?;
+        atomic::write_file(&self.folder.join(STATE_FILE), &text)
+    }
+}
+
+/// In what two plans differ, for people.
+fn difference(found: &Plan, asked: &Plan) -> String {
+    for (what, found, asked) in [
+        ("seed", found.seed, asked.seed),
+        ("first sample", found.first, asked.first),
+        ("number of samples", found.samples, asked.samples),
+        ("shard size", found.shard_size, asked.shard_size),
+    ] {
+        if found != asked {
+            return format!("{what} {found}, not {asked}");
+        }
+    }
+    "of another template, preset or set of photographs".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthesis::{self, SynthesisOptions};
+    use deepsft_geometry::{Picture, Template};
+    use deepsft_synth::{SampleRecord, SynthConfig};
+
+    fn plan(samples: u64) -> Plan {
+        Plan {
+            seed: 3,
+            first: 0,
+            samples,
+            shard_size: 1,
+            fingerprint: "abc".to_owned(),
+        }
+    }
+
+    fn template() -> Template {
+        Template::thin_shell(Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]), 200.0, 150.0).unwrap()
+    }
+
+    fn sample(index: u64) -> Result<(EncodedSample, Option<Vec<f64>>)> {
+        let synthesizer = synthesis::synthesizer(&template(), &SynthesisOptions::default())?;
+        let sample = synthesizer.sample(3, index);
+        let record = SampleRecord { seed: 3, index, sample };
+        Ok((record.encode()?, Some(vec![0.01])))
+    }
+
+    #[test]
+    fn finished_shards_are_found_again_and_a_half_written_one_is_not() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
+        set.write_shard([sample(0)].into_iter()).unwrap();
+        set.write_shard([sample(1)].into_iter()).unwrap();
+        drop(set);
+        let folder = above.path().join("set.partial");
+        fs::write(folder.join(OPEN_SHARD), "half").unwrap();
+        let set = UnfinishedDataset::open(&place, plan(3)).unwrap();
+        assert_eq!((set.finished(), set.edge_lengths().samples), (2, 2));
+        // A shard cut short is not whole, nor is what comes after it.
+        fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
+        assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);
+        assert!(!place.exists());
+    }
+
+    #[test]
+    fn a_failed_sample_leaves_the_shards_before_it() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let mut set = UnfinishedDataset::open(&place, plan(2)).unwrap();
+        set.write_shard([sample(0)].into_iter()).unwrap();
+        let failing = [sample(1), Err(anyhow::anyhow!("no memory"))];
+        assert!(set.write_shard(failing.into_iter()).is_err());
+        assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
+    }
+
+    #[test]
+    fn the_beginning_of_another_set_and_foreign_folders_are_left_alone() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        drop(UnfinishedDataset::open(&place, plan(3)).unwrap());
+        let message = |result: Result<UnfinishedDataset>| crate::failure::message(&result.err().unwrap());
+        let other = message(UnfinishedDataset::open(&place, plan(4)));
+        assert!(
+            other.contains("set.partial") && other.contains("number of samples 3, not 4"),
+            "{other}"
+        );
+        let foreign = above.path().join("mine.partial");
+        fs::create_dir(&foreign).unwrap();
+        fs::write(foreign.join("thesis.txt"), "").unwrap();
+        assert!(message(UnfinishedDataset::open(&above.path().join("mine"), plan(3))).contains("mine.partial"));
+    }
+
+    #[test]
+    fn a_finished_set_stands_in_its_place_with_nothing_beside_it() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let mut set = UnfinishedDataset::open(&place, plan(1)).unwrap();
+        set.write_shard([sample(0)].into_iter()).unwrap();
+        let shards = set.shards();
+        let description = DatasetDescription::new(&template(), &SynthConfig::default(), 3, 1, shards);
+        set.finish(&description).unwrap();
+        let names = |folder: &Path| {
+            let entries = fs::read_dir(folder).unwrap();
+            let mut names: Vec<_> = entries
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+                .collect();
+            names.sort();
+            names
+        };
+        assert_eq!(names(&place), [DATASET_FILE, "shard-000000.tar"]);
+        assert_eq!(names(above.path()), ["set"]);
+        assert_eq!(crate::dataset::open(&place).unwrap(), description);
+    }
+}
