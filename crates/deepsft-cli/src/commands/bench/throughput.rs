@@ -52,7 +52,7 @@ const PRESETS: [(Preset, &str); 2] = [(Preset::Default, "default"), (Preset::Pap
 /// Making samples of the bundle's template and of the soft toy, with each preset, on one thread and on `cores`.
 pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<SampleTime>)> {
     let (mut rates, mut times) = (Vec::new(), Vec::new());
-    for (object, template) in [("the model's template", template), ("soft toy", &toy_template()?)] {
+    for (object, template) in [("template", template), ("soft toy", &toy_template()?)] {
         synthesis_of(object, template, cores, &mut rates, &mut times)?;
     }
     Ok((rates, times))
