@@ -35,9 +35,22 @@ pub fn template(folder: &Path) -> Result<Template> {
     let read = || -> Result<TemplateFile> { Ok(TemplateFile::parse(&fs::read(&description)?)?) };
     let file = read().blame("template", &description)?;
     let texture = folder.join(file.texture());
-    let read = || -> Result<Template> { Ok(file.template(&fs::read(&texture)?)?) };
-    // The size stands in the description, the rest of what can be wrong in the texture.
-    read().blame("template with the texture", &texture)
+    let bytes = |path: &Path| -> Result<Vec<u8>> { Ok(fs::read(path)?) };
+    let pixels = bytes(&texture).blame("template with the texture", &texture)?;
+    let Some(name) = file.mesh() else {
+        // The size stands in the description, the rest of what can be wrong in the texture.
+        return file
+            .template(&pixels, None)
+            .blame("template with the texture", &texture);
+    };
+    let mesh = folder.join(name);
+    let triangles = bytes(&mesh).blame("template with the mesh", &mesh)?;
+    match decode_picture(&pixels) {
+        Ok(_) => file
+            .template(&pixels, Some(&triangles))
+            .blame("template with the mesh", &mesh),
+        Err(error) => Err(error).blame("template with the texture", &texture),
+    }
 }
 
 /// Reads and checks a model bundle's folder.

@@ -1,4 +1,4 @@
-//! The `deepsft` command: from a picture of a flat object to a trained model and to reconstructions.
+//! The `deepsft` command: from a picture of a flat object, or a scan of any, to a trained model and to reconstructions.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -12,6 +12,7 @@ mod input;
 mod output;
 mod progress;
 mod refine;
+mod scan;
 mod synthesis;
 mod track_errors;
 mod unfinished_dataset;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 
 /// Shape and registration of a known bending object from one image (Shape-from-Template).
 ///
-/// A template is a picture of a flat object and its size. A network is trained for it on synthetic
+/// A template is a picture of a flat object and its size, or a scan with its texture. A network is trained for it on synthetic
 /// images, and then finds it in photographs: for every pixel its depth and its place on the template.
 #[derive(Parser)]
 #[command(version, propagate_version = true, after_help = AFTER_HELP)]
@@ -33,7 +34,7 @@ struct Arguments {
 
 const AFTER_HELP: &str = "\
 The way from a picture to a reconstruction:
-  deepsft template new --image cover.jpg --size-mm 297x210 --out cover
+  deepsft template new --image cover.jpg --size-mm 297x210 --out cover     (or: template import scan.glb)
   deepsft train --template cover --out cover-model --minutes 60
   deepsft eval --model cover-model --synthetic 100 --seed 999
   deepsft reconstruct --model cover-model --camera camera.json --out results photo.jpg

@@ -60,9 +60,11 @@ pub fn print_in_view(truth: &Maps) -> f64 {
 
 /// The vertices that are seen: inside the image, where `truth` has the vertex's own place on the print.
 pub fn seen_vertices(template: &Template, vertices_camera: &[DVec3], truth: &Maps, camera: &Camera) -> Vec<bool> {
-    let (columns, rows) = template.grid();
-    // Half the way to the next vertex.
-    let near = DVec2::new(0.5 / (columns - 1) as f64, 0.5 / (rows - 1) as f64);
+    // About half the way to the next vertex.
+    let near = match template.grid() {
+        Some((columns, rows)) => DVec2::new(0.5 / (columns - 1) as f64, 0.5 / (rows - 1) as f64),
+        None => DVec2::splat(0.5 / (template.mesh().vertices().len() as f64).sqrt()),
+    };
     vertices_camera
         .iter()
         .zip(template.mesh().texture_coordinates())

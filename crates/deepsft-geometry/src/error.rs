@@ -137,6 +137,54 @@ pub enum GeometryError {
         /// Number of vertices.
         expected: usize,
     },
+    /// An operation that only a flat sheet's regular grid allows.
+    #[error("{operation} needs a template that is a flat sheet; this one is a mesh")]
+    NotASheet {
+        /// What was asked for.
+        operation: &'static str,
+    },
+    /// A template's mesh has no faces.
+    #[error("mesh has no faces")]
+    MeshWithoutFaces,
+    /// A face of a template's mesh has no area.
+    #[error("face {face} has no area")]
+    DegenerateFace {
+        /// Index of the face.
+        face: usize,
+    },
+    /// A vertex of a template's mesh belongs to no face.
+    #[error("vertex {vertex} belongs to no face")]
+    UnusedVertex {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A texture coordinate of a template's mesh lies outside the texture.
+    #[error("vertex {vertex} has the texture coordinates ({u}, {v}), expected both between 0 and 1")]
+    TextureOutside {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Its u.
+        u: f64,
+        /// Its v.
+        v: f64,
+    },
+    /// Two neighbouring faces of a template's mesh have their fronts on different sides.
+    #[error("faces {first} and {second} share an edge and have their fronts on different sides of the surface")]
+    FaceOrientation {
+        /// Index of one face.
+        first: usize,
+        /// Index of the other.
+        second: usize,
+    },
+    /// Parts of a template's surface share one place of the texture, so a registration would not tell them apart.
+    #[error(
+        "{percent:.1} % of the used texture belongs to more than one part of the surface: a registration could not \
+         tell them apart"
+    )]
+    ChartsOverlap {
+        /// Share of the used texture, percent.
+        percent: f64,
+    },
     /// Two maps that are compared have different sizes.
     #[error("maps of {actual:?} pixels (width, height), expected {expected:?}")]
     MapSize {

@@ -9,6 +9,8 @@
 //! * **A flat thin shell** lies in the plane z = 0 of its template frame, centred on the origin, x
 //!   right and y down as on the printed sheet, so the identity rotation shows it frontal and
 //!   unmirrored: u = x / width + 1/2, v = y / height + 1/2. Its front faces -z.
+//! * **A template of any other shape** is a triangle mesh of its own template frame, upright objects with their
+//!   head towards -y and their face towards -z, so that the identity rotation shows them upright from the front.
 //! * **Units.** Lengths are millimetres; angles are radians (`_deg` where a person types them). `f64`
 //!   in geometry, `f32` in maps.
 //! * **Maps** are row-major, [`CANONICAL_HEIGHT`] rows by [`CANONICAL_WIDTH`] columns. Outside the
@@ -35,6 +37,7 @@ mod rigid_alignment;
 mod rotation;
 pub mod solver;
 mod template;
+mod topology;
 pub mod tracking;
 mod welding;
 
@@ -54,4 +57,5 @@ pub use picture::Picture;
 pub use refinement::{RefinedMesh, Refinement};
 pub use rigid_alignment::RigidMotion;
 pub use template::Template;
+pub use topology::{Topology, texture_overlap};
 pub use welding::Welding;

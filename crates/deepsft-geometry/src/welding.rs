@@ -83,6 +83,11 @@ impl Welding {
         self.welded.get(vertex).copied()
     }
 
+    /// One of the vertices of the original mesh that are the welded vertex `welded`; `None` when there is none.
+    pub fn first(&self, welded: usize) -> Option<usize> {
+        self.first.get(welded).copied()
+    }
+
     /// From one value a vertex of the original mesh to one a welded vertex: that of the first chart.
     pub fn weld<T: Copy>(&self, of_mesh: &[T]) -> Vec<T> {
         self.first.iter().map(|&vertex| of_mesh[vertex]).collect()

@@ -1,8 +1,8 @@
-//! A sheet of samples to look at: `cargo run --release --example contact_sheet -p deepsft-synth PICTURE OUT.png [SEED [FIRST]]`.
+//! A sheet of samples to look at: `cargo run --release --example contact_sheet -p deepsft-synth PICTURE|toy OUT.png [SEED [FIRST]]`.
 //! Each sample is shown with its truth beside it: u in red, v in green, nearness in blue.
 
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{Sample, SynthConfig, Synthesizer};
+use deepsft_synth::{Sample, SynthConfig, Synthesizer, toy_template};
 use std::error::Error;
 
 const COLUMNS: u32 = 3;
@@ -28,13 +28,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let number = |k: usize| numbers.get(k).map_or(Ok(0), |text| text.parse::<u64>());
     let (seed, first) = (number(0)?, number(1)?);
-    let picture = image::open(picture)?.to_rgb8();
-    let (width, height) = picture.dimensions();
-    let template = Template::thin_shell(
-        Picture::new(width as usize, height as usize, picture.into_raw())?,
-        297.0,
-        297.0 * f64::from(height) / f64::from(width),
-    )?;
+    let template = if picture == "toy" {
+        toy_template()?
+    } else {
+        let picture = image::open(picture)?.to_rgb8();
+        let (width, height) = picture.dimensions();
+        Template::thin_shell(
+            Picture::new(width as usize, height as usize, picture.into_raw())?,
+            297.0,
+            297.0 * f64::from(height) / f64::from(width),
+        )?
+    };
     let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
     let mut sheet = image::RgbImage::new(COLUMNS * 960, ROWS * 270);
     for tile in 0..COLUMNS * ROWS {

@@ -104,7 +104,8 @@ impl SynthConfig {
 /// The motion of one clip.
 ///
 /// In every frame the sheet is one exact developable, a generalised cone whose rulings, curvature and apex drift
-/// (our choice; real paper also folds), so that edges keep their length up to the chords of the mesh.
+/// (our choice; real paper also folds), so that edges keep their length up to the chords of the mesh. A template
+/// that is no sheet moves rigidly.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template, training_camera};
@@ -160,7 +161,9 @@ impl<'a> ClipMotion<'a> {
     /// The vertices of the template's mesh at `phase`, mm, camera frame. Phase 1 is phase 0 again.
     pub fn vertices_camera(&self, phase: f64) -> Vec<DVec3> {
         let mut vertices = self.template.mesh().vertices().to_vec();
-        self.bend(phase).apply(self.template.mesh().vertices(), &mut vertices);
+        if self.template.is_sheet() {
+            self.bend(phase).apply(self.template.mesh().vertices(), &mut vertices);
+        }
         face_front(self.template.mesh(), &mut vertices);
         let pose = self.pose(phase);
         vertices.into_iter().map(|p| pose.transform_point3(p)).collect()
@@ -199,7 +202,8 @@ impl<'a> ClipMotion<'a> {
         let roll = DQuat::from_rotation_z(self.config.max_roll_deg.to_radians() * self.roll.at(phase));
         let image = DVec2::new(f64::from(self.camera.width()), f64::from(self.camera.height()));
         let softness = ROOM_SOFTNESS * image.x / 480.0;
-        let room = (image - self.camera.focal() * self.template.size_mm() / depth) / 2.0;
+        let size = self.template.extent_mm().truncate();
+        let room = (image - self.camera.focal() * size / depth) / 2.0;
         let room = DVec2::new(softly_positive(room.x, softness), softly_positive(room.y, softness));
         let shift = ROOM_SHARE * room * DVec2::new(self.across.at(phase), self.down.at(phase));
         let centroid = self.camera.unproject(image / 2.0 + shift, depth);
@@ -339,7 +343,7 @@ mod tests {
         // The mean of z over the sheet's middle column against its outer ones tells the side of the bend; 5 mm of
         // relief is a bend of some 15 degrees.
         let template = sheet();
-        let (columns, rows) = template.grid();
+        let (columns, rows) = template.grid().unwrap();
         for seed in seeds() {
             let motion = ClipMotion::new(&template, &training_camera(), ClipConfig::default(), seed);
             let mut reliefs = Vec::new();

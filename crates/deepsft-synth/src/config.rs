@@ -1,6 +1,6 @@
 //! What is varied in synthetic samples, and how far.
 
-use crate::{DeformationConfig, PoseConfig, SynthError};
+use crate::{DeformationConfig, HandleConfig, PoseConfig, SynthError};
 use deepsft_geometry::{Camera, training_camera};
 
 /// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly; shares are
@@ -10,6 +10,8 @@ use deepsft_geometry::{Camera, training_camera};
 pub struct SynthConfig {
     /// How the sheet bends.
     pub deformation: DeformationConfig,
+    /// How a template that is no sheet bends.
+    pub handles: HandleConfig,
     /// How it is held before the camera.
     pub pose: PoseConfig,
     /// The camera that takes the picture; without lens distortion. Default: the training camera (480 x 270).
@@ -116,6 +118,7 @@ impl Default for SynthConfig {
     fn default() -> Self {
         Self {
             deformation: DeformationConfig::default(),
+            handles: HandleConfig::default(),
             pose: PoseConfig::default(),
             camera: training_camera(),
             empty_share: 0.1,
@@ -215,6 +218,7 @@ impl SynthConfig {
                 actual: self.camera.distortion(),
             });
         }
+        self.handles.check()?;
         let (light, effects, cloth) = (&self.lighting, &self.effects, &self.deformation.cloth);
         let discs_px = match self.occluders {
             OccluderKind::HandsAndThings => [0.0; 2],

@@ -117,7 +117,8 @@ impl Default for DeformationConfig {
 /// The vertices of `template`'s rest mesh after a random quasi-isometric deformation: mm, template
 /// frame, mean at the origin, mean normal along -z (so that a pose's tilt is the tilt of the sheet as
 /// a whole). Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and
-/// the sheet stays flat when no weaker shape will do. A pure function of its arguments.
+/// the sheet stays flat when no weaker shape will do. A template that is no sheet stays at rest: see
+/// [`crate::SynthConfig::handles`]. A pure function of its arguments.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template};
@@ -130,6 +131,9 @@ impl Default for DeformationConfig {
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
 /// ```
 pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, rng: &mut R) -> Vec<DVec3> {
+    if !template.is_sheet() {
+        return template.mesh().vertices().to_vec();
+    }
     let relaxation = Relaxation::new(template);
     let family = draw_family(&config.family_weights, rng);
     if family == DeformationFamily::Cloth {
@@ -320,7 +324,7 @@ mod tests {
     fn cloth_is_bent_upright_and_the_same_on_a_finer_mesh() {
         let template = sheet(297.0, 210.0);
         let finer = template.finer().unwrap();
-        let (columns, fine_columns) = (template.grid().0, finer.grid().0);
+        let (columns, fine_columns) = (template.grid().unwrap().0, finer.grid().unwrap().0);
         let mut bent = 0;
         for seed in 0..60 {
             let vertices = sample(&template, &only(6), seed);

@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod artwork;
+mod atlas;
 mod background;
 mod bars;
 mod bend;
@@ -21,6 +22,7 @@ mod error;
 mod figure;
 mod frame;
 mod hand;
+mod handles;
 mod handling;
 mod isometry;
 mod noise;
@@ -38,11 +40,14 @@ mod scene;
 mod shading;
 mod shape;
 mod sheet;
+mod silhouette;
 mod synthesizer;
 mod texture;
+mod toy;
 mod volumic;
 mod xpbd;
 
+pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
 pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
@@ -52,6 +57,7 @@ pub use dataset::{
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;
+pub use handles::{HandleConfig, HandleDeformation};
 pub use handling::ClothConfig;
 pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use partial_view::PartialView;
@@ -67,4 +73,5 @@ pub use recording::{
 };
 pub use scene::Scene;
 pub use synthesizer::{Sample, Synthesizer};
+pub use toy::toy_template;
 pub use volumic::{RodBend, capsule};

@@ -465,7 +465,7 @@ mod tests {
             .map(|p| *p + DVec3::Z * 500.0)
             .collect();
         let camera = training_camera();
-        let outline: Vec<usize> = (0..template.grid().0).collect();
+        let outline: Vec<usize> = (0..template.grid().unwrap().0).collect();
         let sheet = Held {
             outline: &outline,
             vertices_camera: &vertices,

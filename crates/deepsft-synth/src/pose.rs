@@ -321,7 +321,7 @@ mod tests {
         );
         let pixel = |u, v| {
             camera
-                .project(pose.transform_point3(template.point_template(DVec2::new(u, v))))
+                .project(pose.transform_point3(template.point_template(DVec2::new(u, v)).unwrap()))
                 .unwrap()
         };
         let (corner, right, down) = (pixel(0.0, 0.0), pixel(1.0, 0.0), pixel(0.0, 1.0));

@@ -20,7 +20,8 @@ pub(crate) struct Relaxation {
 impl Relaxation {
     /// The constraints of `template`'s rest mesh.
     pub(crate) fn new(template: &Template) -> Self {
-        let (columns, rows) = template.grid();
+        // Only a grid has rows and columns to keep in shape.
+        let (columns, rows) = template.grid().unwrap_or((1, 1));
         let edges = template.mesh().edges();
         let rest = template.mesh().vertices();
         let rest_squared = edges.iter().map(|&[a, b]| rest[a].distance_squared(rest[b])).collect();

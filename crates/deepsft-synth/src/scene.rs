@@ -9,12 +9,14 @@ use crate::occluder::{Held, Occluder, Placed, sample_occluders};
 use crate::photometry::CameraEffects;
 use crate::shading::{Lighting, Paper};
 use crate::sheet::ImageSheet;
+use crate::silhouette::silhouette;
 use crate::synthesizer::{Sample, Synthesizer};
 use crate::texture::Texture;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
+use std::borrow::Cow;
 
 /// Reflectance (linear) of the ground of clean renders: mid grey.
 const CLEAN_GROUND: f32 = 0.2;
@@ -118,11 +120,21 @@ impl<'a> Scene<'a> {
         let placement = Placement::sample(texture, Vec2::new(width as f32, height as f32), rng);
         let mut background = placement.frame(texture, width, height);
         strew(&mut background, rng);
+        let light = Lighting::sample(&config.lighting, rng);
+        let paper = Paper::sample(&config.lighting, rng);
         Self {
             synthesizer,
             background,
-            light: Lighting::sample(&config.lighting, rng),
-            paper: Paper::sample(&config.lighting, rng),
+            light,
+            paper: Paper {
+                // No light shines through what is stuffed.
+                translucency: if synthesizer.template.is_sheet() {
+                    paper.translucency
+                } else {
+                    0.0
+                },
+                ..paper
+            },
             occluders: sample_occluders(config.occluder_share, config.occluders, rng),
             effects: Some(CameraEffects::sample(&config.effects, rng)),
             bars: rng
@@ -323,10 +335,15 @@ impl<'a> Scene<'a> {
     /// The occluders, laid into the image, that together cover no more of the sheet than they may.
     fn fitting_occluders(&self, vertices_camera: &[DVec3], frame: &Frame, truth: &Maps) -> Vec<Placed> {
         let Synthesizer { config, outline, .. } = self.synthesizer;
+        let outline: Cow<'_, [usize]> = if self.occluders.is_empty() || !outline.is_empty() {
+            outline.into()
+        } else {
+            silhouette(vertices_camera, &config.camera).into()
+        };
         let mut budget = (config.most_occluded * truth.area() as f64) as usize;
         let mut free = truth.mask();
         let held = Held {
-            outline,
+            outline: &outline,
             vertices_camera,
             camera: &config.camera,
         };

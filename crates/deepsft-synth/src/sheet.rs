@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn a_cylinder_has_the_depth_and_registration_of_the_ray_cylinder_intersection() {
         let template = sheet(Picture::from_fn(1, 1, |_, _| [255; 3]));
-        let (columns, _) = template.grid();
+        let (columns, _) = template.grid().unwrap();
         let camera = training_camera();
         // Bent about an upright axis at x = 0, z = 500 + R, convex towards the camera.
         let (radius, near) = (120.0, 400.0);

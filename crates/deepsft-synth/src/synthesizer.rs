@@ -8,8 +8,8 @@ use crate::scene::Scene;
 use crate::shading::Lighting;
 use crate::sheet::ImageSheet;
 use crate::texture::Texture;
-use crate::{SynthConfig, SynthError, deform, sample_pose};
-use deepsft_geometry::glam::DVec3;
+use crate::{HandleDeformation, SynthConfig, SynthError, deform, sample_pose};
+use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64Mcg;
@@ -60,8 +60,10 @@ pub struct Synthesizer {
     pub(crate) texture: Texture,
     /// Art of a sheet with nothing on it.
     pub(crate) blank: Texture,
-    /// Vertices along the sheet's outline, in order.
+    /// Vertices along a sheet's outline, in order; none of other templates.
     pub(crate) outline: Vec<usize>,
+    /// How a template that is no sheet deforms.
+    handles: Option<HandleDeformation>,
     photographs: Vec<Texture>,
     photograph_sheets: Vec<Texture>,
     /// Fingerprint of the photographs as they were given.
@@ -76,6 +78,7 @@ impl Synthesizer {
     ///
     /// # Errors
     /// [`SynthError::Setting`] or [`SynthError::DistortedCamera`] when the configuration is not valid.
+    /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
     pub fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
         config.check()?;
         procedural_backgrounds();
@@ -84,6 +87,10 @@ impl Synthesizer {
             texture: Texture::new(template.texture()),
             blank: Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3])),
             outline: outline(template),
+            handles: match template.is_sheet() {
+                true => None,
+                false => Some(HandleDeformation::new(template.mesh())?),
+            },
             template: template.clone(),
             config,
             photographs: Vec::new(),
@@ -191,9 +198,17 @@ impl Synthesizer {
         self.sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
-    /// A random shape in a random pose, mm, camera frame.
+    /// A random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
+    /// camera: it is turned about its upright axis first, then posed as a sheet is.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
-        let vertices_template = deform(&self.template, &self.config.deformation, rng);
+        let vertices_template = match &self.handles {
+            None => deform(&self.template, &self.config.deformation, rng),
+            Some(handles) => {
+                let shape = handles.deform(&self.config.handles, rng);
+                let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
+                shape.into_iter().map(|p| turn * p).collect()
+            }
+        };
         let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
         vertices_template
             .into_iter()
@@ -253,9 +268,11 @@ fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {
     &items[rng.random_range(0..items.len())]
 }
 
-/// The vertices around the template's grid, clockwise from the top left.
+/// The vertices around a sheet's grid, clockwise from the top left; none of another template.
 fn outline(template: &Template) -> Vec<usize> {
-    let (columns, rows) = template.grid();
+    let Some((columns, rows)) = template.grid() else {
+        return Vec::new();
+    };
     let top = 0..columns;
     let right = (1..rows).map(|j| j * columns + columns - 1);
     let bottom = (0..columns - 1).rev().map(|i| (rows - 1) * columns + i);

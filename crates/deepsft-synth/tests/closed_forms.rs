@@ -97,7 +97,7 @@ fn a_cylinder_is_exact_facet_by_facet() {
     let (radius, near) = (150.0, 420.0);
     let arc = |x: f64| DVec2::new(radius * (x / radius).sin(), near + radius * (1.0 - (x / radius).cos()));
     let sample = render(&synthesizer, |x, y| DVec3::new(arc(x).x, y, arc(x).y));
-    let cells = synthesizer.template().grid().0 - 1;
+    let cells = synthesizer.template().grid().unwrap().0 - 1;
     let edge = |k: usize| (k as f64 / cells as f64 - 0.5) * WIDTH_MM;
     let (mut inside, mut worst) = (0, 0.0_f64);
     for pixel in (0..480 * 270).filter(|&pixel| sample.truth.inside(pixel)) {

@@ -12,6 +12,8 @@ pub struct TargetShape {
     pub bins: [usize; 3],
     /// Depths the network can say.
     pub depth_range: DepthRange,
+    /// Whether the registration jumps at seams of the texture.
+    pub seams: bool,
 }
 
 impl TargetShape {
@@ -20,6 +22,7 @@ impl TargetShape {
         config.as_compact().map(|compact| Self {
             bins: compact.bins,
             depth_range: config.depth_range,
+            seams: compact.seams,
         })
     }
 }
@@ -149,7 +152,10 @@ impl Batch {
             }
         }
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
-        let cells = CellTargets::of_window(truth, self.targets.depth_range, left, top, columns, rows);
+        let cells = {
+            let TargetShape { depth_range, seams, .. } = self.targets;
+            CellTargets::of_window(truth, depth_range, seams, (left, top), (columns, rows))
+        };
         for k in 0..3 {
             self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }

@@ -15,7 +15,7 @@ use crate::evaluate::held_out;
 use deepsft::{DeepSftError, Estimator};
 use deepsft_geometry::metrics::frame_metrics_between;
 use deepsft_geometry::physics::PhysicsRefinement;
-use deepsft_geometry::{Camera, Maps, Picture, Template};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template};
 use deepsft_synth::{Sample, covered, disturbed_maps};
 use outcome::mesh_rmse;
 use plan::{Condition, LEAK_PX, Mask, Plan, plans};
@@ -129,7 +129,9 @@ impl Bench<'_> {
             None
         };
         let physics = refined.as_ref().map_or(&start, |refined| &refined.maps);
-        let grid = self.template.grid();
+        let grid = (self.template.grid()).ok_or(GeometryError::NotASheet {
+            operation: "the study of physics",
+        })?;
         let outcome = StudyOutcome {
             found,
             start: self.errors(&start, &believed, &truth, &sample.camera)?,

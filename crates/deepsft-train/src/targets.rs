@@ -18,6 +18,8 @@ const FEWEST_OUTSIDE: f64 = 40.0;
 const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
 const OUTSIDE_WEIGHT: f32 = 0.5;
+/// Cells of a template with seams whose u or v differ by more than this belong to different charts.
+const SEAM_JUMP: f32 = 0.12;
 /// Damping of the slopes, as a share of the number of pixels times one pixel squared.
 const SLOPE_DAMPING: f64 = 0.005;
 
@@ -31,6 +33,8 @@ pub struct CellTargets {
     pub coordinates: Vec<[f32; 3]>,
     /// 1 where the object is seen in the cell, less beside it, 0 where nothing is known.
     pub weight: Vec<f32>,
+    /// Whether the registration jumps at seams.
+    seams: bool,
 }
 
 /// Sums over the visible pixels of a cell; positions in pixels from the frame's corner.
@@ -95,8 +99,15 @@ impl Moments {
 
 impl CellTargets {
     /// Targets of the window of `columns` x `rows` cells whose corner is at pixel (`left`, `top`);
-    /// pixels outside the maps count as outside the object.
-    pub fn of_window(truth: &Maps, range: DepthRange, left: usize, top: usize, columns: usize, rows: usize) -> Self {
+    /// pixels outside the maps count as outside the object. Where the template has `seams`, a cell beside one is fitted
+    /// to its own pixels alone, so that it is taught the chart it shows.
+    pub fn of_window(
+        truth: &Maps,
+        range: DepthRange,
+        seams: bool,
+        (left, top): (usize, usize),
+        (columns, rows): (usize, usize),
+    ) -> Self {
         let cell = PIXELS_PER_CELL;
         let mut moments = vec![Moments::default(); columns * rows];
         for y in 0..(rows * cell).min(truth.height().saturating_sub(top)) {
@@ -129,7 +140,10 @@ impl CellTargets {
                     continue;
                 }
                 let centre = |k: usize| (k as f64 + 0.5) * cell as f64;
-                let (values, residual) = around.fit_at(centre(column), centre(row));
+                let (mut values, mut residual) = around.fit_at(centre(column), centre(row));
+                if seams && residual > LARGEST_RESIDUAL && moments[i].n >= FEWEST_INSIDE {
+                    (values, residual) = moments[i].fit_at(centre(column), centre(row));
+                }
                 if residual <= LARGEST_RESIDUAL {
                     coordinates[i] = values;
                     weight[i] = if inside { 1.0 } else { OUTSIDE_WEIGHT };
@@ -141,27 +155,43 @@ impl CellTargets {
             rows,
             coordinates,
             weight,
+            seams,
         }
     }
 
+    /// Whether two cells are of one chart of the texture, as far as their targets tell.
+    fn same_chart(&self, i: usize, j: usize) -> bool {
+        let ([u0, v0, _], [u1, v1, _]) = (self.coordinates[i], self.coordinates[j]);
+        !self.seams || (u0 - u1).abs().max((v0 - v1).abs()) <= SEAM_JUMP
+    }
+
+    /// That of four cells whose chart has the largest weight among them.
+    fn chart_of_most(&self, four: [usize; 4]) -> usize {
+        let support = |&i: &usize| -> f32 {
+            let of_chart = four.iter().filter(|&&j| self.same_chart(i, j));
+            of_chart.map(|&j| self.weight[j]).sum::<f32>() * f32::from(u8::from(self.weight[i] > 0.0))
+        };
+        // The first of equals.
+        four.into_iter()
+            .reduce(|best, next| if support(&next) > support(&best) { next } else { best })
+            .unwrap_or(four[0])
+    }
+
     /// Targets of the coarse cells, two by two of these: the weighted mean of the four and the mean
-    /// weight, row-major.
+    /// weight, row-major. Across a seam only those count that are of the chart most of them show.
     pub fn coarse(&self) -> Vec<([f32; 3], f32)> {
         let (columns, rows) = (self.columns / 2, self.rows / 2);
         (0..columns * rows)
             .map(|i| {
                 let corner = 2 * (i / columns) * self.columns + 2 * (i % columns);
                 let four = [corner, corner + 1, corner + self.columns, corner + self.columns + 1];
-                let weight: f32 = four.iter().map(|&j| self.weight[j]).sum();
+                let chart = self.chart_of_most(four);
+                let four = || four.into_iter().filter(|&j| self.same_chart(j, chart));
+                let weight: f32 = four().map(|j| self.weight[j]).sum();
                 if weight <= 0.0 {
                     return ([0.0; 3], 0.0);
                 }
-                let mean = |k: usize| {
-                    four.iter()
-                        .map(|&j| self.weight[j] * self.coordinates[j][k])
-                        .sum::<f32>()
-                        / weight
-                };
+                let mean = |k: usize| four().map(|j| self.weight[j] * self.coordinates[j][k]).sum::<f32>() / weight;
                 ([mean(0), mean(1), mean(2)], weight / 4.0)
             })
             .collect()
@@ -200,7 +230,7 @@ mod tests {
 
     #[test]
     fn an_affine_map_is_read_at_the_centres_also_where_the_edge_cuts_a_cell_and_beside_it() {
-        let cells = CellTargets::of_window(&slope(35), RANGE, 0, 0, 8, 4);
+        let cells = CellTargets::of_window(&slope(35), RANGE, false, (0, 0), (8, 4));
         for (column, weight) in [(0, 1.0), (3, 1.0), (4, 1.0), (5, OUTSIDE_WEIGHT), (6, 0.0)] {
             let i = 8 + column;
             assert_eq!(cells.weight[i], weight, "column {column}");
@@ -219,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_window_reads_the_same_surface_from_its_own_corner() {
-        let cells = CellTargets::of_window(&slope(64), RANGE, 13, 5, 4, 2);
+        let cells = CellTargets::of_window(&slope(64), RANGE, false, (13, 5), (4, 2));
         assert!((cells.coordinates[5][0] - (13.0 + 12.0) / 100.0).abs() < 1e-4);
         assert!((cells.coordinates[5][1] - (5.0 + 12.0) / 200.0).abs() < 1e-4);
     }
@@ -232,9 +262,40 @@ mod tests {
                 maps.set(y * 64 + x, 600.0, [0.9, 0.5]);
             }
         }
-        let cells = CellTargets::of_window(&maps, RANGE, 0, 0, 8, 4);
+        let cells = CellTargets::of_window(&maps, RANGE, false, (0, 0), (8, 4));
         assert_eq!(cells.weight[8 + 2], 0.0);
         assert_eq!(cells.weight[8 + 6], 1.0);
+    }
+
+    #[test]
+    fn cells_beside_a_seam_are_taught_their_own_chart_and_coarse_cells_that_of_most() {
+        // The left chart up to column 24, the border of two cells; the right one is elsewhere in the texture.
+        let mut maps = slope(64);
+        for y in 0..32 {
+            for x in 24..64 {
+                maps.set(y * 64 + x, 400.0, [0.9 - (x as f32 + 0.5) / 200.0, 0.4]);
+            }
+        }
+        let without = CellTargets::of_window(&maps, RANGE, false, (0, 0), (8, 4));
+        assert_eq!((without.weight[8 + 2], without.weight[8 + 3]), (0.0, 0.0));
+        let cells = CellTargets::of_window(&maps, RANGE, true, (0, 0), (8, 4));
+        assert_eq!((cells.weight[8 + 2], cells.weight[8 + 3]), (1.0, 1.0));
+        // Column 2's centre is pixel 20, column 3's 28; slopes are damped.
+        assert!(
+            (cells.coordinates[8 + 2][0] - 0.20).abs() < 4e-3,
+            "{:?}",
+            cells.coordinates[8 + 2]
+        );
+        assert!(
+            (cells.coordinates[8 + 3][0] - (0.9 - 0.14)).abs() < 4e-3,
+            "{:?}",
+            cells.coordinates[8 + 3]
+        );
+        // The coarse cell of columns 2 and 3 shows both: as many of each, so the first.
+        let coarse = cells.coarse();
+        assert!((coarse[1].0[0] - 0.20).abs() < 4e-3, "{:?}", coarse[1]);
+        assert_eq!(coarse[1].1, 0.5);
+        assert_eq!(coarse[2].1, 1.0);
     }
 
     #[test]

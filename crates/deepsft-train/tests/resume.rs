@@ -25,6 +25,7 @@ fn tiny() -> NetworkConfig {
         bins: [8, 8, 8],
         refinement_channels: 8,
         mask_channels: 8,
+        seams: false,
     };
     NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &training_camera())
 }

@@ -298,7 +298,11 @@ impl Manifest {
         let camera = parse_camera(self.training_camera.to_string().as_bytes())?;
         let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
         let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
-        Ok((description.template(texture)?, camera))
+        let mesh = match description.mesh() {
+            Some(name) => Some(self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))?),
+            None => None,
+        };
+        Ok((description.template(texture, mesh)?, camera))
     }
 }
 

@@ -22,6 +22,12 @@ pub enum DeepSftError {
         /// What the reader met, and where.
         reason: String,
     },
+    /// The mesh of a template cannot be read.
+    #[error("line {line} of the template's mesh is not understood")]
+    TemplateMesh {
+        /// Number of the line, from 1.
+        line: usize,
+    },
     /// A template was written in another version of the format.
     #[error("template has format version {actual}, this program reads version {expected}")]
     TemplateVersion {

@@ -10,6 +10,7 @@ mod camera_file;
 mod device;
 mod error;
 mod estimator;
+mod mesh_file;
 mod network;
 mod photo_consistency;
 mod picture_file;
@@ -21,6 +22,7 @@ pub use deepsft_geometry as geometry;
 pub use device::{DeviceDescription, DeviceKind, start_device};
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
+pub use mesh_file::{mesh_from_obj, mesh_to_obj};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,

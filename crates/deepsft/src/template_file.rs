@@ -1,5 +1,6 @@
-//! Template files: `template.json` and the texture beside it.
+//! Template files: `template.json`, and beside it the texture and, of a template that is no sheet, the mesh.
 
+use crate::mesh_file::{mesh_from_obj, mesh_to_obj};
 use crate::{DeepSftError, decode_picture, encode_png};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
@@ -11,10 +12,16 @@ pub const TEMPLATE_FILE: &str = "template.json";
 /// Name of the texture in a template's folder that we write.
 const TEXTURE_FILE: &str = "texture.png";
 
+/// Name of the mesh in a template's folder that we write.
+const MESH_FILE: &str = "mesh.obj";
+
 /// The one version of the description that this version of the crate reads and writes.
 const FORMAT_VERSION: u32 = 1;
 
-/// The content of a `template.json`, read before the texture it names.
+/// The content of a `template.json`, read before the files it names. There are two kinds:
+///
+/// * `thin-shell`: a flat sheet of `width_mm` x `height_mm` with the picture `texture` from edge to edge;
+/// * `mesh`: any textured surface, the mesh in the OBJ file `mesh` (see [`crate::mesh_to_obj`]).
 ///
 /// ```
 /// use deepsft::{TemplateFile, encode_png};
@@ -24,22 +31,22 @@ const FORMAT_VERSION: u32 = 1;
 /// let file = TemplateFile::parse(json)?;
 /// assert_eq!(file.texture(), "art.png");
 /// let art = encode_png(&Picture::from_fn(4, 3, |_, _| [200; 3]))?; // the bytes of art.png
-/// assert_eq!(file.template(&art)?.size_mm().x, 297.0);
+/// assert_eq!(file.template(&art, None)?.size_mm().x, 297.0);
 /// # Ok::<(), deepsft::DeepSftError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct TemplateFile {
     format_version: u32,
-    kind: Kind,
-    width_mm: f64,
-    height_mm: f64,
+    #[serde(flatten)]
+    surface: Surface,
     texture: String,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum Kind {
-    ThinShell,
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Surface {
+    ThinShell { width_mm: f64, height_mm: f64 },
+    Mesh { mesh: String },
 }
 
 /// The field that is read first, so that a newer file is called newer and not malformed.
@@ -53,7 +60,7 @@ impl TemplateFile {
     ///
     /// # Errors
     /// * [`DeepSftError::TemplateFile`] when it is not JSON, lacks a field, is of an unknown kind or
-    ///   names a texture outside its own folder.
+    ///   names a file outside its own folder.
     /// * [`DeepSftError::TemplateVersion`] when it was written by a newer version.
     pub fn parse(json: &[u8]) -> Result<Self, DeepSftError> {
         let malformed = |error: serde_json::Error| DeepSftError::TemplateFile {
@@ -67,12 +74,12 @@ impl TemplateFile {
             });
         }
         let file: Self = serde_json::from_slice(json).map_err(malformed)?;
-        if file.texture.is_empty() || file.texture.contains(['/', '\\', ':']) || file.texture.starts_with('.') {
-            let reason = format!(
-                "texture must be a file in the template's own folder, not {:?}",
-                file.texture
-            );
-            return Err(DeepSftError::TemplateFile { reason });
+        for (field, name) in [("texture", Some(file.texture())), ("mesh", file.mesh())] {
+            let Some(name) = name else { continue };
+            if name.is_empty() || name.contains(['/', '\\', ':']) || name.starts_with('.') {
+                let reason = format!("{field} must be a file in the template's own folder, not {name:?}");
+                return Err(DeepSftError::TemplateFile { reason });
+            }
         }
         Ok(file)
     }
@@ -82,44 +89,69 @@ impl TemplateFile {
         &self.texture
     }
 
-    /// The template, given the bytes of the texture's file (PNG or JPEG).
+    /// Name of the mesh's file, in the folder of `template.json`; `None` of a sheet, which has none.
+    pub fn mesh(&self) -> Option<&str> {
+        match &self.surface {
+            Surface::ThinShell { .. } => None,
+            Surface::Mesh { mesh } => Some(mesh),
+        }
+    }
+
+    /// The template, given the bytes of the texture's file (PNG or JPEG) and of the mesh's, if there is one.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] when the size is not positive and finite, or an error of
-    /// [`decode_picture`].
-    pub fn template(&self, texture: &[u8]) -> Result<Template, DeepSftError> {
-        Ok(Template::thin_shell(
-            decode_picture(texture)?,
-            self.width_mm,
-            self.height_mm,
-        )?)
+    /// [`DeepSftError::Geometry`] when a sheet's size is not positive and finite or a mesh is not fit to be a template
+    /// ([`Template::of_mesh`]), or an error of [`decode_picture`] or [`crate::mesh_from_obj`].
+    pub fn template(&self, texture: &[u8], mesh: Option<&[u8]>) -> Result<Template, DeepSftError> {
+        let picture = decode_picture(texture)?;
+        Ok(match &self.surface {
+            Surface::ThinShell { width_mm, height_mm } => Template::thin_shell(picture, *width_mm, *height_mm)?,
+            Surface::Mesh { mesh: name } => {
+                let missing = || DeepSftError::TemplateFile {
+                    reason: format!("the mesh {name:?} was not read"),
+                };
+                Template::of_mesh(mesh_from_obj(mesh.ok_or_else(missing)?)?, picture)?
+            }
+        })
     }
 }
 
-/// The files of a template by name: `template.json` and `texture.png`.
+/// The files of a template by name: `template.json`, `texture.png` and, of a template that is no sheet, `mesh.obj`.
 ///
 /// # Errors
 /// [`DeepSftError::PictureFile`] when the texture cannot be encoded.
 pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
-    let size = template.size_mm();
+    let surface = if template.is_sheet() {
+        Surface::ThinShell {
+            width_mm: template.size_mm().x,
+            height_mm: template.size_mm().y,
+        }
+    } else {
+        Surface::Mesh {
+            mesh: MESH_FILE.to_owned(),
+        }
+    };
     let file = TemplateFile {
         format_version: FORMAT_VERSION,
-        kind: Kind::ThinShell,
-        width_mm: size.x,
-        height_mm: size.y,
+        surface,
         texture: TEXTURE_FILE.to_owned(),
     };
     let json = serde_json::to_vec_pretty(&file).map_err(|e| DeepSftError::TemplateFile { reason: e.to_string() })?;
-    Ok(BTreeMap::from([
+    let mut files = BTreeMap::from([
         (TEMPLATE_FILE.to_owned(), json),
         (TEXTURE_FILE.to_owned(), encode_png(template.texture())?),
-    ]))
+    ]);
+    if let Some(name) = file.mesh() {
+        files.insert(name.to_owned(), mesh_to_obj(template.mesh()).into_bytes());
+    }
+    Ok(files)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use deepsft_geometry::{GeometryError, Picture};
+    use deepsft_geometry::glam::{DVec2, DVec3};
+    use deepsft_geometry::{GeometryError, Picture, TriangleMesh};
 
     const GOOD: &str =
         r#"{"format_version":1,"kind":"thin-shell","width_mm":297,"height_mm":210,"texture":"texture.png"}"#;
@@ -133,9 +165,39 @@ mod tests {
         let texture = Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 5]);
         let files = template_to_files(&Template::thin_shell(texture, 297.5, 210.25).unwrap()).unwrap();
         let file = TemplateFile::parse(&files[TEMPLATE_FILE]).unwrap();
-        let template = file.template(&files[file.texture()]).unwrap();
+        let template = file.template(&files[file.texture()], None).unwrap();
         assert_eq!((template.size_mm().x, template.size_mm().y), (297.5, 210.25));
         assert_eq!(template.texture().pixel(29, 20), [29, 20, 5]);
+        assert_eq!(files.len(), 2);
+    }
+
+    #[test]
+    fn a_template_of_a_mesh_comes_back_as_it_was_and_needs_its_mesh() {
+        let corners = [
+            DVec3::ZERO,
+            DVec3::X * 100.5,
+            DVec3::new(0.25, 80.0, -1.0 / 3.0),
+            DVec3::Z * 60.0,
+        ];
+        let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        // Each face a chart of its own.
+        let vertices = faces.iter().flatten().map(|&v: &usize| corners[v]).collect();
+        let chart = |k: usize| [(0.01, 0.1), (0.24, 0.1), (0.1, 0.9)].map(|(u, v)| DVec2::new(u + 0.25 * k as f64, v));
+        let uv = (0..4).flat_map(chart).collect();
+        let mesh = TriangleMesh::new(vertices, uv, (0..4).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).unwrap();
+        let template = Template::of_mesh(mesh, Picture::from_fn(16, 8, |x, y| [x as u8, y as u8, 9])).unwrap();
+        let files = template_to_files(&template).unwrap();
+        let file = TemplateFile::parse(&files[TEMPLATE_FILE]).unwrap();
+        let name = file.mesh().unwrap();
+        let back = file.template(&files[file.texture()], Some(&files[name])).unwrap();
+        assert!(!back.is_sheet());
+        assert_eq!(back.mesh().vertices(), template.mesh().vertices());
+        assert_eq!(back.mesh().faces(), template.mesh().faces());
+        assert_eq!(back.texture().rgb(), template.texture().rgb());
+        let refused = file.template(&files[file.texture()], None).unwrap_err();
+        assert!(refused.to_string().contains("mesh.obj"), "{refused}");
+        let outside = r#"{"format_version":1,"kind":"mesh","mesh":"../m.obj","texture":"t.png"}"#;
+        assert!(error(outside).to_string().contains("own folder"));
     }
 
     #[test]
@@ -156,7 +218,7 @@ mod tests {
         );
         let file = TemplateFile::parse(GOOD.replace("297", "0").as_bytes()).unwrap();
         let texture = encode_png(&Picture::from_fn(2, 2, |_, _| [0; 3])).unwrap();
-        let refused = file.template(&texture).unwrap_err();
+        let refused = file.template(&texture, None).unwrap_err();
         assert!(
             matches!(
                 refused,

@@ -147,7 +147,7 @@ fn print_sample_times(times: &[SampleTime]) {
     for time in times {
         println!(
             "{:<46}{:>10.2}{:>10.2}{:>10.2}{:>10.2}",
-            format!("{} preset", time.preset),
+            format!("{}, {} preset", time.template, time.preset),
             time.shape_ms,
             time.scene_ms,
             time.image_ms,

@@ -241,7 +241,10 @@ impl Training<'_> {
     /// Step 1: a bundle from nothing, written.
     fn step_one(&self) -> Result<ModelBundle> {
         let (template, config) = (self.synthesizer.template(), &self.plan.config);
-        let network = NetworkConfig::compact(template.size_mm().to_array(), &self.synthesizer.config().camera);
+        let mut network = NetworkConfig::compact(template.size_mm().to_array(), &self.synthesizer.config().camera);
+        if !template.is_sheet() {
+            network = network.with_seams();
+        }
         let bar = progress::share();
         let trained = train(&self.synthesizer, &network, config, &self.device, |told| {
             tell(&bar, told)

@@ -16,4 +16,5 @@ pub mod study_plot;
 pub mod study_table;
 pub mod surface;
 pub mod track_plot;
+pub mod turntable;
 pub mod wireframe;

@@ -11,7 +11,7 @@ const CERTAIN: [f64; 3] = [60.0, 245.0, 110.0];
 /// Lines that reach farther outside the picture than this many of its sides are left out.
 const FARTHEST: f64 = 4.0;
 
-/// `picture` (of `camera`) with the lines of the template's grid at `vertices_camera` (mm), from red to green with their
+/// `picture` (of `camera`) with the lines of the template's grid (of a mesh: its edges) at `vertices_camera` (mm), from red to green with their
 /// `confidence` (0 to 1, one a vertex; all 1 when there are none).
 pub fn wireframe(
     picture: &Picture,
@@ -22,7 +22,6 @@ pub fn wireframe(
 ) -> Picture {
     let mut canvas = Canvas::new(picture.width(), picture.height(), [0; 3]);
     canvas.draw(picture, 0, 0);
-    let (columns, rows) = template.grid();
     let size = DVec2::new(picture.width() as f64, picture.height() as f64);
     let pixels: Vec<Option<DVec2>> = vertices_camera
         .iter()
@@ -40,6 +39,10 @@ pub fn wireframe(
         let color = std::array::from_fn(|k| (DOUBTFUL[k] + share * (CERTAIN[k] - DOUBTFUL[k])) as u8);
         // The first pixel's centre is at (0.5, 0.5).
         canvas.line((from.x - 0.5, from.y - 0.5), (to.x - 0.5, to.y - 0.5), color);
+    };
+    let Some((columns, rows)) = template.grid() else {
+        template.mesh().edges().into_iter().for_each(|[a, b]| line(a, b));
+        return canvas.into_picture();
     };
     for j in 0..rows {
         for i in 0..columns {

@@ -6,6 +6,7 @@ mod bad_input;
 mod commands;
 mod common;
 mod interruption;
+mod meshes;
 mod recordings;
 mod synthesis;
 mod tracking;

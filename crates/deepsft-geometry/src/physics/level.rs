@@ -102,17 +102,19 @@ pub(crate) struct Interpolation {
 impl Interpolation {
     /// From the grid of `from` to the vertices of `to`: cubic (Catmull and Rom 1974) along both sides, so that a bent
     /// sheet stays smooth, with the curvature continued as zero beyond the border.
-    pub(crate) fn cubic(from: &Template, to: &TriangleMesh) -> Self {
+    pub(crate) fn cubic(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, catmull_rom)
     }
 
     /// The same, linear along both sides.
-    pub(crate) fn linear(from: &Template, to: &TriangleMesh) -> Self {
+    pub(crate) fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, |t| [0.0, 1.0 - t, t, 0.0])
     }
 
-    fn by(from: &Template, to: &TriangleMesh, kernel: impl Fn(f64) -> [f64; 4]) -> Self {
-        let (columns, rows) = from.grid();
+    fn by(from: &Template, to: &TriangleMesh, kernel: impl Fn(f64) -> [f64; 4]) -> Result<Self, GeometryError> {
+        let (columns, rows) = from.grid().ok_or(GeometryError::NotASheet {
+            operation: "interpolation between grids",
+        })?;
         let along = |t: f64, count: usize| -> Vec<(usize, f64)> {
             let at = t.clamp(0.0, 1.0) * (count - 1) as f64;
             let cell = (at as usize).min(count - 2);
@@ -143,9 +145,9 @@ impl Interpolation {
             };
             down.iter().flat_map(row).collect()
         };
-        Self {
+        Ok(Self {
             weights: to.texture_coordinates().iter().map(weights).collect(),
-        }
+        })
     }
 
     /// Values at the vertices of the second grid.
@@ -193,8 +195,8 @@ mod tests {
             got.iter().zip(truth).map(|(a, b)| a.distance(b)).fold(0.0, f64::max)
         };
         let (cubic, linear) = (
-            Interpolation::cubic(&coarse, fine.mesh()),
-            Interpolation::linear(&coarse, fine.mesh()),
+            Interpolation::cubic(&coarse, fine.mesh()).unwrap(),
+            Interpolation::linear(&coarse, fine.mesh()).unwrap(),
         );
         assert!(worst(&cubic, &tilt) < 1e-9 && worst(&linear, &tilt) < 1e-9);
         // A chord of 20 mm on a radius of 100 mm is 20^2 / 800 = 0.5 mm off; next to the border the cubic is half as good.

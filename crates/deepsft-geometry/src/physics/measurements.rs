@@ -42,10 +42,12 @@ pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
             if !around.iter().chain(&sides).all(|&(x, y)| inside(x, y)) {
                 continue;
             }
-            let centre = at(x, y);
-            let kink = |a: DVec3, b: DVec3| ((a + b) / 2.0 - centre).length();
-            let [l, r, u, d] = sides.map(|(x, y)| at(x, y));
-            if kink(l, r).max(kink(u, d)) > LARGEST_KINK_MM {
+            let kink = |a: DVec3, b: DVec3, centre: DVec3| ((a + b) / 2.0 - centre).length();
+            let [Some(l), Some(r), Some(u), Some(d)] = sides.map(|(x, y)| at(x, y)) else {
+                continue;
+            };
+            let Some(centre) = at(x, y) else { continue };
+            if kink(l, r, centre).max(kink(u, d, centre)) > LARGEST_KINK_MM {
                 continue;
             }
             let pixel = y * width + x;

@@ -81,6 +81,7 @@ pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
 }
 
 impl MeshFit {
+    /// Prepares for a sheet; [`GeometryError::NotASheet`] for a template of another shape.
     pub(crate) fn new(template: &Template, options: &PhysicsOptions) -> Result<Self, GeometryError> {
         let fine = template.mesh();
         let coarse = template.coarser(COARSE_CELLS)?;
@@ -89,9 +90,9 @@ impl MeshFit {
             print: Print::of(template),
             fine: level(fine)?,
             coarse: level(coarse.mesh())?,
-            to_fine: Interpolation::cubic(&coarse, fine),
-            to_fine_linear: Interpolation::linear(&coarse, fine),
-            to_coarse: Interpolation::cubic(template, coarse.mesh()),
+            to_fine: Interpolation::cubic(&coarse, fine)?,
+            to_fine_linear: Interpolation::linear(&coarse, fine)?,
+            to_coarse: Interpolation::cubic(template, coarse.mesh())?,
             template: template.clone(),
             photometric: options.photometric,
             robust: Robust::Cauchy(options.photometric_scale),

@@ -105,7 +105,8 @@ impl PhysicsRefinement {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur,
+    /// [`GeometryError::NotASheet`] for a template that is a mesh.
     pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
         check_blurs(&options.blurs)?;
         Ok(Self {
@@ -319,12 +320,9 @@ impl PhysicsRefinement {
 
     /// The flat coarse sheet where the measurements are.
     fn aligned(&self, measured: &[Measurement], camera: &Camera) -> Vec<DVec3> {
-        let pairs = measured.iter().map(|m| {
-            (
-                self.fit.template.point_template(m.uv),
-                camera.unproject(m.pixel, m.depth_mm),
-                1.0,
-            )
+        let pairs = measured.iter().filter_map(|m| {
+            let p_template = self.fit.template.point_template(m.uv)?;
+            Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
         self.fit

@@ -182,6 +182,14 @@ impl NetworkConfig {
         Self::new(Architecture::R50F(shape), template_size_mm, camera)
     }
 
+    /// The same for a template whose texture has seams ([`CompactConfig::seams`]); the other architectures need not know.
+    pub fn with_seams(mut self) -> Self {
+        if let Architecture::Compact(shape) = &mut self.architecture {
+            shape.seams = true;
+        }
+        self
+    }
+
     /// The layers of a compact network, if it is one.
     pub fn as_compact(&self) -> Option<&CompactConfig> {
         match &self.architecture {

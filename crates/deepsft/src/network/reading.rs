@@ -1,6 +1,6 @@
 //! From pictures to a network's input, and from its output to depth and registration maps.
 
-use super::{CompactNetwork, INPUT_MULTIPLE, Network, NetworkMaps};
+use super::{INPUT_MULTIPLE, Network, NetworkMaps};
 use crate::DeepSftError;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{Maps, Picture};
@@ -46,7 +46,7 @@ impl Network {
         match self {
             Self::Compact(network) => {
                 let output = network.forward(images_to_tensor(pictures, device));
-                let coordinates = CompactNetwork::at_pixels(output.refined);
+                let coordinates = network.upsample(output.refined);
                 let said = Tensor::cat(vec![coordinates, output.mask], 1);
                 read_maps(said, first, |d| range.depth_mm(d)).await
             }

@@ -4,7 +4,7 @@ use crate::synthesis::{self, Preset, SynthesisOptions};
 use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle, start_device};
 use deepsft_geometry::Template;
-use deepsft_synth::{SampleRecord, Synthesizer};
+use deepsft_synth::{SampleRecord, Synthesizer, toy_template};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -35,6 +35,7 @@ pub struct Rate {
 /// Where the time of a sample with the template goes: medians, one thread.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct SampleTime {
+    pub template: &'static str,
     pub preset: &'static str,
     /// A shape and a pose; a sample draws several when the first shows too little.
     pub shape_ms: f64,
@@ -48,9 +49,22 @@ pub struct SampleTime {
 
 const PRESETS: [(Preset, &str); 2] = [(Preset::Default, "default"), (Preset::Paper, "paper")];
 
-/// Making samples of each preset on one thread, and on `cores`.
+/// Making samples of the bundle's template and of the soft toy, with each preset, on one thread and on `cores`.
 pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<SampleTime>)> {
     let (mut rates, mut times) = (Vec::new(), Vec::new());
+    for (object, template) in [("template", template), ("soft toy", &toy_template()?)] {
+        synthesis_of(object, template, cores, &mut rates, &mut times)?;
+    }
+    Ok((rates, times))
+}
+
+fn synthesis_of(
+    object: &'static str,
+    template: &Template,
+    cores: usize,
+    rates: &mut Vec<Rate>,
+    times: &mut Vec<SampleTime>,
+) -> Result<()> {
     for (preset, name) in PRESETS {
         let options = SynthesisOptions {
             preset,
@@ -60,14 +74,14 @@ pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<Sa
         let mut counts = vec![1, cores];
         counts.dedup();
         for threads in counts {
-            rates.push(synthesis_on(&synthesizer, name, threads)?);
+            rates.push(synthesis_on(&synthesizer, object, name, threads)?);
         }
-        times.push(sample_time(&synthesizer, name)?);
+        times.push(sample_time(&synthesizer, object, name)?);
     }
-    Ok((rates, times))
+    Ok(())
 }
 
-fn synthesis_on(synthesizer: &Synthesizer, preset: &str, threads: usize) -> Result<Rate> {
+fn synthesis_on(synthesizer: &Synthesizer, object: &str, preset: &str, threads: usize) -> Result<Rate> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let count = SAMPLES_A_THREAD * threads as u64;
     let started = Instant::now();
@@ -78,14 +92,14 @@ fn synthesis_on(synthesizer: &Synthesizer, preset: &str, threads: usize) -> Resu
     });
     Ok(Rate {
         of: format!(
-            "{preset} preset, {threads} thread{}",
+            "{object}, {preset} preset, {threads} thread{}",
             if threads == 1 { "" } else { "s" }
         ),
         samples_per_s: count as f64 / started.elapsed().as_secs_f64(),
     })
 }
 
-fn sample_time(synthesizer: &Synthesizer, preset: &'static str) -> Result<SampleTime> {
+fn sample_time(synthesizer: &Synthesizer, template: &'static str, preset: &'static str) -> Result<SampleTime> {
     let mut times = [const { Vec::new() }; 4];
     for index in 0..SAMPLES_A_THREAD {
         let mut clock = Clock::start();
@@ -108,6 +122,7 @@ fn sample_time(synthesizer: &Synthesizer, preset: &'static str) -> Result<Sample
         times[times.len() / 2]
     });
     Ok(SampleTime {
+        template,
         preset,
         shape_ms,
         scene_ms,

@@ -8,6 +8,7 @@ mod layers;
 mod main_block;
 mod planar;
 mod refinement;
+mod seams;
 
 pub use bins::cross_entropy;
 
@@ -20,8 +21,10 @@ use burn::tensor::{Device, Tensor, activation};
 use layers::{Convolution, depth_to_space, scaled_relu, upsample_bilinear, upsample_nearest};
 use main_block::MainBlock;
 use planar::{PLANAR_CUES, planar_depth};
-use refinement::{RefinementBlock, departures, isometric_depth, weighed};
+use refinement::{ISOMETRIC_CUES, RefinementBlock, departures, isometric_depth, weighed};
+use seams::upsample_across_seams;
 use serde::{Deserialize, Serialize};
+use std::ops::Not;
 
 /// Side of a patch that is embedded at once, pixels.
 const PATCH: usize = 4;
@@ -49,6 +52,11 @@ pub struct CompactConfig {
     pub refinement_channels: usize,
     /// Width of the mask head at stride 4.
     pub mask_channels: usize,
+    /// Whether the registration jumps at seams of the texture, as on any template that is no sheet. Then the depths
+    /// that are measured from the registration, which take it for one smooth chart, are left out, and cells of
+    /// different charts are not mixed. Default false; descriptions without it are of sheets.
+    #[serde(default, skip_serializing_if = "Not::not")]
+    pub seams: bool,
 }
 
 impl Default for CompactConfig {
@@ -59,6 +67,7 @@ impl Default for CompactConfig {
             bins: [32, 24, 24],
             refinement_channels: 32,
             mask_channels: 24,
+            seams: false,
         }
     }
 }
@@ -143,12 +152,18 @@ impl CompactNetwork {
         let mask = mask.clone() + self.mask_mix.forward(scaled_relu(mask));
         let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
 
-        let isometric = isometric_depth(&main.coordinates, &self.config);
-        let planar = planar_depth(&main.coordinates, &seen_share(&mask), corners, &self.config);
-        let measured = Tensor::cat(vec![isometric, planar.clone()], 1);
-
         let registration = main.coordinates.clone().slice([0..n, 0..2]);
         let depth = main.coordinates.clone().slice([0..n, 2..3]);
+        let (measured, planar) = if self.has_seams() {
+            // Nothing is measured: what was found stands in its place.
+            let found = depth.clone().detach().repeat_dim(1, ISOMETRIC_CUES + PLANAR_CUES);
+            (found, depth.clone().repeat_dim(1, PLANAR_CUES))
+        } else {
+            let isometric = isometric_depth(&main.coordinates, &self.config);
+            let planar = planar_depth(&main.coordinates, &seen_share(&mask), corners, &self.config);
+            (Tensor::cat(vec![isometric, planar.clone()], 1), planar)
+        };
+
         let cues = Tensor::cat(vec![main.coordinates.clone(), departures(&measured, &depth)], 1);
         let said = self.depth_refinement.forward(features.clone(), cues);
         let correction = said.clone().slice([0..n, 0..1]);
@@ -172,8 +187,8 @@ impl CompactNetwork {
         let output = self.forward(pad(images, INPUT_MULTIPLE));
         let cut = |x: Tensor<4>, channels: std::ops::Range<usize>| x.slice([0..n, channels, 0..height, 0..width]);
         let depth = |x: &Tensor<4>| normalised_depth(cut(x.clone(), 2..3), self.config.depth_range);
-        let main = Self::at_pixels(output.main);
-        let refined = Self::at_pixels(output.refined);
+        let main = self.upsample(output.main);
+        let refined = self.upsample(output.refined);
         NetworkMaps {
             main_depth: depth(&main),
             main_registration: cut(main, 0..2),
@@ -183,7 +198,21 @@ impl CompactNetwork {
         }
     }
 
-    /// Coordinates of cells [N, 3, h, w] at every pixel, [N, 3, 8 h, 8 w].
+    fn has_seams(&self) -> bool {
+        self.config.as_compact().is_some_and(|shape| shape.seams)
+    }
+
+    /// Coordinates of cells [N, 3, h, w] at every pixel, [N, 3, 8 h, 8 w]: as [`CompactNetwork::at_pixels`], but not
+    /// across seams if the template has them.
+    pub fn upsample(&self, coordinates: Tensor<4>) -> Tensor<4> {
+        if self.has_seams() {
+            upsample_across_seams(coordinates, PIXELS_PER_CELL)
+        } else {
+            Self::at_pixels(coordinates)
+        }
+    }
+
+    /// Coordinates of cells [N, 3, h, w] of one chart at every pixel, [N, 3, 8 h, 8 w].
     pub fn at_pixels(coordinates: Tensor<4>) -> Tensor<4> {
         upsample_bilinear(coordinates, PIXELS_PER_CELL)
     }

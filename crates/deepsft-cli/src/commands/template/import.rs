@@ -1,0 +1,97 @@
+//! `deepsft template import`: a template out of a scan.
+
+use super::write_with_views;
+use crate::failure::BlameInput;
+use crate::output::atomic;
+use crate::scan;
+use anyhow::Result;
+use clap::Args;
+use deepsft::TEMPLATE_FILE;
+use deepsft_geometry::glam::DVec3;
+use std::path::PathBuf;
+
+/// Longest sides outside of these, mm, are probably in another unit.
+const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
+
+pub const AFTER_HELP: &str = "\
+Read are Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files): polygons are cut into
+triangles, the textures of several materials are put into one. The file must have texture coordinates, and every place
+of the texture must be one place of the surface. The object should stand upright (y up) and look at the viewer (+z).
+
+Examples:
+  deepsft template import shoe.glb --out shoe
+  deepsft template import mug.obj --scale 10 --texture mug.jpg --out mug      # the file counts in centimetres
+
+Writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png: look at that picture, whether the texture sits
+where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
+
+#[derive(Args)]
+pub struct ImportArguments {
+    /// The scan: .obj, .glb or .gltf
+    #[arg(value_name = "SCAN")]
+    scan: PathBuf,
+    /// Folder to write; an older template there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Millimetres of the file's unit [default: 1 for OBJ, 1000 for glTF, which counts in metres]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    scale: Option<f64>,
+    /// Texture (PNG or JPEG) of the whole object, in place of those the file names
+    #[arg(long, value_name = "FILE")]
+    texture: Option<PathBuf>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&value: &f64| value.is_finite() && value > 0.0)
+        .ok_or("expected a positive number".into())
+}
+
+pub fn run(arguments: &ImportArguments) -> Result<()> {
+    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    let read = || {
+        let scan = scan::read(&arguments.scan, arguments.texture.as_deref())?;
+        let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
+        scan::assemble(scan, mm_per_unit)
+    };
+    let scan::Import {
+        template,
+        topology,
+        notes,
+    } = read().blame("scan", &arguments.scan)?;
+    for note in notes.iter().chain(size_warning(template.extent_mm()).as_ref()) {
+        eprintln!("note: {note}");
+    }
+    let shape = match topology.genus() {
+        Some(0) => "closed, without holes through it".to_owned(),
+        Some(genus) => format!("closed, with {genus} holes through it"),
+        None => format!(
+            "open or in pieces: {} border edges, {} pieces",
+            topology.border_edges, topology.pieces
+        ),
+    };
+    println!(
+        "{} charts, {} seam edges; {shape}",
+        topology.charts, topology.seam_edges
+    );
+    write_with_views(&arguments.out, &template)
+}
+
+fn size_warning(extent: DVec3) -> Option<String> {
+    let longest = extent.max_element();
+    let [least, most] = LIKELY_MM;
+    (longest < least || longest > most)
+        .then(|| format!("its longest side is {longest:.1} mm: is --scale (millimetres of the file's unit) right?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_in_another_unit_is_doubted() {
+        assert!(size_warning(DVec3::new(0.2, 0.3, 0.1)).unwrap().contains("0.3 mm"));
+        assert!(size_warning(DVec3::new(200.0, 300.0, 100.0)).is_none());
+    }
+}
