@@ -9,6 +9,7 @@ mod dataset;
 mod failure;
 mod follow;
 mod input;
+mod network_choice;
 mod output;
 mod progress;
 mod refine;

@@ -11,6 +11,7 @@ mod evaluate;
 mod export;
 mod loader;
 mod loss;
+mod map_batch;
 mod optimizer;
 mod recorded_frames;
 mod refinement;
@@ -29,9 +30,10 @@ pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
 pub use export::export_bundle;
 pub use loss::{
-    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, TexturePyramid,
-    squared_total_variation, step_one_loss,
+    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,
+    TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
+pub use map_batch::{MapBatch, MapTensors};
 pub use optimizer::{LearningRate, Optimizer};
 pub use recorded_frames::TrainingFrame;
 pub use refinement::{MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, refine};

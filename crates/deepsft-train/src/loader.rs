@@ -2,6 +2,8 @@
 
 use crate::TrainError;
 use crate::batch::{Batch, BatchShape, TargetShape};
+use crate::map_batch::MapBatch;
+use deepsft::{DepthRange, NetworkConfig};
 use deepsft_synth::{Sample, Synthesizer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,11 +19,45 @@ const WINDOW_STREAM: u64 = 0x7769_6e64;
 /// Share of the windows that are centred near a pixel of the object.
 const CENTRED_SHARE: f64 = 0.8;
 
+/// What a network is taught.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Targets {
+    /// Cells and bins of windows of frames: the compact network.
+    Cells(TargetShape),
+    /// Full-resolution maps of whole frames: all others.
+    Maps(DepthRange),
+}
+
+impl Targets {
+    /// What the network of `config` is taught.
+    pub fn of(config: &NetworkConfig) -> Self {
+        TargetShape::of(config).map_or(Self::Maps(config.depth_range), Self::Cells)
+    }
+}
+
+/// A batch as a network is taught.
+pub enum TrainingBatch {
+    /// Windows with cells and bins.
+    Cells(Batch),
+    /// Whole frames with maps.
+    Maps(MapBatch),
+}
+
+impl TrainingBatch {
+    /// Samples of the batch.
+    pub fn frames(&self) -> usize {
+        match self {
+            Self::Cells(batch) => batch.frames(),
+            Self::Maps(batch) => batch.frames(),
+        }
+    }
+}
+
 /// Endless batches for one seed. Batch b starts at sample `first_sample` and is made whole by worker
 /// b mod W; the consumer takes them in turn, so threads never change what comes out.
 pub struct Loader {
     requests: Vec<SyncSender<Request>>,
-    batches: Vec<Receiver<Batch>>,
+    batches: Vec<Receiver<TrainingBatch>>,
     asked: usize,
     taken: usize,
 }
@@ -35,7 +71,7 @@ impl Loader {
     /// Starts `workers` threads. With `epoch_samples` the same samples come again after so many, in another order.
     pub fn start(
         synthesizer: &Arc<Synthesizer>,
-        targets: TargetShape,
+        targets: Targets,
         seed: u64,
         epoch_samples: Option<u64>,
         workers: usize,
@@ -85,7 +121,7 @@ impl Loader {
     ///
     /// # Errors
     /// [`TrainError::WorkerStopped`].
-    pub fn take(&mut self) -> Result<Batch, TrainError> {
+    pub fn take(&mut self) -> Result<TrainingBatch, TrainError> {
         let worker = self.taken % self.batches.len();
         self.taken += 1;
         self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)
@@ -94,24 +130,36 @@ impl Loader {
 
 fn make_batch(
     synthesizer: &Synthesizer,
-    targets: TargetShape,
+    targets: Targets,
     seed: u64,
     epoch_samples: Option<u64>,
     request: &Request,
-) -> Batch {
-    let mut batch = Batch::new(request.shape, targets);
-    let mut made: Option<(u64, Sample)> = None;
-    for window in request.first_sample..request.first_sample + request.shape.frames as u64 {
-        let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
-        let sample = match made.take() {
-            Some((made_index, sample)) if made_index == index => sample,
-            _ => synthesizer.sample(seed, index),
-        };
-        let (left, top) = window_corner(&sample, request.shape, seed, window);
-        batch.push(&sample, left, top);
-        made = Some((index, sample));
+) -> TrainingBatch {
+    let asked = request.first_sample..request.first_sample + request.shape.frames as u64;
+    match targets {
+        Targets::Cells(targets) => {
+            let mut batch = Batch::new(request.shape, targets);
+            let mut made: Option<(u64, Sample)> = None;
+            for window in asked {
+                let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
+                let sample = match made.take() {
+                    Some((made_index, sample)) if made_index == index => sample,
+                    _ => synthesizer.sample(seed, index),
+                };
+                let (left, top) = window_corner(&sample, request.shape, seed, window);
+                batch.push(&sample, left, top);
+                made = Some((index, sample));
+            }
+            TrainingBatch::Cells(batch)
+        }
+        Targets::Maps(range) => {
+            let mut batch = MapBatch::new(request.shape.frames, range);
+            for position in asked {
+                batch.push(&synthesizer.sample(seed, sample_index(position, epoch_samples)));
+            }
+            TrainingBatch::Maps(batch)
+        }
     }
-    batch
 }
 
 /// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, in an order of the

@@ -4,11 +4,13 @@
 mod bilinear_warp;
 mod depth_refinement;
 mod photo_consistency;
+mod supervised_maps;
 mod total_variation;
 
 pub use bilinear_warp::TexturePyramid;
 pub use depth_refinement::DepthLoss;
 pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
+pub use supervised_maps::{SupervisedLosses, supervised_maps_loss};
 pub use total_variation::squared_total_variation;
 
 use crate::batch::BatchTensors;

@@ -51,10 +51,12 @@ impl MapBatch {
         let inside = |pixel: usize, value: f32| if truth.inside(pixel) { value } else { outside };
         let normalised = |mm: f32| self.range.normalise_linear(f64::from(mm)) as f32;
         let depth = truth.depth().iter().enumerate();
-        self.depth.extend(depth.map(|(pixel, &mm)| inside(pixel, normalised(mm))));
+        self.depth
+            .extend(depth.map(|(pixel, &mm)| inside(pixel, normalised(mm))));
         for axis in 0..2 {
             let plane = truth.registration().iter().enumerate();
-            self.registration.extend(plane.map(|(pixel, uv)| inside(pixel, uv[axis])));
+            self.registration
+                .extend(plane.map(|(pixel, uv)| inside(pixel, uv[axis])));
         }
     }
 

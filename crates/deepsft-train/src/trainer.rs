@@ -2,15 +2,14 @@
 
 use crate::TrainError;
 use crate::average::WeightAverage;
-use crate::batch::TargetShape;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{Budget, TrainConfig};
 use crate::evaluate::{held_out, watch};
-use crate::loader::Loader;
-use crate::loss::step_one_loss;
+use crate::loader::{Loader, Targets, TrainingBatch};
+use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
 use burn::module::Module;
 use burn::optim::GradientsParams;
-use burn::tensor::Device;
+use burn::tensor::{Device, Tensor};
 use deepsft::{Network, NetworkConfig};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_synth::Synthesizer;
@@ -61,10 +60,11 @@ pub struct Trained {
 }
 
 /// Trains a network of `network_config` for the template of `synthesizer` on `device` (a plain one;
-/// differentiation is switched on here), and reports through `report`.
+/// differentiation is switched on here), and reports through `report`. The compact network learns cells and bins of
+/// windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
-/// [`TrainError`] for a network that is not a compact one, a checkpoint that cannot be read, written or continued, a
+/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a
 /// loss that is no longer finite, or a device that fails.
 pub fn train(
     synthesizer: &Arc<Synthesizer>,
@@ -73,11 +73,7 @@ pub fn train(
     device: &Device,
     mut report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
-    let wrong_architecture = || TrainError::Architecture {
-        actual: network_config.architecture.name(),
-        expected: "compact",
-    };
-    let targets = TargetShape::of(network_config).ok_or_else(wrong_architecture)?;
+    let targets = Targets::of(network_config);
     let differentiable = device.clone().autodiff();
     device.seed(config.seed);
     let mut network = network_config.init(&differentiable);
@@ -141,24 +137,24 @@ pub fn train(
             break;
         }
         while loader.wanted() > 0 {
-            let shape = config.schedule.shape(share);
+            let shape = match targets {
+                Targets::Cells(_) => config.schedule.shape(share),
+                Targets::Maps(_) => config.schedule.frames,
+            };
             loader.ask(asked_samples, shape)?;
             asked_samples += shape.frames as u64;
         }
         let batch = loader.take()?;
         let frames = batch.frames() as u64;
-        let tensors = batch.into_tensors(&differentiable);
-        let compact = network.as_compact().ok_or_else(wrong_architecture)?;
-        let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
-        let losses = step_one_loss(output, &tensors, &config.loss);
-        let loss = f64::from(losses.total.clone().into_scalar::<f32>());
+        let total = batch_loss(&network, batch, &config.loss, &differentiable)?;
+        let loss = f64::from(total.clone().into_scalar::<f32>());
         if !loss.is_finite() {
             return Err(TrainError::Diverged {
                 loss,
                 samples: state.samples,
             });
         }
-        let gradients = GradientsParams::from_grads(losses.total.backward(), &network);
+        let gradients = GradientsParams::from_grads(total.backward(), &network);
         network = optimizer.step(config.schedule.learning_rate(state.step, share), network, gradients);
         average.update(&network);
         state.step += 1;
@@ -175,6 +171,31 @@ pub fn train(
     }
     let network = average.apply(network.valid()).fold();
     Ok(Trained { network, state })
+}
+
+/// What is minimised, [1]: ours for the compact network, the paper's for those that say full-resolution maps.
+fn batch_loss(
+    network: &Network,
+    batch: TrainingBatch,
+    weights: &LossWeights,
+    device: &Device,
+) -> Result<Tensor<1>, TrainError> {
+    match batch {
+        TrainingBatch::Cells(batch) => {
+            let compact = network.as_compact().ok_or_else(|| TrainError::Architecture {
+                actual: network.config().architecture.name(),
+                expected: "compact",
+            })?;
+            let tensors = batch.into_tensors(device);
+            let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
+            Ok(step_one_loss(output, &tensors, weights).total)
+        }
+        TrainingBatch::Maps(batch) => {
+            let tensors = batch.into_tensors(device);
+            let maps = network.forward_maps(tensors.images);
+            Ok(supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total)
+        }
+    }
 }
 
 fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[FrameMetrics]) -> CurvePoint {

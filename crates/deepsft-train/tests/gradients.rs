@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use burn::tensor::{DType, Device, Tensor, TensorData};
-use deepsft::NetworkOutput;
+use deepsft::{NetworkMaps, NetworkOutput};
 use deepsft_geometry::Picture;
 use deepsft_train::{
     BatchTensors, DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid,
-    squared_total_variation, step_one_loss,
+    squared_total_variation, step_one_loss, supervised_maps_loss,
 };
 
 /// Step of the central differences: their error is about step^2 times a third derivative of order
@@ -271,4 +271,54 @@ fn the_gradient_of_every_term_of_the_loss_agrees_with_central_differences() {
         }
     }
     assert!(largest > 0.01, "the test must see gradients, the largest is {largest}");
+}
+
+/// The step-1 loss of the architectures that say full-resolution maps.
+#[test]
+fn the_gradient_of_the_loss_on_maps_agrees_with_central_differences() {
+    const DEPTH: [usize; 4] = [2, 1, 3, 4];
+    const REGISTRATION: [usize; 4] = [2, 2, 3, 4];
+    let device = Device::flex();
+    let tracked = device.clone().autodiff();
+    let shapes = [DEPTH, REGISTRATION, DEPTH, REGISTRATION];
+    let parts: Vec<Vec<f64>> = (0..4).map(|k| values(count(shapes[k]), 1.0, 21 + k as u64)).collect();
+    let loss = |said: &[Tensor<4>], device: &Device| {
+        let maps = NetworkMaps {
+            main_depth: said[0].clone(),
+            main_registration: said[1].clone(),
+            depth: said[2].clone(),
+            registration: said[3].clone(),
+            mask_logits: said[2].clone(),
+        };
+        let depth = tensor(&values(count(DEPTH), 1.0, 31), DEPTH, device);
+        let registration = tensor(&values(count(REGISTRATION), 1.0, 32), REGISTRATION, device);
+        supervised_maps_loss(&maps, &depth, &registration).total
+    };
+    let leaves: Vec<Tensor<4>> = (0..4)
+        .map(|k| tensor(&parts[k], shapes[k], &tracked).require_grad())
+        .collect();
+    let gradients = loss(&leaves, &tracked).backward();
+    for part in 0..4 {
+        let gradient = leaves[part]
+            .grad(&gradients)
+            .unwrap()
+            .into_data()
+            .try_to_vec::<f64>()
+            .unwrap();
+        for i in 0..gradient.len() {
+            let moved = |step: f64| {
+                let mut moved = parts.clone();
+                moved[part][i] += step;
+                let said: Vec<Tensor<4>> = (0..4).map(|k| tensor(&moved[k], shapes[k], &device)).collect();
+                loss(&said, &device).into_scalar::<f64>()
+            };
+            let numeric = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            assert!(
+                (gradient[i] - numeric).abs() < TOLERANCE,
+                "part {part}, entry {i}: {} and {numeric}",
+                gradient[i]
+            );
+        }
+        assert!(gradient.iter().any(|g| g.abs() > 0.01), "part {part} has no influence");
+    }
 }

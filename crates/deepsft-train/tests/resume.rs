@@ -3,7 +3,7 @@
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig};
+use deepsft::{Architecture, CompactConfig, Network, NetworkConfig, R50FConfig};
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainError, train};
@@ -78,13 +78,25 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// A network with batch normalisation, whose running statistics must come back, too.
+fn normalised() -> NetworkConfig {
+    let shape = R50FConfig::narrow(32);
+    NetworkConfig::new(Architecture::R50F(shape), [180.0, 120.0], &training_camera())
+}
+
 #[test]
 fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
+    for network in [tiny(), normalised()] {
+        resumed_as_uninterrupted(&network);
+    }
+}
+
+fn resumed_as_uninterrupted(network: &NetworkConfig) {
     let folder = tempfile::tempdir().unwrap();
     let (whole, half) = (folder.path().join("whole"), folder.path().join("half"));
     let device = Device::flex();
     let synthesizer = synthesizer();
-    let uninterrupted = train(&synthesizer, &tiny(), &config(&whole, false), &device, |progress| {
+    let uninterrupted = train(&synthesizer, network, &config(&whole, false), &device, |progress| {
         if let Progress::Evaluated(point) = progress
             && point.samples == 6
         {
@@ -93,7 +105,7 @@ fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
     })
     .unwrap();
     let mut resumed_at = 0;
-    let resumed = train(&synthesizer, &tiny(), &config(&half, true), &device, |progress| {
+    let resumed = train(&synthesizer, network, &config(&half, true), &device, |progress| {
         if let Progress::Resumed { samples, .. } = progress {
             resumed_at = samples;
         }

@@ -5,13 +5,14 @@ mod progress_lines;
 mod recording_steps;
 
 use crate::failure::usage;
+use crate::network_choice::NetworkChoice;
 use crate::output::{atomic, curve_plot, model_card};
 use crate::synthesis::SynthesisOptions;
 use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use bundle_folder::{MARKERS, companions, file_name};
 use clap::{ArgGroup, Args, ValueEnum};
-use deepsft::{DeviceDescription, DeviceKind, ModelBundle, NetworkConfig, encode_png, start_device};
+use deepsft::{DeviceDescription, DeviceKind, ModelBundle, encode_png, start_device};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
     Budget, Checkpoint, CurvePoint, Device, RefinementStep, TrainConfig, Trained, export_bundle, train,
@@ -44,10 +45,15 @@ budget. Files and folders of other kinds in BUNDLE (a poster to print) are kept.
 --preset paper takes the paper's optimisers, learning rates, batches, epochs and losses; the default, ours, is what was
 measured to work on the compact network in the time of a CPU.
 
+--network paper and r50f learn by the paper's loss on full-resolution maps of whole frames. In full width they are for
+a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
+ones (ours, not the paper's) that a CPU can train to see that everything works.
+
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
+  deepsft train --network paper --preset paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
@@ -70,6 +76,12 @@ pub struct TrainArguments {
     /// Whose settings to train with
     #[arg(long, value_name = "PRESET", value_enum, default_value_t = Preset::Ours)]
     preset: Preset,
+    /// Network that step 1 trains
+    #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact)]
+    network: NetworkChoice,
+    /// Divide the widths of --network paper or r50f by this; time and memory go with its square
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    width_divisor: u16,
     /// Minutes of step 1 in all, resumed ones included [default: 60]
     #[arg(long, value_name = "M", value_parser = positive)]
     minutes: Option<f64>,
@@ -241,7 +253,11 @@ impl Training<'_> {
     /// Step 1: a bundle from nothing, written.
     fn step_one(&self) -> Result<ModelBundle> {
         let (template, config) = (self.synthesizer.template(), &self.plan.config);
-        let mut network = NetworkConfig::compact(template.size_mm().to_array(), &self.synthesizer.config().camera);
+        let mut network = self.arguments.network.config(
+            self.arguments.width_divisor.into(),
+            template.size_mm().to_array(),
+            &self.synthesizer.config().camera,
+        )?;
         if !template.is_sheet() {
             network = network.with_seams();
         }
@@ -375,6 +391,8 @@ mod tests {
             stages: vec![1],
             recording: None,
             preset: Preset::Ours,
+            network: NetworkChoice::Compact,
+            width_divisor: 1,
             minutes: None,
             samples: None,
             epochs: None,

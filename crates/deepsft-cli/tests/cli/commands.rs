@@ -288,3 +288,25 @@ fn a_study_has_every_level_of_every_series_and_draws_them() {
         assert!(picture.width() > 480, "{name}");
     }
 }
+
+#[test]
+fn a_network_is_described_by_name_or_from_a_bundle_and_timed() {
+    let folder = tempfile::tempdir().unwrap();
+    let paper = deepsft(folder.path(), &["network", "describe", "paper"]);
+    // The paper's printed count of a refinement block, and the main block's; operations worked out by hand.
+    for part in ["13,618,689", "81,664,515", "83.1584", "135.2927", "217.8 MB in f16"] {
+        assert!(paper.succeeds().stdout.contains(part), "{part}: {}", paper.stdout);
+    }
+    write_bundle(folder.path(), "model");
+    let timed = deepsft(
+        folder.path(),
+        &["network", "describe", "model", "--time", "--passes", "1"],
+    );
+    let text = &timed.succeeds().stdout;
+    assert!(
+        text.starts_with("compact") && text.contains("forward pass on CPU") && text.contains("peak memory"),
+        "{text}"
+    );
+    let missing = deepsft(folder.path(), &["network", "describe", "vgg"]);
+    missing.fails(3, &["vgg", "no such folder"]);
+}

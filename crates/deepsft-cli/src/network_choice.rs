@@ -1,0 +1,56 @@
+//! Which network a command line asks for.
+
+use crate::failure::usage;
+use anyhow::Result;
+use clap::ValueEnum;
+use deepsft::{Architecture, CompactConfig, NetworkConfig, PaperConfig, R50FConfig};
+use deepsft_geometry::Camera;
+
+/// An architecture by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NetworkChoice {
+    /// The network that ships: the paper's structure at a hundredth of its cost
+    Compact,
+    /// The paper's network, 354 GFLOP an image
+    Paper,
+    /// A ResNet-50 with dense layers, the first method that the paper compares itself with
+    R50f,
+}
+
+impl NetworkChoice {
+    /// The network for a template of `template_size_mm` seen by `camera`, its widths divided by `width_divisor`.
+    pub fn config(self, width_divisor: usize, template_size_mm: [f64; 2], camera: &Camera) -> Result<NetworkConfig> {
+        let architecture = match (self, width_divisor) {
+            (Self::Compact, 1) => Architecture::Compact(CompactConfig::default()),
+            (Self::Compact, _) => return Err(usage("--width-divisor is for --network paper and r50f")),
+            (Self::Paper, 1) => Architecture::Paper(PaperConfig::default()),
+            (Self::Paper, divisor) => Architecture::Paper(PaperConfig::narrow(divisor)),
+            (Self::R50f, 1) => Architecture::R50F(R50FConfig::default()),
+            (Self::R50f, divisor) => Architecture::R50F(R50FConfig::narrow(divisor)),
+        };
+        Ok(NetworkConfig::new(architecture, template_size_mm, camera))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::training_camera;
+
+    #[test]
+    fn every_network_has_a_config_that_can_be_made_and_only_some_can_be_narrow() {
+        let config = |choice: NetworkChoice, divisor| choice.config(divisor, [297.0, 210.0], &training_camera());
+        for (choice, name) in [
+            (NetworkChoice::Compact, "compact"),
+            (NetworkChoice::Paper, "paper"),
+            (NetworkChoice::R50f, "r50f"),
+        ] {
+            let whole = config(choice, 1).unwrap();
+            assert_eq!((whole.architecture.name(), whole.check()), (name, Ok(())));
+            assert_eq!(choice.to_possible_value().unwrap().get_name(), name);
+        }
+        let narrow = config(NetworkChoice::Paper, 8).unwrap();
+        assert_eq!(narrow.architecture, Architecture::Paper(PaperConfig::narrow(8)));
+        assert!(config(NetworkChoice::Compact, 8).is_err());
+    }
+}
