@@ -49,6 +49,23 @@ pub struct SynthesisOptions {
     pub backgrounds: Option<PathBuf>,
 }
 
+impl SynthesisOptions {
+    /// What is not the default, for the name of a set of images.
+    pub fn note(&self) -> String {
+        let mut note = String::new();
+        if self.preset == Preset::Paper {
+            note.push_str(", the paper's ranges");
+        }
+        if self.camera_effects {
+            note.push_str(", with camera effects");
+        }
+        if let Some(folder) = &self.backgrounds {
+            note.push_str(&format!(", before photographs of {}", folder.display()));
+        }
+        note
+    }
+}
+
 /// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
 pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Synthesizer> {
     let mut config = options.preset.config();
@@ -122,6 +139,20 @@ mod tests {
                 "sample {offset}"
             );
         }
+    }
+
+    #[test]
+    fn the_name_of_a_set_says_what_is_not_the_default() {
+        assert_eq!(SynthesisOptions::default().note(), "");
+        let options = SynthesisOptions {
+            preset: Preset::Paper,
+            camera_effects: true,
+            backgrounds: Some("rooms".into()),
+        };
+        assert_eq!(
+            options.note(),
+            ", the paper's ranges, with camera effects, before photographs of rooms"
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Data sets on disk: WebDataset-style tar shards and their description.
+//! Data sets on disk: WebDataset-style tar shards.
 //!
 //! A shard holds four entries for each sample, `NNNNNN` being its number within the shard:
 //!
@@ -11,19 +11,19 @@
 //!
 //! So depth comes back within 0.05 mm and registration within 1 / 131070.
 
-use crate::{EdgeLengthChange, EdgeLengthHistogram, Sample, SynthConfig, SynthError};
+use crate::{Sample, SynthError};
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture, Template};
+use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture};
 use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
 use serde::{Deserialize, Serialize};
 use std::io::{Cursor, Read, Write};
 
 /// Units of `depth.png` in a millimetre.
-const DEPTH_UNITS_PER_MM: f32 = 10.0;
+pub(crate) const DEPTH_UNITS_PER_MM: f32 = 10.0;
 
 /// Value of 1 in `uv.png`.
-const UV_ONE: f32 = 65535.0;
+pub(crate) const UV_ONE: f32 = 65535.0;
 
 const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
 
@@ -32,9 +32,6 @@ const LARGEST_ENTRY: u64 = 64 << 20;
 
 /// Longest side of a picture that is decoded, pixels.
 pub(crate) const LONGEST_SIDE: u32 = 8192;
-
-/// Version of the layout described above, written into `dataset.json`.
-const FORMAT_VERSION: u32 = 1;
 
 /// A sample and where it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,124 +84,6 @@ impl CameraJson {
     pub(crate) fn camera(&self) -> Result<Camera, SynthError> {
         let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, self.cx, self.cy)?;
         Ok(camera.with_distortion(self.distortion)?)
-    }
-}
-
-/// What `dataset.json` says of the shards beside it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DatasetDescription {
-    /// Version of the shards' layout.
-    pub format_version: u32,
-    /// Seed of all samples.
-    pub seed: u64,
-    /// Index of the first sample; the others follow.
-    #[serde(default)]
-    pub first: u64,
-    /// Number of samples in all shards.
-    pub samples: u64,
-    /// (i, n) when this is part i of n (from 1) of a larger set: it speaks for its own samples only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub part: Option<(u64, u64)>,
-    /// File names of the shards, in order.
-    pub shards: Vec<String>,
-    /// Width and height of the template, mm.
-    pub template_size_mm: [f64; 2],
-    /// Unit of the depth files, mm.
-    pub depth_unit_mm: f64,
-    /// What 1 of u and v is in the registration files.
-    pub uv_one: u32,
-    /// [`SynthConfig::fingerprint`] in hexadecimal.
-    pub configuration_fingerprint: String,
-    /// [`SynthConfig::description`]: every setting as text.
-    pub configuration: String,
-    /// [`crate::Synthesizer::fingerprint`] in hexadecimal: template, configuration and photographs.
-    #[serde(default)]
-    pub fingerprint: String,
-    /// How isometric the deformations are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub edge_length_change: Option<EdgeLengthSummary>,
-}
-
-/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
-/// the object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EdgeLengthSummary {
-    /// Median.
-    pub median: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// All changes, from which sets can be added up.
-    pub histogram: EdgeLengthHistogram,
-}
-
-impl EdgeLengthSummary {
-    /// The summary of a histogram.
-    pub fn new(histogram: EdgeLengthHistogram) -> Self {
-        let EdgeLengthChange { median, p95 } = histogram.change();
-        Self { median, p95, histogram }
-    }
-}
-
-impl DatasetDescription {
-    /// The description of `samples` samples of `template`, made with `config` and `seed`, in `shards`.
-    pub fn new(template: &Template, config: &SynthConfig, seed: u64, samples: u64, shards: Vec<String>) -> Self {
-        Self {
-            format_version: FORMAT_VERSION,
-            seed,
-            first: 0,
-            samples,
-            part: None,
-            shards,
-            template_size_mm: template.size_mm().to_array(),
-            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
-            uv_one: UV_ONE as u32,
-            configuration_fingerprint: format!("{:016x}", config.fingerprint()),
-            configuration: config.description(),
-            fingerprint: String::new(),
-            edge_length_change: None,
-        }
-    }
-
-    /// The text of `dataset.json`.
-    ///
-    /// # Errors
-    /// [`SynthError::Json`] when a number is not finite.
-    pub fn to_json(&self) -> Result<String, SynthError> {
-        serde_json::to_string_pretty(self).map_err(|source| SynthError::Json {
-            name: "dataset.json".into(),
-            source,
-        })
-    }
-
-    /// Reads the text of `dataset.json`.
-    ///
-    /// # Errors
-    /// [`SynthError::Json`] when it is not such a text, [`SynthError::EntryContent`] when its version or its units are
-    /// not ours.
-    pub fn from_json(text: &str) -> Result<Self, SynthError> {
-        let name = || "dataset.json".to_owned();
-        let description: Self =
-            serde_json::from_str(text).map_err(|source| SynthError::Json { name: name(), source })?;
-        let units = |d: &Self| {
-            format!(
-                "format version {}, depth unit {} mm, uv one {}",
-                d.format_version, d.depth_unit_mm, d.uv_one
-            )
-        };
-        let ours = Self {
-            format_version: FORMAT_VERSION,
-            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
-            uv_one: UV_ONE as u32,
-            ..description.clone()
-        };
-        if units(&description) != units(&ours) {
-            return Err(SynthError::EntryContent {
-                name: name(),
-                actual: units(&description),
-                expected: units(&ours),
-            });
-        }
-        Ok(description)
     }
 }
 

@@ -16,6 +16,7 @@ mod cloth;
 mod color;
 mod config;
 mod dataset;
+mod dataset_description;
 mod deformation;
 mod disturbance;
 mod error;
@@ -51,9 +52,8 @@ pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
 pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
-pub use dataset::{
-    DatasetDescription, EdgeLengthSummary, EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard,
-};
+pub use dataset::{EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard};
+pub use dataset_description::{DatasetDescription, EdgeLengthSummary};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;

@@ -52,8 +52,10 @@ pub struct EvalArguments {
     /// Seed of the synthetic images; choose one that was not trained on
     #[arg(long, value_name = "S", conflicts_with = "dataset")]
     seed: Option<u64>,
+    #[command(flatten)]
+    images: SynthesisOptions,
     /// Measure on a data set as `deepsft synth` writes
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["preset", "camera_effects", "backgrounds"])]
     dataset: Option<PathBuf>,
     /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
     /// network sees by what is hidden (arap)
@@ -188,9 +190,9 @@ fn set(arguments: &EvalArguments, bundle: &ModelBundle) -> Result<FrameSet> {
     if seed == bundle.card().provenance.seed {
         eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
     }
-    let synthesizer = synthesis::synthesizer(bundle.template(), &SynthesisOptions::default())?;
+    let synthesizer = synthesis::synthesizer(bundle.template(), &arguments.images)?;
     Ok(FrameSet {
-        name: format!("{count} synthetic frames of seed {seed}"),
+        name: format!("{count} synthetic frames of seed {seed}{}", arguments.images.note()),
         count,
         samples: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(Ok)),
     })

@@ -1,0 +1,127 @@
+//! `dataset.json`: what a data set is, beside its shards.
+
+use crate::dataset::{DEPTH_UNITS_PER_MM, UV_ONE};
+use crate::{EdgeLengthChange, EdgeLengthHistogram, SynthConfig, SynthError};
+use deepsft_geometry::Template;
+use serde::{Deserialize, Serialize};
+
+/// Version of the layout of the shards (see [`crate::write_shard`]), written into `dataset.json`.
+const FORMAT_VERSION: u32 = 1;
+
+/// What `dataset.json` says of the shards beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DatasetDescription {
+    /// Version of the shards' layout.
+    pub format_version: u32,
+    /// Seed of all samples.
+    pub seed: u64,
+    /// Index of the first sample; the others follow.
+    #[serde(default)]
+    pub first: u64,
+    /// Number of samples in all shards.
+    pub samples: u64,
+    /// (i, n) when this is part i of n (from 1) of a larger set: it speaks for its own samples only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<(u64, u64)>,
+    /// File names of the shards, in order.
+    pub shards: Vec<String>,
+    /// Width and height of the template, mm.
+    pub template_size_mm: [f64; 2],
+    /// Unit of the depth files, mm.
+    pub depth_unit_mm: f64,
+    /// What 1 of u and v is in the registration files.
+    pub uv_one: u32,
+    /// [`SynthConfig::fingerprint`] in hexadecimal.
+    pub configuration_fingerprint: String,
+    /// [`SynthConfig::description`]: every setting as text.
+    pub configuration: String,
+    /// [`crate::Synthesizer::fingerprint`] in hexadecimal: template, configuration and photographs.
+    #[serde(default)]
+    pub fingerprint: String,
+    /// How isometric the deformations are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_length_change: Option<EdgeLengthSummary>,
+}
+
+/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
+/// the object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EdgeLengthSummary {
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// All changes, from which sets can be added up.
+    pub histogram: EdgeLengthHistogram,
+}
+
+impl EdgeLengthSummary {
+    /// The summary of a histogram.
+    pub fn new(histogram: EdgeLengthHistogram) -> Self {
+        let EdgeLengthChange { median, p95 } = histogram.change();
+        Self { median, p95, histogram }
+    }
+}
+
+impl DatasetDescription {
+    /// The description of `samples` samples of `template`, made with `config` and `seed`, in `shards`.
+    pub fn new(template: &Template, config: &SynthConfig, seed: u64, samples: u64, shards: Vec<String>) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            seed,
+            first: 0,
+            samples,
+            part: None,
+            shards,
+            template_size_mm: template.size_mm().to_array(),
+            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
+            uv_one: UV_ONE as u32,
+            configuration_fingerprint: format!("{:016x}", config.fingerprint()),
+            configuration: config.description(),
+            fingerprint: String::new(),
+            edge_length_change: None,
+        }
+    }
+
+    /// The text of `dataset.json`.
+    ///
+    /// # Errors
+    /// [`SynthError::Json`] when a number is not finite.
+    pub fn to_json(&self) -> Result<String, SynthError> {
+        serde_json::to_string_pretty(self).map_err(|source| SynthError::Json {
+            name: "dataset.json".into(),
+            source,
+        })
+    }
+
+    /// Reads the text of `dataset.json`.
+    ///
+    /// # Errors
+    /// [`SynthError::Json`] when it is not such a text, [`SynthError::EntryContent`] when its version or its units are
+    /// not ours.
+    pub fn from_json(text: &str) -> Result<Self, SynthError> {
+        let name = || "dataset.json".to_owned();
+        let description: Self =
+            serde_json::from_str(text).map_err(|source| SynthError::Json { name: name(), source })?;
+        let units = |d: &Self| {
+            format!(
+                "format version {}, depth unit {} mm, uv one {}",
+                d.format_version, d.depth_unit_mm, d.uv_one
+            )
+        };
+        let ours = Self {
+            format_version: FORMAT_VERSION,
+            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
+            uv_one: UV_ONE as u32,
+            ..description.clone()
+        };
+        if units(&description) != units(&ours) {
+            return Err(SynthError::EntryContent {
+                name: name(),
+                actual: units(&description),
+                expected: units(&ours),
+            });
+        }
+        Ok(description)
+    }
+}
