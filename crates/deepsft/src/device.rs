@@ -234,7 +234,12 @@ mod tests {
 
     #[test]
     fn devices_are_named_as_people_type_them() {
-        for kind in [DeviceKind::Cpu, DeviceKind::WebGpu, DeviceKind::Vulkan, DeviceKind::Cuda] {
+        for kind in [
+            DeviceKind::Cpu,
+            DeviceKind::WebGpu,
+            DeviceKind::Vulkan,
+            DeviceKind::Cuda,
+        ] {
             assert_eq!(kind.to_string().parse::<DeviceKind>().unwrap(), kind);
         }
         let error = "tpu".parse::<DeviceKind>().unwrap_err().to_string();
