@@ -39,7 +39,7 @@ impl Preset {
 #[derive(Args, Clone, Debug, Default)]
 pub struct SynthesisOptions {
     /// What is varied in the images, and how far
-    #[arg(long = "images", value_name = "PRESET", value_enum, default_value_t)]
+    #[arg(id = "images", long = "images", value_name = "PRESET", value_enum, default_value_t)]
     pub preset: Preset,
     /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without
     #[arg(long)]
