@@ -40,7 +40,7 @@ impl Preset {
 pub struct SynthesisOptions {
     /// What is varied in the images, and how far
     #[arg(id = "images", long = "images", value_name = "PRESET", value_enum, default_value_t)]
-    pub preset: Preset,
+    pub images: Preset,
     /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without
     #[arg(long)]
     pub camera_effects: bool,
@@ -53,7 +53,7 @@ impl SynthesisOptions {
     /// What is not the default, for the name of a set of images.
     pub fn note(&self) -> String {
         let mut note = String::new();
-        if self.preset == Preset::Paper {
+        if self.images == Preset::Paper {
             note.push_str(", the paper's ranges");
         }
         if self.camera_effects {
@@ -68,7 +68,7 @@ impl SynthesisOptions {
 
 /// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
 pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Synthesizer> {
-    let mut config = options.preset.config();
+    let mut config = options.images.config();
     if options.camera_effects {
         config.effects = EffectsConfig::default();
     }
@@ -145,7 +145,7 @@ mod tests {
     fn the_name_of_a_set_says_what_is_not_the_default() {
         assert_eq!(SynthesisOptions::default().note(), "");
         let options = SynthesisOptions {
-            preset: Preset::Paper,
+            images: Preset::Paper,
             camera_effects: true,
             backgrounds: Some("rooms".into()),
         };

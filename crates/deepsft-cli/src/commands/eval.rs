@@ -55,7 +55,7 @@ pub struct EvalArguments {
     #[command(flatten)]
     images: SynthesisOptions,
     /// Measure on a data set as `deepsft synth` writes
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["preset", "camera_effects", "backgrounds"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["images", "camera_effects", "backgrounds"])]
     dataset: Option<PathBuf>,
     /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
     /// network sees by what is hidden (arap)

@@ -67,7 +67,7 @@ fn synthesis_of(
 ) -> Result<()> {
     for (preset, name) in PRESETS {
         let options = SynthesisOptions {
-            preset,
+            images,
             ..SynthesisOptions::default()
         };
         let synthesizer = synthesis::synthesizer(template, &options)?;
