@@ -52,7 +52,7 @@ pub use glam;
 pub use islands::remove_islands;
 pub use maps::{Maps, OUTSIDE};
 pub use mesh::TriangleMesh;
-pub use photometric::{draw_template, mipmap_level, photometric_error};
+pub use photometric::{draw_template, mipmap_level, photometric_error, relit_photometric_error};
 pub use picture::Picture;
 pub use refinement::{RefinedMesh, Refinement};
 pub use rigid_alignment::RigidMotion;

@@ -38,6 +38,63 @@ pub fn photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Opt
     squares.root()
 }
 
+/// [`photometric_error`] after the drawn template was given the gain and the offset of each colour that bring it closest to
+/// the image: what is left when light, paper and camera are taken away as far as they are the same all over the object.
+/// E_pr itself is mostly these where nobody controlled the light (our addition to the paper's figure).
+///
+/// `None` as there.
+pub fn relit_photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
+    if (image.width(), image.height()) != (maps.width(), maps.height()) {
+        return None;
+    }
+    let mut moments = [ColorMoments::default(); 3];
+    for (pixel, drawn) in drawn_colors(texture, maps) {
+        let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
+        for ((moments, drawn), seen) in moments.iter_mut().zip(drawn).zip(seen) {
+            moments.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
+        }
+    }
+    let count = moments[0].count;
+    let sum: f64 = moments.iter().map(ColorMoments::residual).sum();
+    (count > 0.0).then(|| (sum / (3.0 * count)).sqrt())
+}
+
+/// Sums for the straight line from drawn to seen values of one colour.
+#[derive(Clone, Copy, Default)]
+struct ColorMoments {
+    count: f64,
+    drawn: f64,
+    seen: f64,
+    drawn_drawn: f64,
+    drawn_seen: f64,
+    seen_seen: f64,
+}
+
+impl ColorMoments {
+    fn add(&mut self, drawn: f64, seen: f64) {
+        self.count += 1.0;
+        self.drawn += drawn;
+        self.seen += seen;
+        self.drawn_drawn += drawn * drawn;
+        self.drawn_seen += drawn * seen;
+        self.seen_seen += seen * seen;
+    }
+
+    /// Sum of the squared distances from the best line.
+    fn residual(&self) -> f64 {
+        let n = self.count.max(1.0);
+        let spread = |a: f64, b: f64, ab: f64| ab - a * b / n;
+        let (along, across) = (
+            spread(self.drawn, self.drawn, self.drawn_drawn),
+            spread(self.seen, self.seen, self.seen_seen),
+        );
+        let together = spread(self.drawn, self.seen, self.drawn_seen);
+        // A template of one tone has no gain to be found.
+        let explained = if along > 1e-9 { together * together / along } else { 0.0 };
+        (across - explained).max(0.0)
+    }
+}
+
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
 fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
     let mut texture = texture.clone();
@@ -118,6 +175,19 @@ mod tests {
             photometric_error(&drawn, &texture, &frontal(1.0)).unwrap() > 0.1,
             "a shift of a pixel is seen"
         );
+    }
+
+    #[test]
+    fn light_that_is_the_same_all_over_is_taken_away_and_a_shift_is_not() {
+        let color = |x: usize, y: usize| [(x % 7 * 30) as u8, (y % 5 * 50) as u8, ((x + y) % 3 * 80) as u8];
+        let texture = Picture::from_fn(200, 100, color);
+        let lit = draw_template(&texture, &frontal(0.0));
+        let lit = Picture::from_fn(480, 270, |x, y| lit.pixel(x, y).map(|c| c / 2 + 40));
+        assert!(photometric_error(&lit, &texture, &frontal(0.0)).unwrap() > 0.05);
+        // Halving rounds by half a level at most.
+        assert!(relit_photometric_error(&lit, &texture, &frontal(0.0)).unwrap() < 0.5 / 255.0);
+        assert!(relit_photometric_error(&lit, &texture, &frontal(1.0)).unwrap() > 0.05);
+        assert_eq!(relit_photometric_error(&lit, &texture, &Maps::empty(480, 270)), None);
     }
 
     #[test]

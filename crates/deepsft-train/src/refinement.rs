@@ -12,7 +12,7 @@ use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
 use deepsft::{Block, Network, NetworkMaps};
 use deepsft_geometry::metrics::{Summary, frame_metrics};
-use deepsft_geometry::{Camera, Template, photometric_error};
+use deepsft_geometry::{Camera, Template, photometric_error, relit_photometric_error};
 use deepsft_synth::{Recording, Sample};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -110,6 +110,8 @@ pub struct RecordingFigures {
     pub measured_depth_rmse_mm: Option<MeanMedian>,
     /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<MeanMedian>,
+    /// The same with the light fitted, see [`relit_photometric_error`].
+    pub relit_photometric_error: Option<MeanMedian>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
     pub depth_rmse_mm: Option<MeanMedian>,
     /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
@@ -138,7 +140,7 @@ impl RecordingFigures {
         truth: &BTreeMap<usize, Sample>,
         device: &Device,
     ) -> Result<Self, TrainError> {
-        let mut figures: [Vec<Option<f64>>; 4] = Default::default();
+        let mut figures: [Vec<Option<f64>>; 5] = Default::default();
         for frame in frames {
             let Some(maps) = pollster::block_on(network.infer(&[&frame.image], device))?.pop() else {
                 continue;
@@ -147,6 +149,7 @@ impl RecordingFigures {
             figures[0].push(measured.depth_rmse_mm);
             // The object is where it was when the frames were read, whatever step 2 says of the depth beside it.
             figures[1].push(photometric_error(&frame.image, template.texture(), &maps));
+            figures[4].push(relit_photometric_error(&frame.image, template.texture(), &maps));
             if let Some(sample) = truth.get(&frame.index) {
                 let metrics = frame_metrics(&maps, &sample.truth, canonical, template.size_mm())?;
                 figures[2].push(metrics.depth_rmse_mm);
@@ -158,6 +161,7 @@ impl RecordingFigures {
             photometric_error,
             depth_rmse_mm,
             registration_rmse_px,
+            relit_photometric_error,
         ] = figures.map(|values| {
             Summary::of(values).map(|summary| MeanMedian {
                 mean: summary.mean,
@@ -167,6 +171,7 @@ impl RecordingFigures {
         Ok(Self {
             measured_depth_rmse_mm,
             photometric_error,
+            relit_photometric_error,
             depth_rmse_mm,
             registration_rmse_px,
         })

@@ -142,10 +142,11 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
 type Figure = fn(&RecordingFigures) -> Option<MeanMedian>;
 
 /// The figures by their names, with their digits.
-const FIGURES: [(&str, Figure, usize); 4] = [
+const FIGURES: [(&str, Figure, usize); 5] = [
     ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
     ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
     ("E_pr", |f| f.photometric_error, 4),
+    ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
     ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
 ];
 
@@ -200,6 +201,7 @@ mod tests {
                 mean: 0.125,
                 median: 0.1,
             }),
+            relit_photometric_error: None,
             depth_rmse_mm: None,
             registration_rmse_px: None,
         };
