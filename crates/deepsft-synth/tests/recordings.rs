@@ -235,7 +235,7 @@ fn a_simulated_recording_is_a_function_of_its_seed_and_moves_smoothly_within_a_t
     // The print is smaller than the template: along its upper edge, measured from vertex to vertex.
     let scale = simulator.print().scale;
     assert!((0.95..0.98).contains(&scale));
-    let (columns, _) = template().grid();
+    let (columns, _) = template().grid().unwrap();
     let edge: f64 = other.color.vertices_camera[..columns]
         .windows(2)
         .map(|pair| pair[0].distance(pair[1]))

@@ -34,6 +34,7 @@ fn network() -> Network {
         bins: [8, 8, 8],
         refinement_channels: 16,
         mask_channels: 8,
+        seams: false,
     };
     let device = Device::flex();
     device.seed(5);
