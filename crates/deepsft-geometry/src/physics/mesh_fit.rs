@@ -83,6 +83,9 @@ pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
 impl MeshFit {
     /// Prepares for a sheet; [`GeometryError::NotASheet`] for a template of another shape.
     pub(crate) fn new(template: &Template, options: &PhysicsOptions) -> Result<Self, GeometryError> {
+        template.grid().ok_or(GeometryError::NotASheet {
+            operation: "refinement or tracking by physics",
+        })?;
         let fine = template.mesh();
         let coarse = template.coarser(COARSE_CELLS)?;
         let level = |mesh: &crate::TriangleMesh| Level::new(mesh.clone(), fine, options.isometry, options.bending);
