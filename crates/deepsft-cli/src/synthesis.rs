@@ -38,8 +38,8 @@ impl Preset {
 /// How commands that make images are told what images.
 #[derive(Args, Clone, Debug, Default)]
 pub struct SynthesisOptions {
-    /// What is varied in the images, and how far
-    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    /// Each command has an option of its own for it: in `train`, presets are of the training.
+    #[arg(skip)]
     pub preset: Preset,
     /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without
     #[arg(long)]
@@ -50,6 +50,11 @@ pub struct SynthesisOptions {
 }
 
 impl SynthesisOptions {
+    /// The same options with another preset.
+    pub fn with_preset(&self, preset: Preset) -> Self {
+        Self { preset, ..self.clone() }
+    }
+
     /// What is not the default, for the name of a set of images.
     pub fn note(&self) -> String {
         let mut note = String::new();

@@ -3,7 +3,7 @@
 use crate::failure::BlameInput;
 use crate::output::{atomic, panels, sheet};
 use crate::refine::Refine;
-use crate::synthesis::SynthesisOptions;
+use crate::synthesis::{Preset, SynthesisOptions};
 use crate::{dataset, input, progress, synthesis};
 use anyhow::{Context, Result, anyhow};
 use clap::{ArgGroup, Args};
@@ -52,6 +52,9 @@ pub struct EvalArguments {
     /// Seed of the synthetic images; choose one that was not trained on
     #[arg(long, value_name = "S", conflicts_with = "dataset")]
     seed: Option<u64>,
+    /// What is varied in the synthetic images, and how far
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    preset: Preset,
     #[command(flatten)]
     images: SynthesisOptions,
     /// Measure on a data set as `deepsft synth` writes
@@ -190,9 +193,10 @@ fn set(arguments: &EvalArguments, bundle: &ModelBundle) -> Result<FrameSet> {
     if seed == bundle.card().provenance.seed {
         eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
     }
-    let synthesizer = synthesis::synthesizer(bundle.template(), &arguments.images)?;
+    let images = arguments.images.with_preset(arguments.preset);
+    let synthesizer = synthesis::synthesizer(bundle.template(), &images)?;
     Ok(FrameSet {
-        name: format!("{count} synthetic frames of seed {seed}{}", arguments.images.note()),
+        name: format!("{count} synthetic frames of seed {seed}{}", images.note()),
         count,
         samples: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(Ok)),
     })

@@ -2,7 +2,7 @@
 
 use crate::dataset;
 use crate::output::{atomic, contact_sheet};
-use crate::synthesis::SynthesisOptions;
+use crate::synthesis::{Preset, SynthesisOptions};
 use crate::unfinished_dataset::{Plan, UnfinishedDataset};
 use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
@@ -55,6 +55,9 @@ pub struct SynthArguments {
     /// Samples a tar file
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     shard_size: u64,
+    /// What is varied in the images, and how far
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    preset: Preset,
     #[command(flatten)]
     images: SynthesisOptions,
     /// Also draw the first samples on one sheet, each beside its truth
@@ -91,7 +94,7 @@ impl Part {
 
 pub fn run(arguments: &SynthArguments) -> Result<()> {
     let template = input::template(&arguments.template)?;
-    let synthesizer = synthesis::synthesizer(&template, &arguments.images)?;
+    let synthesizer = synthesis::synthesizer(&template, &arguments.images.with_preset(arguments.preset))?;
     let seed = arguments.seed;
     if let Some(part) = arguments.shard {
         check_parts(&arguments.out, part)?;

@@ -58,6 +58,9 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
+    /// What is varied in the synthetic images, and how far
+    #[arg(long = "images", value_name = "NAME", value_enum, default_value_t)]
+    image_preset: synthesis::Preset,
     #[command(flatten)]
     images: SynthesisOptions,
     /// Name of the model for people [default: the name of BUNDLE]
@@ -84,7 +87,10 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     }
     let template = input::template(&arguments.template)?;
     let (device, description) = pollster::block_on(start_device(arguments.device))?;
-    let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
+    let synthesizer = Arc::new(synthesis::synthesizer(
+        &template,
+        &arguments.images.with_preset(arguments.image_preset),
+    )?);
     let network = NetworkConfig::compact(template.size_mm().to_array(), &synthesizer.config().camera);
     println!("training on {} ({})", description.kind, description.adapter_name);
 
@@ -249,6 +255,7 @@ mod tests {
             resume: false,
             seed: 1,
             device: DeviceKind::Cpu,
+            image_preset: synthesis::Preset::default(),
             images: SynthesisOptions::default(),
             name: None,
         }
