@@ -65,7 +65,7 @@ fn synthesis_of(
     rates: &mut Vec<Rate>,
     times: &mut Vec<SampleTime>,
 ) -> Result<()> {
-    for (preset, name) in PRESETS {
+    for (images, name) in PRESETS {
         let options = SynthesisOptions {
             images,
             ..SynthesisOptions::default()
