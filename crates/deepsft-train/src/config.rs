@@ -19,8 +19,8 @@ pub enum Budget {
 /// | | the paper ([`TrainConfig::paper`]) | ours ([`TrainConfig::default`]) |
 /// |---|---|---|
 /// | step 1 | Adam 1e-3, betas 0.9, batches of 7 whole frames, 40 epochs of 47,000 | AdamW with clipping, warm-up and cosine from 2e-3, windows before frames, averaged weights, never the same sample twice |
-/// | step 2 | SGD 1e-5, batches of 7, 10 epochs, sums over pixels | AdamW 3e-4, means over pixels |
-/// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference, sums | AdamW 1e-4, c = 20 of the difference, light fitted, means |
+/// | step 2 | SGD 1e-5, batches of 7, 10 epochs, sums over pixels | AdamW 1e-4, means over pixels |
+/// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference, sums | AdamW 3e-4, c = 20 of the difference, light fitted, means |
 ///
 /// lambda = 1e-9 and mu = 0.5 are the same in both.
 #[derive(Clone, Debug)]
@@ -145,12 +145,12 @@ impl Default for TrainConfig {
             epoch_samples: None,
             workers: 2,
             held_out_share: 0.25,
-            depth_steps: steps(3e-4, 7),
+            depth_steps: steps(1e-4, 7),
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
                 reduction: Reduction::Mean,
             },
-            registration_steps: steps(1e-4, 6),
+            registration_steps: steps(3e-4, 6),
             photo_consistency: PhotoConsistencyLoss {
                 cauchy_scale: 20.0,
                 residual: Residual::Plain,

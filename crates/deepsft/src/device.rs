@@ -21,15 +21,19 @@ pub enum DeviceKind {
     WebGpu,
     /// A GPU through Vulkan, with SPIR-V kernels. Native builds with the feature `vulkan`.
     Vulkan,
+    /// An NVIDIA GPU through CUDA, whose libraries are looked for when the device is started. Native builds with the
+    /// feature `cuda`.
+    Cuda,
 }
 
 impl DeviceKind {
-    /// The name people type and read: `cpu`, `webgpu`, `vulkan`.
+    /// The name people type and read: `cpu`, `webgpu`, `vulkan`, `cuda`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
             Self::WebGpu => "webgpu",
             Self::Vulkan => "vulkan",
+            Self::Cuda => "cuda",
         }
     }
 }
@@ -46,7 +50,7 @@ impl FromStr for DeviceKind {
     /// # Errors
     /// [`DeepSftError::DeviceUnknown`] for another name than those of [`DeviceKind::name`].
     fn from_str(name: &str) -> Result<Self, DeepSftError> {
-        let known = [Self::Cpu, Self::WebGpu, Self::Vulkan];
+        let known = [Self::Cpu, Self::WebGpu, Self::Vulkan, Self::Cuda];
         let unknown = || DeepSftError::DeviceUnknown { name: name.to_owned() };
         known.into_iter().find(|kind| kind.name() == name).ok_or_else(unknown)
     }
@@ -92,6 +96,7 @@ pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription
             ))
         }
         DeviceKind::WebGpu | DeviceKind::Vulkan => gpu::start(kind).await,
+        DeviceKind::Cuda => cuda::start(),
     }
 }
 
@@ -152,6 +157,43 @@ mod gpu {
     }
 }
 
+#[cfg(feature = "cuda")]
+mod cuda {
+    use super::{Device, DeviceDescription, DeviceKind};
+    use crate::DeepSftError;
+    use burn::tensor::DeviceType;
+
+    /// The first CUDA device.
+    pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
+        let kind = DeviceKind::Cuda;
+        let first = Device::enumerate(DeviceType::Cuda).into_vec().into_iter().next();
+        let device = first.ok_or_else(|| DeepSftError::DeviceUnavailable {
+            device: kind,
+            reason: "no CUDA device was found".to_owned(),
+        })?;
+        let description = DeviceDescription {
+            kind,
+            adapter_name: "CUDA device 0".to_owned(),
+            software: false,
+        };
+        Ok((device, description))
+    }
+}
+
+#[cfg(not(feature = "cuda"))]
+mod cuda {
+    use super::{Device, DeviceDescription, DeviceKind};
+    use crate::DeepSftError;
+
+    pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
+        let kind = DeviceKind::Cuda;
+        Err(DeepSftError::DeviceUnavailable {
+            device: kind,
+            reason: format!("this build of deepsft has no feature `{kind}`"),
+        })
+    }
+}
+
 #[cfg(not(any(feature = "webgpu", feature = "vulkan")))]
 mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
@@ -182,9 +224,9 @@ mod tests {
     }
 
     #[test]
-    #[cfg(not(any(feature = "webgpu", feature = "vulkan")))]
+    #[cfg(not(any(feature = "webgpu", feature = "vulkan", feature = "cuda")))]
     fn a_gpu_that_the_build_lacks_is_refused_with_the_features_name() {
-        for kind in [DeviceKind::WebGpu, DeviceKind::Vulkan] {
+        for kind in [DeviceKind::WebGpu, DeviceKind::Vulkan, DeviceKind::Cuda] {
             let error = block_on(start_device(kind)).unwrap_err().to_string();
             assert!(error.contains(&format!("feature `{kind}`")), "{error}");
         }
@@ -192,10 +234,15 @@ mod tests {
 
     #[test]
     fn devices_are_named_as_people_type_them() {
-        for kind in [DeviceKind::Cpu, DeviceKind::WebGpu, DeviceKind::Vulkan] {
+        for kind in [
+            DeviceKind::Cpu,
+            DeviceKind::WebGpu,
+            DeviceKind::Vulkan,
+            DeviceKind::Cuda,
+        ] {
             assert_eq!(kind.to_string().parse::<DeviceKind>().unwrap(), kind);
         }
-        let error = "cuda".parse::<DeviceKind>().unwrap_err().to_string();
-        assert!(error.contains("cuda") && error.contains("vulkan"), "{error}");
+        let error = "tpu".parse::<DeviceKind>().unwrap_err().to_string();
+        assert!(error.contains("tpu") && error.contains("vulkan"), "{error}");
     }
 }

@@ -94,7 +94,7 @@ pub enum DeepSftError {
         reason: String,
     },
     /// A device's name is none of those there are.
-    #[error("there is no device {name:?}, only cpu, webgpu and vulkan")]
+    #[error("there is no device {name:?}, only cpu, webgpu, vulkan and cuda")]
     DeviceUnknown {
         /// The name met.
         name: String,

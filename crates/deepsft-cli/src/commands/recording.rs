@@ -53,16 +53,17 @@ Writes a simulated RGB-D recording in the layout of TUM and Open3D:
                        image. Training never reads it; it is there to measure on
   DIR/README.md        that it is simulated, and how
 
-The pictures are not drawn as those of step 1: the sheet is a print with duller colours, the light is harder and more
+The pictures are not drawn as those of step 1: the sheet is a print with duller colours and a few
+per cent smaller than the template (a page fitted into a printer's margins), the light is harder and more
 coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
 camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
-whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 40 frames there is another take with
+whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 20 frames there is another take with
 another motion, light and background. The same seed gives the same recording.
 
 Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
 
 Example:
-  deepsft recording simulate --model models/poster-a4 --frames 240 --seed 1 --out recording
+  deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
   deepsft train --stages 2,3 --model models/poster-a4 --recording recording --out refined"
 )]
 pub struct SimulateArguments {
@@ -73,7 +74,7 @@ pub struct SimulateArguments {
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
     /// Number of frames
-    #[arg(long, value_name = "N", default_value_t = 240, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 480, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
     /// Seed of the recording
     #[arg(long, value_name = "S", default_value_t = 1)]

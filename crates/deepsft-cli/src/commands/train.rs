@@ -102,7 +102,7 @@ pub struct TrainArguments {
     /// Seed of the weights, of the training images and of the order of recorded frames
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// What computes: cpu, or vulkan if the program was built with it
+    /// What computes: cpu, or vulkan or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
     /// Photographs (PNG or JPEG) to use as backgrounds beside the drawn ones

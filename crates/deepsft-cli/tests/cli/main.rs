@@ -6,4 +6,5 @@ mod bad_input;
 mod commands;
 mod common;
 mod interruption;
+mod recordings;
 mod tracking;

@@ -9,7 +9,8 @@ use rand::Rng;
 /// The response of a print, on linear light: reflectance = black + (white - black) mix(colour ^ gain).
 ///
 /// Training images show the template's picture as it is; this one was "printed": its black is grey, its colours are
-/// duller and pulled to one side, its middle tones darker (dot gain).
+/// duller and pulled to one side, its middle tones darker (dot gain). And it is smaller than the template says, as a
+/// printer leaves it that fits a page into its margins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintResponse {
     /// Reflectance of the darkest ink, by colour.
@@ -20,11 +21,13 @@ pub struct PrintResponse {
     pub gain: f32,
     /// Saturation of colours; 1 keeps them.
     pub saturation: f32,
+    /// Size of the print, as a share of the template's.
+    pub scale: f64,
 }
 
 impl PrintResponse {
     /// An ordinary printer on ordinary paper: black 2 to 6 %, a cast of up to 8 %, dot gain 1.05 to 1.3, saturation 0.65
-    /// to 0.9.
+    /// to 0.9, size 95 to 98 %.
     pub(super) fn sample<R: Rng + ?Sized>(rng: &mut R) -> Self {
         let black = uniform(rng, [0.02, 0.06]);
         let mut cast = || 1.0 - uniform(rng, [0.0, 0.08]);
@@ -34,6 +37,7 @@ impl PrintResponse {
             white,
             gain: uniform(rng, [1.05, 1.3]),
             saturation: uniform(rng, [0.65, 0.9]),
+            scale: f64::from(uniform(rng, [0.95, 0.98])),
         }
     }
 
@@ -59,6 +63,7 @@ mod tests {
             white: [0.95, 1.0, 0.9],
             gain: 1.2,
             saturation: 0.5,
+            scale: 1.0,
         };
         let colors = [[0; 3], [255; 3], [255, 0, 0]];
         let print = response.apply(&Picture::from_fn(3, 1, |x, _| colors[x]));

@@ -35,9 +35,9 @@ const MOST_CLUTTER: usize = 6;
 /// How a recording is simulated.
 #[derive(Clone, Debug)]
 pub struct SimulationConfig {
-    /// Frames a second. Default 10: those of a camera at 30, every third.
+    /// Frames a second. Default 5: those of a camera at 30, every sixth, since neighbours say nearly the same.
     pub frames_per_s: f64,
-    /// Frames of one take; the next has another motion, background and light. Default 40.
+    /// Frames of one take; the next has another motion, background and light. Default 20.
     pub frames_a_take: usize,
     /// Time for which the colour camera gathers light, s. Default 1/60.
     pub exposure_s: f64,
@@ -50,8 +50,8 @@ pub struct SimulationConfig {
 impl Default for SimulationConfig {
     fn default() -> Self {
         Self {
-            frames_per_s: 10.0,
-            frames_a_take: 40,
+            frames_per_s: 5.0,
+            frames_a_take: 20,
             exposure_s: 1.0 / 60.0,
             motion: ClipConfig {
                 distance_mm: [560.0, 820.0],
@@ -239,7 +239,7 @@ impl Take<'_> {
         let config = &self.simulator.config;
         let at = |offset: f64| {
             let time = index as f64 / config.frames_per_s + offset * config.exposure_s;
-            self.motion.vertices_camera(time / LOOP_S)
+            smaller(self.motion.vertices_camera(time / LOOP_S), self.simulator.print.scale)
         };
         let moments = (0..INSTANTS)
             .map(|k| Moment {
@@ -317,6 +317,15 @@ impl Take<'_> {
             ..color.clone()
         })
     }
+}
+
+/// A mesh drawn together about its centroid.
+fn smaller(mut vertices: Vec<DVec3>, scale: f64) -> Vec<DVec3> {
+    let centroid = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
+    vertices
+        .iter_mut()
+        .for_each(|p| *p = centroid + (*p - centroid) * scale);
+    vertices
 }
 
 fn sensor() -> Result<RgbdSensor, SynthError> {

@@ -1,0 +1,107 @@
+//! RGB-D recordings: simulated, checked, trained on; and what is said of broken ones.
+
+use crate::common::{deepsft, write_bundle, write_template};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The model that ships.
+fn poster() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4")
+}
+
+#[test]
+fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_from_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = poster();
+    let simulate = |frames: &str| {
+        let object = ["recording", "simulate", "--model", model.to_str().unwrap()];
+        let options = ["--frames", frames, "--masks", "--out", "recording"];
+        deepsft(folder.path(), &[&object[..], &options].concat())
+    };
+    assert!(simulate("2").succeeds().stdout.starts_with("simulated recording"));
+    // An older one is replaced.
+    simulate("8").succeeds();
+    let recording = folder.path().join("recording");
+    let camera: Value = serde_json::from_slice(&fs::read(recording.join("camera.json")).unwrap()).unwrap();
+    assert_eq!(camera["simulated"], Value::Bool(true));
+    let readme = fs::read_to_string(recording.join("README.md")).unwrap();
+    assert!(readme.starts_with("# A simulated RGB-D recording"));
+    let verified = deepsft(folder.path(), &["recording", "verify", "recording"]);
+    let told = &verified.succeeds().stdout;
+    assert!(
+        told.starts_with("simulated recording of 8 frames") && told.contains("with masks"),
+        "{told}"
+    );
+
+    let train = [
+        "train",
+        "--stages",
+        "2,3",
+        "--model",
+        model.to_str().unwrap(),
+        "--recording",
+        "recording",
+    ];
+    let options = ["--epochs", "1", "--out", "refined"];
+    let run = deepsft(folder.path(), &[&train[..], &options].concat());
+    for part in [
+        "6 frames to train on, 2 held out",
+        "| before |",
+        "| after step 2 |",
+        "| after step 3 |",
+    ] {
+        assert!(run.succeeds().stdout.contains(part), "{part} is not in {}", run.stdout);
+    }
+    let refined = folder.path().join("refined");
+    deepsft(folder.path(), &["bundle", "verify", "refined"]).succeeds();
+    let figures: Value = serde_json::from_slice(&fs::read(refined.join("refinement.json")).unwrap()).unwrap();
+    assert_eq!(figures["recording"], "simulated recording");
+    assert_eq!(figures["rows"].as_array().unwrap().len(), 3);
+    assert!(
+        figures["rows"][0]["figures"]["depth_rmse_mm"]["median"]
+            .as_f64()
+            .unwrap()
+            < 60.0
+    );
+    let card = fs::read_to_string(refined.join("CARD.md")).unwrap();
+    assert!(card.contains("Held-out end of the simulated recording") && !card.contains("synthetic images alone"));
+    for file in ["step-2.csv", "step-2.png", "step-3.csv", "step-3.png"] {
+        assert!(refined.join(file).is_file(), "{file}");
+    }
+    // Its checkpoints are there: it is not begun anew by mistake.
+    deepsft(folder.path(), &[&train[..], &options].concat()).fails(1, &["add --resume", "refined.step-2.checkpoint"]);
+}
+
+#[test]
+fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_command() {
+    let folder = tempfile::tempdir().unwrap();
+    write_template(folder.path(), "template");
+    write_bundle(folder.path(), "model");
+    let simulate = [
+        "recording",
+        "simulate",
+        "--template",
+        "template",
+        "--frames",
+        "2",
+        "--out",
+        "recording",
+    ];
+    deepsft(folder.path(), &simulate).succeeds();
+    let train = ["train", "--stage", "2", "--model", "model", "--out", "refined"];
+    let with_recording = [&train[..], &["--recording", "recording"]].concat();
+    let depth = folder.path().join("recording/depth/000001.png");
+    let bytes = fs::read(&depth).unwrap();
+    fs::write(&depth, &bytes[..bytes.len() / 2]).unwrap();
+    for command in [&with_recording[..], &["recording", "verify", "recording"]] {
+        deepsft(folder.path(), command).fails(3, &["cannot use recording", "depth/000001.png"]);
+    }
+    fs::remove_file(&depth).unwrap();
+    deepsft(folder.path(), &with_recording).fails(3, &["000001.jpg", "no partner"]);
+    deepsft(folder.path(), &train).fails(2, &["need --recording"]);
+    assert!(!folder.path().join("refined").exists());
+    // Somebody's own recording is not replaced by a simulated one.
+    fs::remove_dir_all(folder.path().join("recording/truth")).unwrap();
+    assert_ne!(deepsft(folder.path(), &simulate).code, 0);
+}

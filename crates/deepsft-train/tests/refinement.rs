@@ -1,0 +1,266 @@
+//! Training steps 2 and 3: each learns a frame by heart, moves its own block alone, and goes on where it was stopped.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Tensor};
+use deepsft::{Architecture, CompactConfig, Network, NetworkConfig};
+use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+use deepsft_synth::{SynthConfig, Synthesizer};
+use deepsft_train::{
+    BatchShape, Budget, LearningRate, Light, Optimizer, Progress, RecordedFrames, Reduction, Refined, RefinementData,
+    RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine, train,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+const SIZE: [usize; 2] = [96, 64];
+
+/// A texture whose red tells u and whose green tells v: photo-consistency has one minimum.
+fn template() -> Template {
+    let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
+    Template::thin_shell(texture, 180.0, 120.0).unwrap()
+}
+
+fn camera() -> Camera {
+    training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap()
+}
+
+/// A small network with its first weights, folded as in a bundle.
+fn network() -> Network {
+    let shape = CompactConfig {
+        channels: [8, 8, 8, 8],
+        blocks_at_32: 1,
+        bins: [8, 8, 8],
+        refinement_channels: 16,
+        mask_channels: 8,
+    };
+    let device = Device::flex();
+    device.seed(5);
+    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &camera())
+        .init(&device)
+        .fold()
+}
+
+/// A frame in which a part of the template is seen: a tilted plane, drawn through its own registration, with the offset
+/// `shift` of the texture.
+fn frame(index: usize, shift: f32) -> TrainingFrame {
+    let [width, height] = SIZE;
+    let mut maps = Maps::empty(width, height);
+    for y in 8..height - 8 {
+        for x in 10..width - 10 {
+            let uv = [0.2 + shift + x as f32 / 200.0, 0.3 + y as f32 / 160.0];
+            maps.set(y * width + x, 500.0 + x as f32, uv);
+        }
+    }
+    TrainingFrame {
+        index,
+        image: draw_template(template().texture(), &maps),
+        depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
+        inside: maps.mask(),
+        depth_counts: maps.mask(),
+        level: 0,
+    }
+}
+
+fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
+    let steps = |rate| RefinementSteps {
+        epochs,
+        batch: 2,
+        optimizer: Optimizer::Adam { betas: [0.9, 0.999] },
+        learning_rate: LearningRate {
+            initial: rate,
+            decay: 0.0,
+        },
+    };
+    let mut config = TrainConfig {
+        checkpoint: checkpoint.to_path_buf(),
+        depth_steps: steps(5e-3),
+        registration_steps: steps(5e-3),
+        ..TrainConfig::default()
+    };
+    config.photo_consistency.light = Light::Ignored;
+    config
+}
+
+fn run(
+    step: RefinementStep,
+    frames: &RecordedFrames,
+    config: &TrainConfig,
+    report: impl FnMut(Progress),
+) -> Result<Refined, TrainError> {
+    let data = RefinementData {
+        frames,
+        template: &template(),
+        canonical: &camera(),
+        truth: &BTreeMap::new(),
+    };
+    refine(&network(), step, data, config, &Device::flex(), report)
+}
+
+fn frames(training: usize) -> RecordedFrames {
+    RecordedFrames {
+        training: (0..training).map(|index| frame(index, 0.02 * index as f32)).collect(),
+        held_out: vec![frame(9, 0.03)],
+        left_out: 0,
+    }
+}
+
+/// Weights by their paths.
+#[derive(Default)]
+struct Weights {
+    path: Vec<String>,
+    values: BTreeMap<String, Vec<f32>>,
+}
+
+impl ModuleVisitor for Weights {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.path.pop();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let values = param.val().into_data().try_to_vec().unwrap();
+        self.values.insert(self.path.join("."), values);
+    }
+}
+
+fn weights(network: &Network) -> BTreeMap<String, Vec<f32>> {
+    let mut weights = Weights::default();
+    network.visit(&mut weights);
+    assert!(weights.values.len() > 20, "the network's weights were not visited");
+    weights.values
+}
+
+#[test]
+fn step_one_learns_a_sample_by_heart() {
+    let folder = tempfile::tempdir().unwrap();
+    let synthesizer = Arc::new(Synthesizer::new(&template(), SynthConfig::default()).unwrap());
+    let windows = BatchShape {
+        frames: 2,
+        width: 96,
+        height: 96,
+    };
+    let config = TrainConfig {
+        budget: Budget::Samples(2 * 80),
+        epoch_samples: Some(1),
+        held_out_frames: 1,
+        checkpoint: folder.path().join("checkpoint"),
+        schedule: Schedule {
+            windows,
+            frames: windows,
+            warm_up: 5,
+            ..Schedule::default()
+        },
+        seed: 3,
+        ..TrainConfig::default()
+    };
+    let mut losses = Vec::new();
+    train(&synthesizer, network().config(), &config, &Device::flex(), |progress| {
+        if let Progress::Step { loss, .. } = progress {
+            losses.push(loss);
+        }
+    })
+    .unwrap();
+    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
+    let (first, last) = (mean(&losses[..5]), mean(&losses[losses.len() - 5..]));
+    assert!(last < 0.5 * first, "{first} -> {last}");
+}
+
+#[test]
+fn steps_two_and_three_learn_a_frame_by_heart_and_leave_all_other_blocks_bit_for_bit() {
+    for (step, block) in [
+        (RefinementStep::Depth, "depth_refinement"),
+        (RefinementStep::Registration, "registration_refinement"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut losses = Vec::new();
+        let refined = run(step, &frames(1), &config(folder.path(), 120), |progress| {
+            if let Progress::Step { loss, .. } = progress {
+                losses.push(loss);
+            }
+        })
+        .unwrap();
+        let (first, last) = (losses[0], losses[losses.len() - 1]);
+        assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
+        let (before, after) = (weights(&network()), weights(&refined.network));
+        assert_eq!(before.len(), after.len());
+        let mut moved = 0;
+        for (path, values) in &before {
+            if path.starts_with(block) {
+                moved += usize::from(values != &after[path]);
+            } else {
+                let same = values.iter().zip(&after[path]).all(|(a, b)| a.to_bits() == b.to_bits());
+                assert!(same, "{step:?} moved {path}");
+            }
+        }
+        assert_eq!(moved, 6, "{step:?}: weights and biases of three convolutions move");
+    }
+}
+
+#[test]
+fn the_papers_optimiser_lowers_the_loss_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(folder.path(), 20);
+    config.registration_steps.optimizer = Optimizer::Sgd { momentum: 0.9 };
+    config.registration_steps.learning_rate = LearningRate {
+        initial: 1e-5,
+        decay: 1e-9,
+    };
+    config.photo_consistency.reduction = Reduction::Mean;
+    let mut losses = Vec::new();
+    run(RefinementStep::Registration, &frames(2), &config, |progress| {
+        if let Progress::Step { loss, .. } = progress {
+            losses.push(loss);
+        }
+    })
+    .unwrap();
+    assert!(losses[losses.len() - 1] < losses[0], "{losses:?}");
+}
+
+/// Copies a checkpoint as a kill would leave it.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+#[test]
+fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_same_weights() {
+    for step in [RefinementStep::Depth, RefinementStep::Registration] {
+        let folder = tempfile::tempdir().unwrap();
+        let (whole, half) = (folder.path().join("whole"), folder.path().join("half"));
+        let mut losses = Vec::new();
+        let uninterrupted = run(step, &frames(3), &config(&whole, 4), |progress| match progress {
+            Progress::Step { loss, .. } => losses.push(loss),
+            Progress::Evaluated(point) if point.samples == 6 => copy(&whole, &half),
+            _ => {}
+        })
+        .unwrap();
+        let mut resumed_losses = Vec::new();
+        let resume = TrainConfig {
+            resume: true,
+            ..config(&half, 4)
+        };
+        let resumed = run(step, &frames(3), &resume, |progress| match progress {
+            Progress::Step { loss, .. } => resumed_losses.push(loss),
+            Progress::Resumed { samples, .. } => assert_eq!(samples, 6),
+            _ => {}
+        })
+        .unwrap();
+        // Two steps an epoch of three frames: the first four were made before.
+        assert_eq!(losses.len(), 8);
+        assert_eq!(resumed_losses, losses[4..]);
+        assert!(weights(&resumed.network) == weights(&uninterrupted.network), "{step:?}");
+        assert_eq!(resumed.before, uninterrupted.before);
+        assert_eq!(resumed.after, uninterrupted.after);
+        // Another recording is another training.
+        let error = run(step, &frames(2), &resume, |_| {}).err().unwrap();
+        assert!(matches!(error, TrainError::CheckpointMismatch { .. }), "{error}");
+    }
+}
