@@ -116,7 +116,7 @@ pub struct TrainArguments {
 /// Whose settings a training has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Preset {
-    /// Beyond the paper: AdamW, warm-up and cosine, averaged weights, windows, means over pixels
+    /// Beyond the paper: AdamW, warm-up and cosine, averaged weights, windows; AdamW in steps 2 and 3
     Ours,
     /// The paper's values
     Paper,
