@@ -23,8 +23,8 @@ pub enum Budget {
 /// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference | AdamW 3e-4, c = 20 of the difference, light fitted |
 ///
 /// lambda = 1e-9 and mu = 0.5 are the same in both, and both divide the losses of steps 2 and 3 by the number of pixels, as
-/// the paper's Keras does by default. The paper prints sums; with them its rates diverge on the compact network (depth
-/// 21 -> 642 mm in an epoch of 90 frames).
+/// the paper's Keras does by default. The paper prints sums; with them its rates diverge on the compact network (step 2:
+/// depth 21 -> 642 mm in an epoch of 90 frames; step 3: an infinite loss after 24 frames).
 #[derive(Clone, Debug)]
 pub struct TrainConfig {
     /// Seed of weights, data and their order.
