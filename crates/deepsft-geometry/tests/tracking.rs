@@ -134,6 +134,41 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
 }
 
 #[test]
+fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
+    let Video {
+        template,
+        camera,
+        mut tracker,
+    } = Video::new();
+    let show = |frame: u64, shift_mm: f64, tracker: &mut Tracker| {
+        let mut vertices = bent(&template, 0.0);
+        vertices.iter_mut().for_each(|p| p.x += shift_mm);
+        let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+        let picture = image(&template, &truth);
+        tracker
+            .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
+            .unwrap();
+        truth
+    };
+    let truth = show(0, 0.0, &mut tracker);
+    tracker.answer(0, Some(&truth)).unwrap();
+    show(1, 1.0, &mut tracker);
+    assert!(tracker.current().agreement > 0.8);
+    // The image shows it clearly: the network has overlooked it.
+    assert_eq!(tracker.answer(1, None).unwrap(), Answer::Confirmed);
+    // 60 mm are some 50 pixels: only a search finds it again.
+    show(2, 61.0, &mut tracker);
+    assert!(tracker.current().found && tracker.current().agreement > 0.5);
+    assert_eq!(
+        tracker.answer(1, None).unwrap(),
+        Answer::Confirmed,
+        "that was before the search"
+    );
+    assert_eq!(tracker.answer(2, None).unwrap(), Answer::Dropped);
+    assert!(!tracker.current().found);
+}
+
+#[test]
 fn after_a_jump_the_next_answer_puts_the_track_right() {
     let mut video = Video::new();
     let picture = video.picture(0);

@@ -29,7 +29,8 @@ pub struct TrackingOptions {
     pub persistence: f64,
     /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
     pub start_agreement: f64,
-    /// Agreement below which a frame counts as missed.
+    /// Agreement below which a frame counts as missed; below `start_agreement` where the mesh was searched for and the
+    /// network has not answered since.
     pub least_agreement: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
@@ -88,7 +89,8 @@ pub enum Answer {
     Confirmed,
     /// They disagreed, and the image confirms the answer more: the track starts again from it.
     Restarted,
-    /// The network does not see the object and the image does not confirm the track: it is lost.
+    /// The network does not see the object, and the image does not confirm the track or the track comes from a search: it
+    /// is lost.
     Dropped,
     /// Nothing could be made of it: the frame is forgotten, or there is nothing to start from.
     Ignored,
@@ -125,8 +127,9 @@ pub struct Tracker {
     frames: VecDeque<Remembered>,
     /// Missed frames in a row.
     missed: usize,
-    /// Whether the mesh was found by a search since the network's last answer: it may sit in a wrong fold.
-    searched: bool,
+    /// The first frame since the network's last answer in which the mesh was found by a search: it may sit in a wrong fold,
+    /// or on something else.
+    searched: Option<u64>,
     current: Tracked,
 }
 
@@ -144,7 +147,7 @@ impl Tracker {
             camera: None,
             frames: VecDeque::new(),
             missed: 0,
-            searched: false,
+            searched: None,
             current: Tracked::default(),
         })
     }
@@ -170,7 +173,7 @@ impl Tracker {
     pub fn reset(&mut self) {
         self.frames.clear();
         self.missed = 0;
-        self.searched = false;
+        self.searched = None;
         self.current = Tracked::default();
     }
 
@@ -239,7 +242,7 @@ impl Tracker {
             return Ok(Answer::Ignored);
         };
         let Some(maps) = maps else {
-            return Ok(self.deny());
+            return Ok(self.deny(frame));
         };
         let expected = (camera.width() as usize, camera.height() as usize);
         let actual = (maps.width(), maps.height());
@@ -248,7 +251,7 @@ impl Tracker {
         }
         // After a search the image decides also where the two are near each other.
         let searched = std::mem::take(&mut self.searched);
-        if self.current.found && !searched && self.agrees(index, maps, &camera) {
+        if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
             return Ok(Answer::Confirmed);
         }
         // The candidate is followed with its own history, not with the misses of the track that it may replace.
@@ -282,11 +285,12 @@ impl Tracker {
         Ok(if was_found { Answer::Restarted } else { Answer::Started })
     }
 
-    /// The network does not see the object.
-    fn deny(&mut self) -> Answer {
+    /// The network does not see the object in `frame`.
+    fn deny(&mut self, frame: u64) -> Answer {
+        let found_by_search = self.searched.is_some_and(|since| since <= frame);
         if !self.current.found {
             Answer::Ignored
-        } else if self.current.agreement >= self.options.start_agreement {
+        } else if !found_by_search && self.current.agreement >= self.options.start_agreement {
             Answer::Confirmed
         } else {
             self.lose();
@@ -379,7 +383,7 @@ impl Tracker {
         let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, shifted, last)?;
         second.iterations += first.iterations;
         Ok(if second.agreement > first.agreement {
-            self.searched = true;
+            self.searched.get_or_insert(self.frames[index].frame);
             second
         } else {
             first
@@ -450,7 +454,13 @@ impl Tracker {
     /// Makes `mesh` that of the newest frame, or counts a miss.
     fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
         let in_view = mesh.points >= self.options.fewest_points;
-        let confirmed = mesh.agreement >= self.options.least_agreement && in_view;
+        // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
+        let enough = if self.searched.is_some() {
+            self.options.start_agreement
+        } else {
+            self.options.least_agreement
+        };
+        let confirmed = mesh.agreement >= enough && in_view;
         if confirmed {
             self.missed = 0;
             self.frames[newest].mesh = Some(mesh.clone());
@@ -490,6 +500,7 @@ impl Tracker {
 
     fn lose(&mut self) {
         self.missed = 0;
+        self.searched = None;
         self.current = Tracked {
             frame: self.current.frame,
             ..Tracked::default()
