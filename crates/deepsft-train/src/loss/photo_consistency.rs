@@ -100,7 +100,7 @@ impl PhotoConsistencyLoss {
 /// `drawn` with the gain and offset of each image and colour that bring it closest to `seen`, both [N, 3, H, W].
 fn relit(drawn: Tensor<4>, seen: &Tensor<4>, inside: &Tensor<4>) -> Tensor<4> {
     let (from, to) = (drawn.clone().detach(), seen.clone().detach());
-    let pixels = over_image(inside.clone()) + 1.0; // [N, 1, 1, 1]
+    let pixels = over_image(inside.clone()).clamp_min(1.0); // [N, 1, 1, 1]
     let mean = |x: Tensor<4>| over_image(x * inside.clone()) / pixels.clone(); // [N, 3, 1, 1]
     let (from_mean, to_mean) = (mean(from.clone()), mean(to.clone()));
     let variance = mean(from.clone().square()) - from_mean.clone().square();

@@ -16,6 +16,10 @@ pub fn squared_total_variation(maps: Tensor<4>, inside: Tensor<4>) -> Tensor<1> 
     let both_down = inside.clone().slice([0..n, 0..1, 1..h, 0..w]) * inside.slice([0..n, 0..1, 0..h - 1, 0..w]);
     let an_image = |differences: Tensor<4>, both: Tensor<4>| -> Tensor<2> {
         let [_, _, rows, columns] = differences.dims();
+        // A map of one row has nothing below; empty tensors cannot be reshaped.
+        if rows * columns == 0 {
+            return Tensor::zeros([n, 1], &differences.device());
+        }
         (differences.abs() * both).reshape([n, c * rows * columns]).sum_dim(1) // [N, 1]
     };
     (an_image(across, both_across) + an_image(down, both_down))
