@@ -100,8 +100,8 @@ pub fn frame_metrics_between(
         points.add((point(believed, predicted) - point(camera, truth)).length_squared());
         let error_mm = (uv(predicted, pixel) - uv(truth, pixel)) * template_size_mm;
         millimetres.add(error_mm.length_squared());
-        if let Some(jacobian) = jacobian_mm(truth, pixel, camera, template_size_mm) {
-            pixels.add((jacobian.inverse() * error_mm).length_squared());
+        if let Some(error_px) = registration_error_px(predicted, (truth, camera), pixel, template_size_mm) {
+            pixels.add(error_px.length_squared());
         }
     }
     let share = |of: usize| (of > 0).then(|| both as f64 / of as f64);
@@ -113,6 +113,23 @@ pub fn frame_metrics_between(
         mask_iou: share(either),
         coverage: share(truth.area()),
     })
+}
+
+/// The error behind [`FrameMetrics::registration_rmse_px`] at one pixel, row-major, of maps of one size: by how many pixels an
+/// overlay is displaced there. `None` where it is not defined.
+pub fn registration_error_px(
+    predicted: &Maps,
+    (truth, camera): (&Maps, &Camera),
+    pixel: usize,
+    template_size_mm: DVec2,
+) -> Option<DVec2> {
+    let size = predicted.depth().len().min(truth.depth().len());
+    if pixel >= size || !predicted.inside(pixel) || !truth.inside(pixel) {
+        return None;
+    }
+    let error_mm = (uv(predicted, pixel) - uv(truth, pixel)) * template_size_mm;
+    let jacobian = jacobian_mm(truth, pixel, camera, template_size_mm)?;
+    Some(jacobian.inverse() * error_mm)
 }
 
 /// Mean and median of one metric over frames.
@@ -280,6 +297,15 @@ mod tests {
             "{metrics:?}"
         );
         assert_eq!(metrics.depth_rmse_mm, Some(0.0));
+        // The overlay sits 3 px to the left and 4 px above: the pixel says what is right of and below it.
+        let at = |pixel| registration_error_px(&predicted, (&truth, &training_camera()), pixel, SHEET_MM);
+        let displacement = at(100 * 480 + 200).unwrap();
+        assert!(
+            (displacement - DVec2::new(3.0, 4.0)).length() < F32_PX,
+            "{displacement}"
+        );
+        // A corner of the sheet lacks neighbours, the first pixel the sheet, the last the image.
+        assert_eq!([at(50 * 480 + 100), at(0), at(480 * 270)], [None; 3]);
     }
 
     #[test]

@@ -1,13 +1,14 @@
 //! Evaluation: the figures of a model over frames with known truth.
 
-use crate::TrainError;
+use crate::{EvaluationFrame, TrainError};
 use burn::tensor::Device;
-use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network};
+use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Refinement, Template, photometric_error};
 use deepsft_synth::{Sample, Synthesizer};
 use rayon::prelude::*;
 use serde::Serialize;
+use std::time::Instant;
 
 /// What came out for one frame.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +25,9 @@ pub struct FrameResult {
     pub photometric_error: Option<f64>,
     /// What physics refinement did, where it was asked and could fit a mesh.
     pub refinement: Option<FrameRefinement>,
+    /// What the answer took: canonical warp, network, judgement and refinement, one frame at a time. An ablation, whose
+    /// rows come out of one pass, does not have it.
+    pub seconds: Option<f64>,
 }
 
 /// What physics refinement did to one frame.
@@ -61,6 +65,8 @@ pub struct Figures {
     pub coverage: Option<f64>,
     /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<f64>,
+    /// Frames answered in a second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
+    pub frames_per_second: Option<f64>,
 }
 
 /// The summary that `deepsft eval` prints and writes as JSON: means over the frames that show the
@@ -101,7 +107,7 @@ pub struct RefinementSummary {
 }
 
 impl Evaluation {
-    /// Evaluates `estimator` on `samples`, refining the frames in which the template was found if
+    /// Evaluates `estimator` on `frames`, refining the frames in which the template was found if
     /// there is a `refinement`, calling `each` after every frame.
     ///
     /// # Errors
@@ -110,33 +116,70 @@ impl Evaluation {
         estimator: &Estimator,
         mut refinement: Option<&mut Refinement>,
         template: &Template,
-        samples: impl IntoIterator<Item = Sample>,
-        mut each: impl FnMut(&Sample, &Estimate, &FrameResult),
+        frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
+        mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
     ) -> Result<Self, TrainError> {
-        let mut frames = Vec::new();
-        for (index, sample) in samples.into_iter().enumerate() {
-            let mut estimate = pollster::block_on(estimator.estimate(&sample.image, &sample.camera))?;
+        let mut results = Vec::new();
+        for (index, frame) in frames.into_iter().enumerate() {
+            let frame: EvaluationFrame = frame.into();
+            let start = Instant::now();
+            let mut estimate = pollster::block_on(estimator.estimate(&frame.image, &frame.camera))?;
+            let mut seconds = start.elapsed().as_secs_f64();
             let mut refinement_of_frame = None;
             if let Some(refinement) = refinement.as_deref_mut()
                 && estimate.judgement.found
             {
                 let camera = estimator.canonical_camera();
+                let start = Instant::now();
                 let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
+                seconds += start.elapsed().as_secs_f64();
                 if let Some(refined) = refined.map_err(DeepSftError::from)? {
                     refinement_of_frame = Some(FrameRefinement {
                         mesh_taken: refined.accepted,
-                        network: frame_metrics(&estimate.maps, &sample.truth, &sample.camera, template.size_mm())?,
+                        network: frame.metrics(&estimate.maps, template.size_mm())?,
                         photometric_cost: refined.photometric_cost,
                     });
                     estimate.maps = refined.maps;
                 }
             }
-            let mut result = FrameResult::new(index as u64, &sample, &estimate, template)?;
+            let mut result = FrameResult::new(index as u64, &frame, &estimate, template)?;
             result.refinement = refinement_of_frame;
-            each(&sample, &estimate, &result);
-            frames.push(result);
+            result.seconds = Some(seconds);
+            each(&frame, &estimate, &result);
+            results.push(result);
         }
-        Ok(Self { frames })
+        Ok(Self { frames: results })
+    }
+
+    /// Evaluates each stage of the network of `estimator` (see [`deepsft::Network::stages`]) on the same `frames`: the
+    /// ablation of its refinement blocks. The last stage is the network's answer, as [`Evaluation::run`] has it without a
+    /// refinement.
+    ///
+    /// # Errors
+    /// As [`Evaluation::run`].
+    pub fn ablation(
+        estimator: &Estimator,
+        template: &Template,
+        frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
+        mut each: impl FnMut(),
+    ) -> Result<Vec<(Stage, Self)>, TrainError> {
+        let mut rows: Vec<(Stage, Self)> = estimator.stages().iter().map(|&s| (s, Self::default())).collect();
+        for (index, frame) in frames.into_iter().enumerate() {
+            let frame: EvaluationFrame = frame.into();
+            let canonical = estimator.canonical_image(&frame.image, &frame.camera)?;
+            let stages = pollster::block_on(estimator.infer_stages(&canonical))?;
+            for ((_, row), (_, maps)) in rows.iter_mut().zip(stages) {
+                let estimate = Estimate {
+                    judgement: estimator.judge(&canonical, &maps)?,
+                    canonical: canonical.clone(),
+                    maps,
+                };
+                row.frames
+                    .push(FrameResult::new(index as u64, &frame, &estimate, template)?);
+            }
+            each();
+        }
+        Ok(rows)
     }
 
     /// Mean and median of a metric over the frames that show the template and have it.
@@ -165,6 +208,7 @@ impl Evaluation {
                 mask_iou: of(|m| m.mask_iou),
                 coverage: of(|m| m.coverage),
                 photometric_error: Summary::of(self.shown().map(|f| f.photometric_error)).map(pick),
+                frames_per_second: Summary::of(self.shown().map(|f| f.seconds)).map(pick).map(f64::recip),
             }
         };
         EvaluationSummary {
@@ -207,19 +251,24 @@ impl Evaluation {
 }
 
 impl FrameResult {
-    /// Compares an estimate with the truth of its sample.
+    /// Compares an estimate with what is known of its frame.
     ///
     /// # Errors
-    /// [`TrainError::Geometry`] when the sample's maps are not of the canonical size.
-    pub fn new(index: u64, sample: &Sample, estimate: &Estimate, template: &Template) -> Result<Self, TrainError> {
-        let metrics = frame_metrics(&estimate.maps, &sample.truth, &sample.camera, template.size_mm())?;
+    /// [`TrainError::Geometry`] when the frame's maps are not of the canonical size.
+    pub fn new(
+        index: u64,
+        frame: &EvaluationFrame,
+        estimate: &Estimate,
+        template: &Template,
+    ) -> Result<Self, TrainError> {
         Ok(Self {
             index,
-            has_template: sample.has_template,
+            has_template: frame.truth.has_template(),
             judgement: estimate.judgement,
-            metrics,
+            metrics: frame.metrics(&estimate.maps, template.size_mm())?,
             photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
             refinement: None,
+            seconds: None,
         })
     }
 }
@@ -275,7 +324,22 @@ mod tests {
                 network: metrics(2.0, 20.0),
                 photometric_cost: Some([1.0, 0.5]),
             }),
+            seconds: None,
         }
+    }
+
+    #[test]
+    fn frames_a_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
+        let timed = |seconds| FrameResult {
+            seconds: Some(seconds),
+            ..frame(true, None, 1.0, 1.0)
+        };
+        let evaluation = Evaluation {
+            frames: vec![timed(0.25), timed(0.5), timed(2.25), frame(false, None, 1.0, 1.0)],
+        };
+        let summary = evaluation.summary();
+        assert_eq!(summary.mean.frames_per_second, Some(1.0));
+        assert_eq!(summary.median.frames_per_second, Some(2.0));
     }
 
     #[test]

@@ -104,6 +104,7 @@ mod tests {
             metrics: Default::default(),
             photometric_error: None,
             refinement: None,
+            seconds: None,
         }
     }
 

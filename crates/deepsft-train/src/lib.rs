@@ -8,6 +8,7 @@ mod checkpoint;
 mod config;
 mod error;
 mod evaluate;
+mod evaluation_frame;
 mod export;
 mod loader;
 mod loss;
@@ -28,6 +29,7 @@ pub use checkpoint::{Checkpoint, CurvePoint};
 pub use config::{Budget, RefinementSteps, TrainConfig};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
+pub use evaluation_frame::{EvaluationFrame, FrameTruth};
 pub use export::export_bundle;
 pub use loss::{
     DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,

@@ -1,6 +1,6 @@
 //! The estimator: one image and its camera in, maps and a judgement of them out.
 
-use crate::network::Network;
+use crate::network::{Network, Stage};
 use crate::photo_consistency::TemplateLuminance;
 use crate::{DeepSftError, FoundRule, MODEL_FILE, ModelBundle};
 use burn::module::Module;
@@ -96,15 +96,41 @@ impl Estimator {
     /// [`DeepSftError::Geometry`] when the image is not canonical, [`DeepSftError::Execution`] when the
     /// device fails.
     pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
+        self.check_canonical(canonical)?;
+        let mut maps = self.network.infer(&[canonical], &self.device).await?;
+        let mut maps = maps
+            .pop()
+            .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
+        remove_islands(&mut maps, LEAST_PIECE);
+        Ok(maps)
+    }
+
+    /// Stage 2 taken apart, for ablations: the maps that the network has after each of its blocks, see
+    /// [`Network::infer_stages`], small islands removed. The last are those of [`Estimator::infer`].
+    ///
+    /// # Errors
+    /// As [`Estimator::infer`].
+    pub async fn infer_stages(&self, canonical: &Picture) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        self.check_canonical(canonical)?;
+        let mut stages = self.network.infer_stages(canonical, &self.device).await?;
+        for (_, maps) in &mut stages {
+            remove_islands(maps, LEAST_PIECE);
+        }
+        Ok(stages)
+    }
+
+    /// The stages of [`Estimator::infer_stages`].
+    pub fn stages(&self) -> &'static [Stage] {
+        self.network.stages()
+    }
+
+    fn check_canonical(&self, picture: &Picture) -> Result<(), DeepSftError> {
         let expected = (self.canonical.width() as usize, self.canonical.height() as usize);
-        let actual = (canonical.width(), canonical.height());
+        let actual = (picture.width(), picture.height());
         if actual != expected {
             return Err(GeometryError::MapSize { actual, expected }.into());
         }
-        let mut maps = self.network.infer(&[canonical], &self.device).await?;
-        let mut maps = maps.pop().unwrap_or_else(|| Maps::empty(actual.0, actual.1));
-        remove_islands(&mut maps, LEAST_PIECE);
-        Ok(maps)
+        Ok(())
     }
 
     /// Stage 3: is the template there, and do the maps explain the image?

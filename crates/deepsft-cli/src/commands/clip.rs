@@ -26,7 +26,7 @@ Writes
   DIR/camera.json           the camera that took them
   DIR/clip.json             frames a second, exposure, what happens and when, the seed
   DIR/truth/                a data set as `deepsft synth` writes: depth, registration and the mesh of every frame;
-                            `deepsft eval --dataset DIR/truth` measures a network on it, frame by frame
+                            `deepsft eval --data DIR/truth` measures a network on it, frame by frame
 
 What can happen:
   motion      the sheet moves and bends as in two hands; all of it is in view nearly always

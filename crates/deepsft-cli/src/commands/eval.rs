@@ -1,430 +1,231 @@
-//! `deepsft eval`: a model against ground truth.
+//! `deepsft eval`: models against ground truth, in one table.
 
-use crate::failure::BlameInput;
-use crate::output::{atomic, panels, sheet};
+mod figure;
+mod report;
+mod sets;
+mod table;
+mod worst;
+
+use crate::failure::usage;
+use crate::output::{atomic, sheet};
 use crate::refine::Refine;
 use crate::synthesis::SynthesisOptions;
-use crate::{dataset, input, progress, synthesis};
-use anyhow::{Context, Result, anyhow};
+use crate::{input, progress};
+use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
-use deepsft::{DeviceKind, Estimate, ModelBundle, encode_png};
-use deepsft_geometry::{Maps, Picture};
-use deepsft_synth::Sample;
-use deepsft_train::{Evaluation, EvaluationSummary, FrameResult};
-use serde::Serialize;
+use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
+use deepsft_train::Evaluation;
+use figure::Chosen;
+use report::Report;
+use sets::{DataSet, FrameSet};
 use std::path::PathBuf;
-
-/// Frames on the sheet.
-const WORST: usize = 12;
-
-/// Ends of the error scales on the sheet, mm.
-const DEPTH_SCALE_MM: f64 = 50.0;
-const REGISTRATION_SCALE_MM: f64 = 20.0;
+use worst::Worst;
 
 #[derive(Args)]
 #[command(
-    group = ArgGroup::new("set").args(["synthetic", "dataset"]).required(true),
+    group = ArgGroup::new("set").args(["synthetic", "data"]).required(true).multiple(true),
     after_help = "\
-Every figure is of one frame, over the pixels inside the true and the predicted mask; printed are mean and
-median over the frames that show the object:
+One table, a row for each model on each data set. Every figure is of one frame, over the pixels inside the true and the
+predicted mask; printed are mean and median over the frames that show the object:
   depth_rmse_mm          depth, mm
   registration_rmse_px   how far an overlay sits from the truth, pixels of the 480 x 270 image
   registration_rmse_mm   the same on the object, mm
-  rmse_3d_mm             3D points, mm
-  mask_iou, coverage     overlap of the masks; share of the true mask that was found
   photometric_error      the paper's E_pr, intensities 0 to 1, not corrected for light
-The JSON has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\": {\"depth_rmse_mm\"})
-and each frame in \"per_frame\". With --refine physics, \"refinement\" says where the mesh was refused and where it is
-worse than the network's own maps, whose errors stand beside each frame's (\"network_...\").
+  mask_iou, coverage     overlap of the masks; share of the true mask that was found
+  rmse_3d_mm             3D points, mm
+  frames_per_second      frames answered in a second, one after the other
+The JSON of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
+{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --refine physics,
+\"refinement\" says where the mesh was refused and where it is worse than the network's own maps, whose errors stand beside
+each frame's (\"network_...\").
+
+--data takes data sets as `deepsft synth` writes them, and RGB-D recordings. A simulated recording has its truth beside
+it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth
+counts two pixels inside both masks; without masks of its own, where it is within 15 % of the model's.
+
+--ablation measures the maps after each block: the main block only, with the depth refinement, and with the registration
+refinement, which is the answer. What total variation does is seen by training without it (`deepsft train
+--total-variation 0`) and measuring both bundles.
+
+--figure draws six frames, five spread over the set and the worst by registration: input, true depth, depth, u, v, the
+errors, and the mean of the image and the template drawn through the registration (I_avg of the paper: the sharper, the
+better the registration).
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --refine physics
-  deepsft eval --model models/poster-a4 --dataset held-out"
+  deepsft eval --model with-tv --model without-tv --synthetic 200 --seed 999 --data held-out --data recording
+  deepsft eval --model models/poster-a4 --synthetic 200 --seed 999 --ablation
+  deepsft eval --model models/poster-a4 --synthetic 100 --seed 999 --figure figure.png"
 )]
 pub struct EvalArguments {
-    /// Model bundle to measure
-    #[arg(long, value_name = "BUNDLE")]
-    model: PathBuf,
+    /// Model bundle to measure; may be given several times
+    #[arg(long, value_name = "BUNDLE", required = true)]
+    model: Vec<PathBuf>,
     /// Measure on this many synthetic images of the model's own template
     #[arg(long, value_name = "N", requires = "seed", value_parser = clap::value_parser!(u64).range(1..))]
     synthetic: Option<u64>,
     /// Seed of the synthetic images; choose one that was not trained on
-    #[arg(long, value_name = "S", conflicts_with = "dataset")]
+    #[arg(long, value_name = "S", requires = "synthetic")]
     seed: Option<u64>,
     #[command(flatten)]
     images: SynthesisOptions,
-    /// Measure on a data set as `deepsft synth` writes
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["images", "camera_effects", "backgrounds"])]
-    dataset: Option<PathBuf>,
+    /// Measure on a data set as `deepsft synth` writes, or on an RGB-D recording; may be given several times
+    #[arg(long, visible_alias = "dataset", value_name = "DIR")]
+    data: Vec<PathBuf>,
     /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
     /// network sees by what is hidden (arap)
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
     refine: Refine,
+    /// Measure the maps after each block of the network
+    #[arg(long, conflicts_with_all = ["refine", "sheet", "figure"])]
+    ablation: bool,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the 12 worst frames (by registration) to this PNG file
+    /// Draw the 12 worst frames (by registration) to this PNG file; for one model on one data set
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
+    /// Draw frames spread over each data set and the worst, as in the tables of the paper, to this PNG file
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
     /// What computes: cpu, vulkan or webgpu (the last two if the program was built with them)
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
 }
 
-/// The content of the JSON file.
-#[derive(Serialize)]
-struct Report {
-    model: String,
-    set: String,
-    #[serde(flatten)]
-    summary: EvaluationSummary,
-    per_frame: Vec<FrameReport>,
-    device: String,
-    deepsft_version: &'static str,
-}
-
-#[derive(Serialize)]
-struct FrameReport {
-    index: u64,
-    has_template: bool,
-    found: bool,
-    confidence: f32,
-    depth_rmse_mm: Option<f64>,
-    registration_rmse_px: Option<f64>,
-    registration_rmse_mm: Option<f64>,
-    rmse_3d_mm: Option<f64>,
-    mask_iou: Option<f64>,
-    coverage: Option<f64>,
-    #[serde(flatten)]
-    refinement: Option<RefinementReport>,
-}
-
-#[derive(Serialize)]
-struct RefinementReport {
-    mesh_taken: bool,
-    network_depth_rmse_mm: Option<f64>,
-    network_registration_rmse_px: Option<f64>,
-    network_rmse_3d_mm: Option<f64>,
-    photometric_cost: Option<[f64; 2]>,
-}
-
 pub fn run(arguments: &EvalArguments) -> Result<()> {
-    let bundle = input::bundle(&arguments.model)?;
-    let (estimator, device) = input::estimator(&bundle, arguments.device)?;
-    let set = set(arguments, &bundle)?;
-    let bar = progress::counting(set.count, "frames");
-    let mut worst = Worst::default();
-    let mut unreadable = None;
-    let samples = set
-        .samples
-        .map_while(|sample| sample.map_err(|error| unreadable = Some(error)).ok());
-    let mut refinement = arguments.refine.prepare(bundle.template())?;
-    let evaluation = Evaluation::run(
-        &estimator,
-        refinement.as_mut(),
-        bundle.template(),
-        samples,
-        |sample, estimate, result| {
-            if arguments.sheet.is_some() {
-                worst.offer(sample, estimate, result);
+    let sets = sets(arguments)?;
+    let several = arguments.model.len() * sets.len() > 1;
+    if several && arguments.sheet.is_some() {
+        return Err(usage(
+            "--sheet is for one model on one data set; --figure draws several",
+        ));
+    }
+    let bundles: Vec<ModelBundle> = arguments
+        .model
+        .iter()
+        .map(|folder| input::bundle(folder))
+        .collect::<Result<_>>()?;
+    let mut reports = Vec::new();
+    let (mut worst_rows, mut figure_rows) = (Vec::new(), Vec::new());
+    for (bundle, folder) in bundles.iter().zip(&arguments.model) {
+        let alone = bundles.iter().filter(|other| other.name() == bundle.name()).count() == 1;
+        let name = if alone {
+            bundle.name().to_owned()
+        } else {
+            format!("{} ({})", bundle.name(), folder.display())
+        };
+        let (estimator, device) = input::estimator(bundle, arguments.device)?;
+        let device = format!("{}: {}", device.kind, device.adapter_name);
+        let measured = Measured {
+            arguments,
+            bundle,
+            estimator: &estimator,
+            name: &name,
+            device: &device,
+        };
+        for set in &sets {
+            let set = set.open(bundle)?;
+            if arguments.ablation {
+                reports.extend(measured.ablation(set)?);
+                continue;
             }
-            bar.inc(1);
-        },
-    )?;
-    bar.finish_and_clear();
-    if let Some(error) = unreadable {
-        return Err(error);
+            let (report, worst, chosen) = measured.evaluation(set)?;
+            worst_rows.extend(worst.rows(bundle));
+            let place = several.then(|| format!("{} on {}, ", report.model, report.set));
+            figure_rows.extend(chosen.rows(bundle, &place.unwrap_or_default()));
+            reports.push(report);
+        }
     }
-    let report = Report {
-        model: bundle.name().to_owned(),
-        set: set.name,
-        summary: evaluation.summary(),
-        per_frame: evaluation.frames.iter().map(FrameReport::new).collect(),
-        device: format!("{}: {}", device.kind, device.adapter_name),
-        deepsft_version: env!("CARGO_PKG_VERSION"),
-    };
-    print(&report);
+    println!("{}", table::table(&reports));
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        atomic::write_file(path, &report::to_json(&reports)?)?;
     }
-    if let Some(path) = &arguments.sheet {
-        let rows = worst.rows(&bundle);
-        let sheet = sheet::sheet(&rows).context("no frame shows the object: there is nothing to draw")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+    for (path, rows) in [(&arguments.sheet, worst_rows), (&arguments.figure, figure_rows)] {
+        if let Some(path) = path {
+            let sheet = sheet::sheet(&rows).context("no frame shows the object: there is nothing to draw")?;
+            atomic::write_file(path, &encode_png(&sheet)?)?;
+        }
     }
     Ok(())
 }
 
-/// The frames to measure on.
-struct FrameSet {
-    name: String,
-    count: u64,
-    samples: Box<dyn Iterator<Item = Result<Sample>>>,
-}
-
-fn set(arguments: &EvalArguments, bundle: &ModelBundle) -> Result<FrameSet> {
-    if let Some(folder) = &arguments.dataset {
-        let description = dataset::open(folder)?;
-        let fits = description.template_size_mm == bundle.template().size_mm().to_array();
-        if !fits {
-            let [width, height] = description.template_size_mm;
-            let size = bundle.template().size_mm();
-            Err(anyhow!(
-                "its template has {width} x {height} mm, the model's {} x {} mm",
-                size.x,
-                size.y
-            ))
-            .blame("data set", folder)?;
+/// The data sets that were asked for.
+fn sets(arguments: &EvalArguments) -> Result<Vec<DataSet<'_>>> {
+    let images = &arguments.images;
+    let mut sets = Vec::new();
+    match (arguments.synthetic, arguments.seed) {
+        (Some(count), Some(seed)) => sets.push(DataSet::Synthetic { count, seed, images }),
+        _ if !images.note().is_empty() => {
+            return Err(usage(
+                "--images, --camera-effects and --backgrounds are for --synthetic: what is on disk is as it is",
+            ));
         }
-        return Ok(FrameSet {
-            name: format!("data set {}", folder.display()),
-            count: description.samples,
-            samples: Box::new(dataset::samples(folder, &description, *bundle.camera())),
-        });
+        _ => {}
     }
-    let (count, seed) = (
-        arguments.synthetic.unwrap_or_default(),
-        arguments.seed.unwrap_or_default(),
-    );
-    if seed == bundle.card().provenance.seed {
-        eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
-    }
-    let synthesizer = synthesis::synthesizer(bundle.template(), &arguments.images)?;
-    Ok(FrameSet {
-        name: format!("{count} synthetic frames of seed {seed}{}", arguments.images.note()),
-        count,
-        samples: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(Ok)),
-    })
+    sets.extend(arguments.data.iter().map(DataSet::Folder));
+    Ok(sets)
 }
 
-impl FrameReport {
-    fn new(result: &FrameResult) -> Self {
-        let metrics = &result.metrics;
-        Self {
-            index: result.index,
-            has_template: result.has_template,
-            found: result.judgement.found,
-            confidence: result.judgement.confidence,
-            depth_rmse_mm: metrics.depth_rmse_mm,
-            registration_rmse_px: metrics.registration_rmse_px,
-            registration_rmse_mm: metrics.registration_rmse_mm,
-            rmse_3d_mm: metrics.points_rmse_mm,
-            mask_iou: metrics.mask_iou,
-            coverage: metrics.coverage,
-            refinement: result.refinement.map(|refinement| RefinementReport {
-                mesh_taken: refinement.mesh_taken,
-                network_depth_rmse_mm: refinement.network.depth_rmse_mm,
-                network_registration_rmse_px: refinement.network.registration_rmse_px,
-                network_rmse_3d_mm: refinement.network.points_rmse_mm,
-                photometric_cost: refinement.photometric_cost,
-            }),
-        }
-    }
+/// A model that is measured.
+struct Measured<'a> {
+    arguments: &'a EvalArguments,
+    bundle: &'a ModelBundle,
+    estimator: &'a Estimator,
+    name: &'a str,
+    device: &'a str,
 }
 
-fn print(report: &Report) {
-    let (summary, mean, median) = (&report.summary, &report.summary.mean, &report.summary.median);
-    println!(
-        "{} on {}: {} frames show the object",
-        report.model, report.set, summary.frames_with_template
-    );
-    println!("{:28}{:>10}{:>10}", "", "mean", "median");
-    for (name, mean, median) in [
-        (
-            "registration RMSE, px",
-            mean.registration_rmse_px,
-            median.registration_rmse_px,
-        ),
-        (
-            "registration RMSE, mm",
-            mean.registration_rmse_mm,
-            median.registration_rmse_mm,
-        ),
-        ("depth RMSE, mm", mean.depth_rmse_mm, median.depth_rmse_mm),
-        ("3D point RMSE, mm", mean.rmse_3d_mm, median.rmse_3d_mm),
-        ("mask IoU", mean.mask_iou, median.mask_iou),
-        ("coverage", mean.coverage, median.coverage),
-        ("photometric error", mean.photometric_error, median.photometric_error),
-    ] {
-        println!("{name:28}{:>10}{:>10}", figure(mean), figure(median));
-    }
-    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
-    println!("found where it is          {:>11}", percent(summary.found_share));
-    println!(
-        "not found where it is not  {:>11}",
-        percent(summary.empty_flagged_share)
-    );
-    if let Some(refinement) = &summary.refinement {
-        println!(
-            "refinement, {} frames: the network's maps stay in {}; worse than they are in registration {}, in 3D {}",
-            refinement.frames,
-            percent(Some(refinement.fallback_share)),
-            percent(Some(refinement.worse_registration_share)),
-            percent(Some(refinement.worse_3d_share)),
-        );
-    }
-    if summary.frames_without_answer > 0 {
-        println!(
-            "{} frames that show it have no pixel in common with the answer",
-            summary.frames_without_answer
-        );
-    }
-}
-
-fn figure(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
-}
-
-/// The frames with the largest registration error, worst first.
-#[derive(Default)]
-struct Worst {
-    frames: Vec<Frame>,
-}
-
-struct Frame {
-    result: FrameResult,
-    image: Picture,
-    predicted: Maps,
-    truth: Maps,
-}
-
-impl Worst {
-    fn offer(&mut self, sample: &Sample, estimate: &Estimate, result: &FrameResult) {
-        let at = self
+impl Measured<'_> {
+    /// A row of the table, and the frames to draw.
+    fn evaluation(&self, set: FrameSet) -> Result<(Report, Worst, Chosen)> {
+        let bar = progress::counting(set.count, "frames");
+        let (mut worst, mut chosen) = (Worst::default(), Chosen::new(set.count));
+        let mut unreadable = None;
+        let frames = set
             .frames
-            .partition_point(|frame| badness(&frame.result) >= badness(result));
-        if !result.has_template || at >= WORST {
-            return;
-        }
-        let (image, predicted, truth) = (estimate.canonical.clone(), estimate.maps.clone(), sample.truth.clone());
-        self.frames.insert(
-            at,
-            Frame {
-                result: *result,
-                image,
-                predicted,
-                truth,
+            .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
+        let mut refinement = self.arguments.refine.prepare(self.bundle.template())?;
+        let evaluation = Evaluation::run(
+            self.estimator,
+            refinement.as_mut(),
+            self.bundle.template(),
+            frames,
+            |frame, estimate, result| {
+                if self.arguments.sheet.is_some() {
+                    worst.offer(frame, estimate, result);
+                }
+                if self.arguments.figure.is_some() {
+                    chosen.offer(frame, estimate, result);
+                }
+                bar.inc(1);
             },
-        );
-        self.frames.truncate(WORST);
-    }
-
-    fn rows(&self, bundle: &ModelBundle) -> Vec<sheet::Row> {
-        let size = bundle.template().size_mm();
-        let row = |frame: &Frame| {
-            let Frame {
-                result,
-                image,
-                predicted,
-                truth,
-            } = frame;
-            let metrics = &result.metrics;
-            let caption = format!(
-                "frame {}: registration {} px, depth {} mm, mask IoU {}, coverage {}, confidence {:.2}",
-                result.index,
-                figure(metrics.registration_rmse_px),
-                figure(metrics.depth_rmse_mm),
-                figure(metrics.mask_iou),
-                figure(metrics.coverage),
-                result.judgement.confidence,
-            );
-            let panels = vec![
-                panels::plain("input", image),
-                panels::overlay("registration, estimated", image, predicted, size),
-                panels::overlay("registration, true", image, truth, size),
-                panels::depth_error("depth error", predicted, truth, DEPTH_SCALE_MM),
-                panels::registration_error("registration error", predicted, truth, size, REGISTRATION_SCALE_MM),
-            ];
-            // Half the size: twelve rows are to fit on a screen.
-            let halved = |panel: sheet::Panel| sheet::Panel {
-                picture: panel.picture.halved(),
-                ..panel
-            };
-            sheet::Row {
-                caption,
-                panels: panels.into_iter().map(halved).collect(),
-            }
-        };
-        self.frames.iter().map(row).collect()
-    }
-}
-
-/// The order of the sheet: frames without any answer first, then by registration error.
-fn badness(result: &FrameResult) -> f64 {
-    result.metrics.registration_rmse_px.unwrap_or(f64::INFINITY)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use deepsft::Judgement;
-    use deepsft_geometry::Template;
-    use deepsft_geometry::metrics::FrameMetrics;
-    use deepsft_synth::{SynthConfig, Synthesizer};
-
-    fn template() -> Template {
-        Template::thin_shell(
-            Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]),
-            200.0,
-            150.0,
-        )
-        .unwrap()
-    }
-
-    #[test]
-    fn the_worst_frames_are_kept_in_order_and_those_without_the_object_are_not() {
-        let sample = Synthesizer::new(&template(), SynthConfig::default())
-            .unwrap()
-            .sample(1, 0);
-        let judgement = Judgement {
-            found: true,
-            confidence: 0.5,
-            area: 0.1,
-        };
-        let estimate = Estimate {
-            maps: Maps::empty(480, 270),
-            canonical: sample.image.clone(),
-            judgement,
-        };
-        let mut worst = Worst::default();
-        for index in 0..30 {
-            let error = if index == 7 {
-                None
-            } else {
-                Some((index * 11 % 30) as f64)
-            };
-            let metrics = FrameMetrics {
-                registration_rmse_px: error,
-                ..FrameMetrics::default()
-            };
-            let has_template = index != 8;
-            let result = FrameResult {
-                index,
-                has_template,
-                judgement,
-                metrics,
-                photometric_error: None,
-                refinement: None,
-            };
-            worst.offer(&sample, &estimate, &result);
+        )?;
+        bar.finish_and_clear();
+        match unreadable {
+            Some(error) => Err(error),
+            None => Ok((
+                Report::new(self.name, None, &set.name, &evaluation, self.device),
+                worst,
+                chosen,
+            )),
         }
-        let errors: Vec<f64> = worst.frames.iter().map(|frame| badness(&frame.result)).collect();
-        // 8 * 11 = 28 mod 30 is without the object.
-        let expected = [
-            f64::INFINITY,
-            29.0,
-            27.0,
-            26.0,
-            25.0,
-            24.0,
-            23.0,
-            22.0,
-            21.0,
-            20.0,
-            19.0,
-            18.0,
-        ];
-        assert_eq!(errors, expected);
+    }
+
+    /// A row for each stage of the network.
+    fn ablation(&self, set: FrameSet) -> Result<Vec<Report>> {
+        let bar = progress::counting(set.count, "frames");
+        let mut unreadable = None;
+        let frames = set
+            .frames
+            .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
+        let stages = Evaluation::ablation(self.estimator, self.bundle.template(), frames, || bar.inc(1))?;
+        bar.finish_and_clear();
+        if let Some(error) = unreadable {
+            return Err(error);
+        }
+        let report = |(stage, evaluation)| Report::new(self.name, Some(stage), &set.name, &evaluation, self.device);
+        Ok(stages.into_iter().map(report).collect())
     }
 }

@@ -32,7 +32,7 @@ Each job writes its own part into the same folder, which is read as one data set
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 1/4 --out cover-data
   ...
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 4/4 --out cover-data
-  deepsft eval --model cover-model --dataset cover-data")]
+  deepsft eval --model cover-model --data cover-data")]
 pub struct SynthArguments {
     /// Folder of the template
     #[arg(long, value_name = "DIR")]

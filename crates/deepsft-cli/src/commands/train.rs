@@ -53,6 +53,7 @@ Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
+  deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
   deepsft train --network paper --preset paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
@@ -91,6 +92,9 @@ pub struct TrainArguments {
     /// Epochs of steps 2 and 3 [default: 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     epochs: Option<u64>,
+    /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
+    #[arg(long, value_name = "LAMBDA", value_parser = weight)]
+    total_variation: Option<f64>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
     #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::default().held_out_share, value_parser = share)]
     held_out: f64,
@@ -127,6 +131,13 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|&value: &f64| value.is_finite() && value > 0.0)
         .ok_or("expected a positive number".into())
+}
+
+fn weight(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&value: &f64| value.is_finite() && value >= 0.0)
+        .ok_or("expected a number of 0 or more".into())
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -358,6 +369,10 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         config.depth_steps.epochs = epochs;
         config.registration_steps.epochs = epochs;
     }
+    if let Some(lambda) = arguments.total_variation {
+        config.depth_loss.total_variation = lambda;
+        config.photo_consistency.total_variation = lambda;
+    }
     Ok(config)
 }
 
@@ -396,6 +411,7 @@ mod tests {
             minutes: None,
             samples: None,
             epochs: None,
+            total_variation: None,
             held_out: 0.25,
             evaluate_every: 120.0,
             resume: false,
@@ -450,6 +466,24 @@ mod tests {
         assert_eq!(config.budget, Budget::Samples(40 * 47_000));
         assert_eq!((config.depth_steps.epochs, config.registration_steps.epochs), (3, 3));
         assert_eq!((config.depth_steps.batch, config.registration_steps.batch), (7, 6));
+    }
+
+    #[test]
+    fn the_weight_of_the_total_variation_is_that_of_both_steps() {
+        for (given, lambda) in [(None, 1e-9), (Some(0.0), 0.0), (Some(1e-6), 1e-6)] {
+            let config = config(&TrainArguments {
+                total_variation: given,
+                ..arguments("a")
+            });
+            let config = config.unwrap();
+            let weights = [
+                config.depth_loss.total_variation,
+                config.photo_consistency.total_variation,
+            ];
+            assert_eq!(weights, [lambda; 2]);
+        }
+        assert_eq!(weight("0"), Ok(0.0));
+        assert!(weight("-1").is_err() && weight("inf").is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::color_map::ColorMap;
 use super::sheet::{ColorBar, Panel};
 use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::{Maps, Picture, draw_template};
+use deepsft_geometry::{Camera, Maps, Picture, draw_template, metrics};
 
 /// Squares along the shorter side of the checkerboard laid on the template.
 const SQUARES: f64 = 6.0;
@@ -50,6 +50,11 @@ pub fn overlay(title: &str, image: &Picture, maps: &Maps, template_size_mm: DVec
 
 /// The depth in colours, from its 2nd to its 98th percentile.
 pub fn depth(title: &str, maps: &Maps) -> Panel {
+    depth_within(title, maps, depth_range(maps))
+}
+
+/// The 2nd and the 98th percentile of the depth, mm, whole numbers at least 1 mm apart.
+pub fn depth_range(maps: &Maps) -> [f64; 2] {
     let mut depths: Vec<f64> = (0..maps.depth().len())
         .filter(|&p| maps.inside(p))
         .map(|p| f64::from(maps.depth()[p]))
@@ -62,14 +67,43 @@ pub fn depth(title: &str, maps: &Maps) -> Panel {
             .unwrap_or(0.0)
     };
     let (low, high) = (percentile(0.02).floor(), percentile(0.98).ceil());
+    [low, high.max(low + 1.0)]
+}
+
+/// The depth in colours over `range`, mm.
+pub fn depth_within(title: &str, maps: &Maps, range: [f64; 2]) -> Panel {
     let bar = ColorBar {
         colors: ColorMap::Viridis,
-        range: [low, high.max(low + 1.0)],
+        range,
         unit: "mm",
     };
     values(title, maps, bar, |pixel| {
         maps.inside(pixel).then(|| f64::from(maps.depth()[pixel]))
     })
+}
+
+/// One coordinate of the registration in colours from 0 to 1: u is 0, v is 1.
+pub fn coordinate(title: &str, maps: &Maps, coordinate: usize) -> Panel {
+    let bar = ColorBar {
+        colors: ColorMap::Viridis,
+        range: [0.0, 1.0],
+        unit: "",
+    };
+    values(title, maps, bar, |pixel| {
+        maps.inside(pixel)
+            .then(|| f64::from(maps.registration()[pixel][coordinate]))
+    })
+}
+
+/// I_avg of the paper: the mean of the image and of the template drawn through the registration, which is black outside
+/// the mask. Where the registration is off, what is printed is seen twice.
+pub fn average(title: &str, image: &Picture, texture: &Picture, maps: &Maps) -> Panel {
+    let drawn = draw_template(texture, maps);
+    let picture = Picture::from_fn(maps.width(), maps.height(), |x, y| {
+        let (drawn, seen) = (drawn.pixel(x, y), image.pixel(x, y));
+        std::array::from_fn(|k| u8::midpoint(drawn[k], seen[k]))
+    });
+    plain(title, &picture)
 }
 
 /// The absolute depth error in the pixels inside both masks; the scale ends at `most_mm`.
@@ -96,6 +130,24 @@ pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, size_mm: 
         let both = predicted.inside(pixel) && truth.inside(pixel);
         let uv = |maps: &Maps| DVec2::from_array(maps.registration()[pixel].map(f64::from));
         both.then(|| ((uv(predicted) - uv(truth)) * size_mm).length())
+    })
+}
+
+/// The registration error in pixels where it is defined: by how much an overlay is displaced; the scale ends at `most_px`.
+pub fn registration_error_px(
+    title: &str,
+    predicted: &Maps,
+    (truth, camera): (&Maps, &Camera),
+    size_mm: DVec2,
+    most_px: f64,
+) -> Panel {
+    let bar = ColorBar {
+        colors: ColorMap::Inferno,
+        range: [0.0, most_px],
+        unit: "px",
+    };
+    values(title, truth, bar, |pixel| {
+        metrics::registration_error_px(predicted, (truth, camera), pixel, size_mm).map(DVec2::length)
     })
 }
 
@@ -217,5 +269,37 @@ mod tests {
         let registration = registration_error("", &predicted, &truth, SIZE, 10.0);
         assert_eq!(registration.picture.pixel(0, 0), ColorMap::Inferno.color(0.5));
         assert_eq!(registration.picture.pixel(1, 0), ColorMap::Inferno.color(0.0));
+    }
+
+    #[test]
+    fn the_registration_error_in_pixels_is_that_of_the_metrics() {
+        // At 380 mm a pixel is 1 mm for f = 380, so 200 x 100 mm fill 200 x 100 pixels; 3 px and 4 px off.
+        let camera = Camera::pinhole(200, 100, 380.0, 380.0, 100.0, 50.0).unwrap();
+        let (mut truth, mut predicted) = (Maps::empty(200, 100), Maps::empty(200, 100));
+        for pixel in 0..200 * 100 {
+            let uv = [(pixel % 200) as f32 + 0.5, (pixel / 200) as f32 + 0.5];
+            truth.set(pixel, 380.0, [uv[0] / 200.0, uv[1] / 100.0]);
+            predicted.set(pixel, 380.0, [(uv[0] + 3.0) / 200.0, (uv[1] + 4.0) / 100.0]);
+        }
+        let panel = registration_error_px("", &predicted, (&truth, &camera), SIZE, 10.0);
+        let difference = |a: [u8; 3], b: [u8; 3]| (0..3).map(|k| a[k].abs_diff(b[k])).max().unwrap();
+        assert!(difference(panel.picture.pixel(50, 50), ColorMap::Inferno.color(0.5)) <= 1);
+        assert_eq!(
+            panel.picture.pixel(0, 0),
+            NOTHING,
+            "a pixel at the border lacks neighbours"
+        );
+    }
+
+    #[test]
+    fn coordinates_go_over_the_whole_ramp_and_the_average_is_half_of_each() {
+        let maps = half();
+        let v = coordinate("", &maps, 1).picture;
+        assert_eq!(v.pixel(7, 0), ColorMap::Viridis.color(0.005));
+        assert_eq!(v.pixel(7, 99), ColorMap::Viridis.color(0.995));
+        assert_eq!(v.pixel(150, 50), NOTHING);
+        let [image, texture] = [[40; 3], [100; 3]].map(|color| Picture::from_fn(200, 100, |_, _| color));
+        let average = average("", &image, &texture, &maps).picture;
+        assert_eq!((average.pixel(50, 50), average.pixel(150, 50)), ([70; 3], [20; 3]));
     }
 }

@@ -17,7 +17,7 @@ pub struct ColorBar {
     pub colors: ColorMap,
     /// Value of the first and of the last colour.
     pub range: [f64; 2],
-    /// Unit of the values.
+    /// Unit of the values; empty for a plain number.
     pub unit: &'static str,
 }
 
@@ -32,7 +32,8 @@ impl ColorBar {
     fn label(&self, share: f64) -> String {
         let [low, high] = self.range;
         let decimals = if high - low < 10.0 { 1 } else { 0 };
-        format!("{:.decimals$} {}", low + (high - low) * share, self.unit)
+        let number = format!("{:.decimals$} {}", low + (high - low) * share, self.unit);
+        number.trim_end().to_owned()
     }
 }
 
@@ -168,6 +169,11 @@ mod tests {
         };
         assert_eq!(bar([300.0, 501.0]).label(0.5), "400 mm");
         assert_eq!(bar([0.0, 5.0]).label(0.5), "2.5 mm");
+        let plain = ColorBar {
+            unit: "",
+            ..bar([0.0, 1.0])
+        };
+        assert_eq!(plain.label(0.5), "0.5");
         assert_eq!(bar([0.0, 4.0]).color(4.0), ColorMap::Inferno.color(1.0));
     }
 }

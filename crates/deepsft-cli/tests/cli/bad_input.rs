@@ -229,7 +229,7 @@ fn a_folder_of_another_kind_is_refused() {
 fn contradictions_on_the_command_line_are_usage_errors() {
     let folder = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| deepsft(folder.path(), arguments);
-    run(&["eval", "--model", "m"]).fails(USAGE, &["--synthetic", "--dataset"]);
+    run(&["eval", "--model", "m"]).fails(USAGE, &["--synthetic", "--data"]);
     run(&["eval", "--model", "m", "--synthetic", "5"]).fails(USAGE, &["--seed"]);
     let both = [
         "eval",
@@ -239,10 +239,15 @@ fn contradictions_on_the_command_line_are_usage_errors() {
         "5",
         "--seed",
         "1",
-        "--dataset",
-        "d",
+        "--ablation",
+        "--refine",
+        "physics",
     ];
     run(&both).fails(USAGE, &["cannot be used with"]);
+    let on_disk = ["eval", "--model", "m", "--data", "d", "--images", "paper"];
+    run(&on_disk).fails(USAGE, &["--images", "for --synthetic"]);
+    let sheet = ["eval", "--model", "m", "--data", "d", "--data", "e", "--sheet", "s.png"];
+    run(&sheet).fails(USAGE, &["one model on one data set"]);
     let both = [
         "train",
         "--template",

@@ -22,7 +22,7 @@ pub use description::LayerDescription;
 pub use maps::{NetworkMaps, OUTSIDE};
 pub use paper::{PaperConfig, PaperNetwork};
 pub use r50f::{R50FConfig, R50FNetwork};
-pub use reading::{images_to_tensor, pictures_to_tensor};
+pub use reading::{Stage, images_to_tensor, pictures_to_tensor};
 pub use weight_array::WeightArray;
 
 use burn::tensor::Tensor;

@@ -31,7 +31,37 @@ fn padded_to_tensor(pictures: &[&Picture], multiple: usize, device: &Device) -> 
     Tensor::from_data(TensorData::new(values, [pictures.len(), 3, h, w]), device)
 }
 
+/// How far along a network's blocks its maps are read: the rows of an ablation of the refinement blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// What the main block says.
+    Main,
+    /// The main block's registration with the depth of the depth refinement block.
+    DepthRefinement,
+    /// Depth and registration of the refinement blocks: the network's answer.
+    RegistrationRefinement,
+}
+
+impl Stage {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Main => "main block only",
+            Self::DepthRefinement => "+ depth refinement",
+            Self::RegistrationRefinement => "+ registration refinement",
+        }
+    }
+}
+
 impl Network {
+    /// The stages that the network has, in their order; the last is its answer. R50F has no refinement blocks.
+    pub fn stages(&self) -> &'static [Stage] {
+        match self {
+            Self::R50F(_) => &[Stage::Main],
+            _ => &[Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement],
+        }
+    }
+
     /// Maps of each of `pictures` (all of one size, taken by the training camera): refined depth and registration
     /// where the mask's probability is at least one half, outside as [`Maps`] says. `device` is the network's; it is
     /// read from once.
@@ -39,28 +69,78 @@ impl Network {
     /// # Errors
     /// [`DeepSftError::Execution`] when the device no longer answers.
     pub async fn infer(&self, pictures: &[&Picture], device: &Device) -> Result<Vec<Maps>, DeepSftError> {
+        let answer = [Stage::RegistrationRefinement];
+        let mut stages = self.infer_at(pictures, device, &answer).await?;
+        Ok(stages.pop().unwrap_or_default())
+    }
+
+    /// Maps of one picture at each of [`Network::stages`]; those of the last are the maps of [`Network::infer`].
+    ///
+    /// The compact network's mask does not depend on the stage. That of the paper's network is where the depth of the
+    /// same stage says that something is seen.
+    ///
+    /// # Errors
+    /// As [`Network::infer`].
+    pub async fn infer_stages(&self, picture: &Picture, device: &Device) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        let stages = self.stages();
+        let maps = self.infer_at(&[picture], device, stages).await?;
+        Ok(stages.iter().copied().zip(maps.into_iter().flatten()).collect())
+    }
+
+    /// Maps of each picture at each of `stages`, of one pass through the network.
+    async fn infer_at(
+        &self,
+        pictures: &[&Picture],
+        device: &Device,
+        stages: &[Stage],
+    ) -> Result<Vec<Vec<Maps>>, DeepSftError> {
         let Some(first) = pictures.first() else {
             return Ok(Vec::new());
         };
         let range = self.config().depth_range;
+        let mut read = Vec::new();
         match self {
             Self::Compact(network) => {
                 let output = network.forward(images_to_tensor(pictures, device));
-                let coordinates = network.upsample(output.refined);
-                let said = Tensor::cat(vec![coordinates, output.mask], 1);
-                read_maps(said, first, |d| range.depth_mm(d)).await
+                let [n, _, h, w] = output.main.dims();
+                for stage in stages {
+                    let (main, refined) = (output.main.clone(), output.refined.clone());
+                    let cells = match stage {
+                        Stage::Main => main,
+                        Stage::DepthRefinement => {
+                            let registration = main.slice([0..n, 0..2, 0..h, 0..w]);
+                            Tensor::cat(vec![registration, refined.slice([0..n, 2..3, 0..h, 0..w])], 1)
+                        }
+                        Stage::RegistrationRefinement => refined,
+                    };
+                    let said = Tensor::cat(vec![network.upsample(cells), output.mask.clone()], 1);
+                    read.push(read_maps(said, first, |d| range.depth_mm(d)).await?);
+                }
             }
             _ => {
-                let NetworkMaps {
-                    depth,
-                    registration,
-                    mask_logits,
-                    ..
-                } = self.forward_maps(pictures_to_tensor(pictures, device));
-                let said = Tensor::cat(vec![registration, depth, mask_logits], 1);
-                read_maps(said, first, |d| range.depth_mm_linear(d)).await
+                let maps = self.forward_maps(pictures_to_tensor(pictures, device));
+                for stage in stages {
+                    let NetworkMaps {
+                        main_depth,
+                        main_registration,
+                        depth,
+                        registration,
+                        mask_logits,
+                    } = maps.clone();
+                    let said = match stage {
+                        Stage::Main => {
+                            let mask = NetworkMaps::mask_logits_of_depth(main_depth.clone());
+                            vec![main_registration, main_depth, mask]
+                        }
+                        Stage::DepthRefinement => vec![main_registration, depth, mask_logits],
+                        Stage::RegistrationRefinement => vec![registration, depth, mask_logits],
+                    };
+                    let said = Tensor::cat(said, 1);
+                    read.push(read_maps(said, first, |d| range.depth_mm_linear(d)).await?);
+                }
             }
         }
+        Ok(read)
     }
 }
 

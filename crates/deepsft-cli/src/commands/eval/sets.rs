@@ -1,0 +1,121 @@
+//! The data sets that `deepsft eval` measures on: made on the fly, from disk, recorded.
+
+use crate::clip_folder::TRUTH_FOLDER;
+use crate::dataset::{self, DATASET_FILE};
+use crate::failure::BlameInput;
+use crate::synthesis::{self, SynthesisOptions};
+use anyhow::{Result, anyhow};
+use deepsft::ModelBundle;
+use deepsft_geometry::Template;
+use deepsft_synth::{CAMERA_FILE, DatasetDescription, Recording};
+use deepsft_train::{EvaluationFrame, FrameTruth};
+use std::path::{Path, PathBuf};
+
+/// A data set as it was asked for.
+pub enum DataSet<'a> {
+    /// Images made of the model's own template.
+    Synthetic {
+        count: u64,
+        seed: u64,
+        images: &'a SynthesisOptions,
+    },
+    /// A data set or a recording in a folder.
+    Folder(&'a PathBuf),
+}
+
+/// The frames to measure on.
+pub struct FrameSet {
+    /// The set's name in tables.
+    pub name: String,
+    /// How many frames it has.
+    pub count: u64,
+    /// The frames in order.
+    pub frames: Box<dyn Iterator<Item = Result<EvaluationFrame>>>,
+}
+
+impl DataSet<'_> {
+    /// The frames for a model.
+    pub fn open(&self, bundle: &ModelBundle) -> Result<FrameSet> {
+        match self {
+            Self::Synthetic { count, seed, images } => synthetic(*count, *seed, images, bundle),
+            Self::Folder(folder) if folder.join(CAMERA_FILE).is_file() => recording(folder, bundle),
+            Self::Folder(folder) => {
+                let description = dataset::open(folder)?;
+                check_template(&description, bundle.template()).blame("data set", folder)?;
+                let samples = dataset::samples(folder, &description, *bundle.camera());
+                Ok(FrameSet {
+                    name: format!("data set {}", folder.display()),
+                    count: description.samples,
+                    frames: Box::new(samples.map(|sample| Ok(sample?.into()))),
+                })
+            }
+        }
+    }
+}
+
+fn synthetic(count: u64, seed: u64, images: &SynthesisOptions, bundle: &ModelBundle) -> Result<FrameSet> {
+    if seed == bundle.card().provenance.seed {
+        eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
+    }
+    let synthesizer = synthesis::synthesizer(bundle.template(), images)?;
+    Ok(FrameSet {
+        name: format!("{count} synthetic frames of seed {seed}{}", images.note()),
+        count,
+        frames: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(|sample| Ok(sample.into()))),
+    })
+}
+
+/// A recording: with exact truth if it is simulated and the truth lies beside, otherwise with the depth it measured.
+fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
+    let recording = Recording::open(folder).blame("recording", folder)?;
+    let count = recording.frames() as u64;
+    let camera = *bundle.camera();
+    let simulated = recording.sensor().simulated;
+    let kind = if simulated { "simulated recording" } else { "recording" };
+    let path = folder.to_path_buf();
+    let recorded = synthesis::in_order(0..count, move |index| -> Result<EvaluationFrame> {
+        let frame = recording.frame(index as usize, &camera);
+        Ok(EvaluationFrame::recorded(frame.blame("recording", &path)?, camera))
+    });
+    let truth = folder.join(TRUTH_FOLDER);
+    if !(simulated && truth.join(DATASET_FILE).is_file()) {
+        return Ok(FrameSet {
+            name: format!("{kind} {}, measured depth", folder.display()),
+            count,
+            frames: Box::new(recorded),
+        });
+    }
+    let description = dataset::open(&truth)?;
+    check_template(&description, bundle.template()).blame("recording", folder)?;
+    if description.samples != count {
+        let samples = description.samples;
+        Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
+    }
+    let exact = dataset::samples(&truth, &description, camera);
+    let frames = recorded.zip(exact).map(|(recorded, exact)| {
+        let (mut frame, sample) = (recorded?, exact?);
+        frame.truth = FrameTruth::Exact {
+            maps: sample.truth,
+            has_template: sample.has_template,
+        };
+        Ok(frame)
+    });
+    Ok(FrameSet {
+        name: format!("{kind} {}, exact truth", folder.display()),
+        count,
+        frames: Box::new(frames),
+    })
+}
+
+fn check_template(description: &DatasetDescription, template: &Template) -> Result<()> {
+    if description.template_size_mm == template.size_mm().to_array() {
+        return Ok(());
+    }
+    let [width, height] = description.template_size_mm;
+    let size = template.size_mm();
+    Err(anyhow!(
+        "its template has {width} x {height} mm, the model's {} x {} mm",
+        size.x,
+        size.y
+    ))
+}
