@@ -11,7 +11,7 @@ const DEPTH_MARGIN: usize = 2;
 
 /// Measured and estimated depths that differ by more than this share are taken for something else than the object: a hand
 /// before it, the wall behind it.
-pub(crate) const LARGEST_DIFFERENCE: f32 = 0.15;
+const LARGEST_DIFFERENCE: f32 = 0.15;
 
 /// Fewest pixels of the object in a frame that is used.
 const FEWEST_PIXELS: usize = 500;
@@ -63,7 +63,7 @@ impl TrainingFrame {
         if maps.area() < FEWEST_PIXELS {
             return Ok(None);
         }
-        let depth_counts = depth_counts(&maps, &depth_mm, LARGEST_DIFFERENCE);
+        let depth_counts = depth_counts(&maps, &depth_mm);
         Ok(Some(Self {
             index,
             level: mipmap_level(texture, &maps) as usize,
@@ -85,8 +85,8 @@ impl TrainingFrame {
 }
 
 /// Where measured depths are compared with estimated ones: two pixels inside the mask of `maps`, where something was
-/// measured that differs by less than `largest_difference` of the estimate.
-pub(crate) fn depth_counts(maps: &Maps, depth_mm: &[f32], largest_difference: f32) -> Vec<bool> {
+/// measured that differs by less than 15 % from the estimate.
+pub(crate) fn depth_counts(maps: &Maps, depth_mm: &[f32]) -> Vec<bool> {
     let (width, height) = (maps.width(), maps.height());
     let margin = DEPTH_MARGIN;
     let well_inside = |pixel: usize| {
@@ -103,7 +103,7 @@ pub(crate) fn depth_counts(maps: &Maps, depth_mm: &[f32], largest_difference: f3
             let (measured, estimated) = (depth_mm[pixel], maps.depth()[pixel]);
             measured > 0.0
                 && maps.inside(pixel)
-                && (measured - estimated).abs() < largest_difference * estimated
+                && (measured - estimated).abs() < LARGEST_DIFFERENCE * estimated
                 && well_inside(pixel)
         })
         .collect()
@@ -157,7 +157,7 @@ mod tests {
         let mut depth = vec![610.0; 240];
         depth[5 * 20 + 7] = 0.0;
         depth[6 * 20 + 7] = 480.0;
-        let counts = depth_counts(&maps, &depth, LARGEST_DIFFERENCE);
+        let counts = depth_counts(&maps, &depth);
         let at = |x: usize, y: usize| counts[y * 20 + x];
         // Columns 3 to 14 and rows 2 to 9 less two on each side, less two pixels.
         assert_eq!(counts.iter().filter(|&&c| c).count(), 8 * 4 - 2);

@@ -41,7 +41,8 @@ each frame's (\"network_...\").
 
 --data takes data sets as `deepsft synth` writes them, and RGB-D recordings. A simulated recording has its truth beside
 it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth
-counts two pixels inside both masks; without masks of its own, where it is within 15 % of the model's.
+counts two pixels inside the masks where it is within 15 % of the model's: what is farther off is a hand or the wall, which
+a depth camera beside the colour camera sees there too. A model that errs by more does not lose by it.
 
 --ablation measures the maps after each block: the main block only, with the depth refinement, and with the registration
 refinement, which is the answer. What total variation does is seen by training without it (`deepsft train
