@@ -112,11 +112,16 @@ fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, 
         })
 }
 
+/// Change of the registration over a pixel beyond which it is a jump, over a seam of the texture or to another part.
+const JUMP: f64 = 0.1;
+
 /// How often `texture` is to be halved before one of its texels covers about a pixel of the frame.
 pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
     let (mut area, mut count) = (0.0, 0_usize);
     for pixel in (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel)) {
-        if let Some([dx, dy]) = central_differences(maps, pixel) {
+        if let Some([dx, dy]) = central_differences(maps, pixel)
+            && dx.length().max(dy.length()) < JUMP
+        {
             area += dx.perp_dot(dy).abs();
             count += 1;
         }

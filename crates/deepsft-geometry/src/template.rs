@@ -236,9 +236,11 @@ impl Template {
     }
 }
 
-/// Millimetres of the unit of u and of v, root mean square over the surface.
+/// Millimetres of the unit of u and of v: medians over the surface, which a few faces that are nearly lines in the texture,
+/// as scans have them, do not change.
 fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
-    let (mut squares, mut area) = (DVec2::ZERO, 0.0);
+    // Length along u, along v, and area of each face.
+    let mut scales = Vec::with_capacity(mesh.faces().len());
     for face in mesh.faces() {
         let [a, b, c] = face.map(|v| mesh.vertices()[v]);
         let [p, q, r] = face.map(|v| mesh.texture_coordinates()[v]);
@@ -250,15 +252,19 @@ fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
         // The surface as a function of (u, v): its derivatives.
         let along_u = (e * t.y - f * s.y) / determinant;
         let along_v = (f * s.x - e * t.x) / determinant;
-        let weight = e.cross(f).length();
-        squares += weight * DVec2::new(along_u.length_squared(), along_v.length_squared());
-        area += weight;
+        scales.push([along_u.length(), along_v.length(), e.cross(f).length()]);
     }
-    if area > 0.0 {
-        DVec2::new((squares.x / area).sqrt(), (squares.y / area).sqrt())
-    } else {
-        DVec2::ONE
-    }
+    let half = scales.iter().map(|face| face[2]).sum::<f64>() / 2.0;
+    let mut median = |axis: usize| {
+        scales.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+        let mut below = 0.0;
+        let middle = scales.iter().find(|face| {
+            below += face[2];
+            below >= half
+        });
+        middle.map_or(1.0, |face| face[axis])
+    };
+    DVec2::new(median(0), median(1))
 }
 
 #[cfg(test)]
@@ -359,17 +365,21 @@ mod tests {
         let p = template.point_template(DVec2::new(0.4 + 0.01 + 0.045, 0.125)).unwrap();
         assert!(p.distance(DVec3::new(25.0, 200.0, 25.0)) < 1e-9, "{p}");
         assert_eq!(template.point_template(DVec2::new(0.1, 0.7)), None);
-        // Of 8 equal areas 4 have 200 mm along u (the first and the last side) and 4 have 100 mm; along v 2 + 2 + 2 parts:
-        // first side 100 mm, second 100, third 100, fourth 200, fifth 100 (areas 2, 1, 1, 2, 2 of 8).
-        let expected = DVec2::new(
-            ((4.0 * 200.0_f64.powi(2) + 4.0 * 100.0_f64.powi(2)) / 8.0).sqrt() / 0.18,
-            ((6.0 * 100.0_f64.powi(2) + 2.0 * 200.0_f64.powi(2)) / 8.0).sqrt() / 0.5,
-        );
+        // Of 8 equal areas 4 have 100 mm on the 0.18 of u and 4 have 200 mm; of the 0.5 of v 6 have 100 mm.
+        let expected = DVec2::new(100.0 / 0.18, 100.0 / 0.5);
         assert!(
             template.size_mm().distance(expected) < 1e-6,
             "{} {expected}",
             template.size_mm()
         );
+        // A face of 2 square millimetres that is nearly a line in the texture changes nothing.
+        let (mut vertices, mut uv, mut faces) = open_box();
+        let n = vertices.len();
+        vertices.extend([0.0, 2.0, 4.0].map(|x| DVec3::new(x, -x * x / 2.0, 50.0)));
+        uv.extend([(0.0, 0.6), (0.1, 0.6), (0.2, 0.6 + 1e-6)].map(|(u, v)| DVec2::new(u, v)));
+        faces.push([n, n + 1, n + 2]);
+        let scanned = of_mesh(vertices, uv, faces).unwrap();
+        assert!(scanned.size_mm().distance(expected) < 1e-6, "{}", scanned.size_mm());
     }
 
     #[test]

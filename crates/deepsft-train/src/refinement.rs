@@ -391,6 +391,11 @@ fn fingerprint(network: &Network, step: RefinementStep, data: &RefinementData<'_
     for frame in &data.frames.training {
         hash.update(frame.image.rgb());
         hash.update(frame.index.to_le_bytes());
+        hash.update(frame.level.to_le_bytes());
+        frame.depth_mm.iter().for_each(|depth| hash.update(depth.to_le_bytes()));
+        for mask in [&frame.depth_counts, &frame.inside] {
+            mask.iter().for_each(|&counts| hash.update([u8::from(counts)]));
+        }
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

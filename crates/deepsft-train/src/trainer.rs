@@ -217,11 +217,8 @@ fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[Fra
 fn fingerprint(synthesizer: &Synthesizer, network: &NetworkConfig) -> String {
     use sha2::{Digest, Sha256};
     let mut hash = Sha256::new();
-    hash.update(synthesizer.template().texture().rgb());
-    hash.update(format!(
-        "{:?} {network:?} {:?}",
-        synthesizer.template().size_mm(),
-        synthesizer.config()
-    ));
+    // Texture, mesh, configuration and photographs.
+    hash.update(synthesizer.fingerprint().to_le_bytes());
+    hash.update(format!("{network:?}"));
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

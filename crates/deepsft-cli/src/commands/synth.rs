@@ -182,7 +182,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
     bar.reset_eta();
     while set.finished() < plan.samples {
         let first = plan.first + set.finished();
-        let end = (first + plan.shard_size).min(plan.first + plan.samples);
+        let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
         let samples = synthesis::in_order(first..end, |index| {
             let sample = synthesizer.sample(seed, index);
             let changes = sample.has_template.then(|| synthesizer.edge_length_changes(&sample));

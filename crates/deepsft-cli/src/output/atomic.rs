@@ -86,11 +86,15 @@ pub fn replace_folder(beside: &Path, place: &Path) -> Result<()> {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error.into()),
             _ => {}
         }
-        fs::rename(beside, place).inspect_err(|_| {
-            // Put the old one back; if that fails too, the first error is the one to tell.
-            let _ = fs::rename(&old, place);
-        })?;
-        Ok(())
+        let Err(error) = fs::rename(beside, place) else {
+            return Ok(());
+        };
+        // The old one is put back.
+        if old.exists() && fs::rename(&old, place).is_err() {
+            let kept = aside.keep().join("old");
+            return Err(error).context(format!("what was there before is now {}", kept.display()));
+        }
+        Err(error.into())
     };
     replace().with_context(|| format!("could not write {}", place.display()))
 }

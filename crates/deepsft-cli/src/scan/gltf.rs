@@ -10,13 +10,14 @@ use deepsft::decode_picture;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DMat4, DQuat, DVec2, DVec3};
 use serde_json::Value;
+use std::collections::HashSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// glTF counts in metres.
 const MM_PER_UNIT: f64 = 1000.0;
 
-/// Nodes below one another at most: a circle is found by it.
+/// Nodes below one another at most.
 const DEEPEST_NODE: usize = 64;
 
 /// Most vertices or indices of an accessor.
@@ -33,6 +34,7 @@ pub fn read(path: &Path, textures_wanted: bool) -> Result<Scan> {
         of_image: Vec::new(),
         textures: Vec::new(),
         parts: Vec::new(),
+        nodes: HashSet::new(),
     };
     let scene = document.json.get("scene").and_then(Value::as_u64).unwrap_or(0) as usize;
     let roots = match document.item("scenes", scene) {
@@ -106,8 +108,20 @@ impl<'a> Document<'a> {
             return Ok(base64::engine::general_purpose::STANDARD.decode(coded)?);
         }
         let name = uri.replace("%20", " ");
+        let within = Path::new(&name)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        if !within {
+            bail!("it names {name:?}, which is not in its folder");
+        }
         let place = self.path.parent().unwrap_or(Path::new(".")).join(&name);
-        fs::read(&place).with_context(|| format!("the file {}", place.display()))
+        let read = || -> Result<Vec<u8>> {
+            if !fs::metadata(&place)?.is_file() {
+                bail!("it is not a file");
+            }
+            Ok(fs::read(&place)?)
+        };
+        read().with_context(|| format!("the file {}", place.display()))
     }
 
     fn item(&self, list: &str, number: usize) -> Result<&Value> {
@@ -156,6 +170,18 @@ impl<'a> Document<'a> {
             whole(accessor, "byteOffset").unwrap_or(0),
             stride.unwrap_or(size * components),
         );
+        if stride < size * components {
+            bail!("accessor {number}: its elements overlap");
+        }
+        // Before memory is asked for: the last element must be there.
+        let last = count
+            .saturating_sub(1)
+            .checked_mul(stride)
+            .and_then(|last| last.checked_add(start));
+        let end = last.and_then(|last| last.checked_add(size * components));
+        if count > 0 && end.is_none_or(|end| end > bytes.len()) {
+            bail!("accessor {number} reaches beyond its data: the file is cut short");
+        }
         let mut values = Vec::with_capacity(count * components);
         for element in 0..count {
             for component in 0..components {
@@ -218,12 +244,14 @@ struct Reading<'a> {
     of_image: Vec<(usize, usize)>,
     textures: Vec<Picture>,
     parts: Vec<Part>,
+    /// Nodes that have been read: each has one place in the tree.
+    nodes: HashSet<usize>,
 }
 
 impl Reading<'_> {
     fn node(&mut self, number: usize, above: DMat4, depth: usize) -> Result<()> {
-        if depth > DEEPEST_NODE {
-            bail!("its nodes go in a circle");
+        if depth > DEEPEST_NODE || !self.nodes.insert(number) {
+            bail!("its nodes are no tree: node {number} has two places or lies too deep");
         }
         let node = self.document.item("nodes", number)?;
         let own = match numbers::<16>(node, "matrix") {

@@ -358,7 +358,12 @@ fn what_is_wrong_with_a_gltf_file_is_told() {
     refused(&|j| j["materials"][0] = json!({}), "--texture");
     refused(&|j| j["accessors"][0]["count"] = 13.into(), "cut short");
     refused(&|j| j["accessors"][0]["sparse"] = json!({}), "sparse");
-    refused(&|j| j["nodes"][1]["children"] = json!([0]), "circle");
+    refused(&|j| j["nodes"][1]["children"] = json!([0]), "no tree");
+    refused(
+        &|j| j["buffers"][0]["uri"] = json!("../outside.bin"),
+        "not in its folder",
+    );
+    refused(&|j| j["accessors"][0]["count"] = json!(20_000_000), "cut short");
     refused(&|j| j["images"][0] = json!({"uri": "absent.png"}), "absent.png");
     refused(&|j| j["textures"][0] = json!({}), "texture 0");
     let whole = glb(&json, &buffer);

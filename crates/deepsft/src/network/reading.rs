@@ -136,7 +136,9 @@ impl Network {
                         Stage::RegistrationRefinement => vec![registration, depth, mask_logits],
                     };
                     let said = Tensor::cat(said, 1);
-                    read.push(read_maps(said, first, |d| range.depth_mm_linear(d)).await?);
+                    // Inside is above half of the nearest depth and the -1 outside: what is inside is nowhere nearer than near.
+                    let depth_mm = |d| range.depth_mm_linear(d).max(range.near_mm);
+                    read.push(read_maps(said, first, depth_mm).await?);
                 }
             }
         }
