@@ -26,7 +26,7 @@ const FLAT_SHARE: f64 = 0.15;
 
 /// Factor on turns and shifts of a shape that is stretched too much, and how often it is tried.
 const WEAKENING: f64 = 0.6;
-const WEAKENING_TRIES: usize = 3;
+const WEAKENING_TRIES: usize = 6;
 
 /// Weight of a handle's vertex against the completion's energies: handles give way a little, so that the stretch spreads.
 const HANDLE_WEIGHT: f64 = 2.0;
@@ -43,7 +43,8 @@ pub struct HandleConfig {
     /// Greatest shift of a handle, as a share of the longest way over the surface. Default 0.02.
     pub most_shift: f64,
     /// Bounds on the change of edge lengths: a shape that breaks them is made weaker. Default 2 % (median) and 10 %
-    /// (95th percentile): a stuffed toy gives at its joints.
+    /// (95th percentile): a stuffed toy gives at its joints. What breaks them at a tenth of its strength too keeps the
+    /// rest shape.
     pub most_edge_change: EdgeLengthChange,
 }
 

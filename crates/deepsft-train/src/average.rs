@@ -34,6 +34,11 @@ impl WeightAverage {
     /// Takes in the weights after a step.
     pub fn update<M: Module>(&mut self, network: &M) {
         self.steps += 1;
+        if self.decay == 0.0 {
+            // The average is the network itself: nothing to fetch from its device.
+            self.values.clear();
+            return;
+        }
         let steps = self.steps as f64;
         let keep = self.decay.min((1.0 + steps) / (10.0 + steps)) as f32;
         for (average, now) in self.values.iter_mut().zip(weights(network)) {

@@ -162,24 +162,26 @@ fn make_batch(
     }
 }
 
-/// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, in an order of the
-/// epoch's own: a prime that is no divisor of the number of samples steps through all of them.
+/// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, from a start and in
+/// strides of the epoch's own, so that other samples share a batch each time.
 fn sample_index(position: u64, epoch_samples: Option<u64>) -> u64 {
-    const STEP: u64 = 2_147_483_647;
-    match epoch_samples {
-        None => position,
-        Some(samples) => {
-            let samples = samples.max(1);
-            let (epoch, place) = (position / samples, position % samples);
-            let step = if samples.is_multiple_of(STEP) {
-                1
-            } else {
-                STEP % samples
-            };
-            let start = epoch.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
-            ((u128::from(place) * u128::from(step) + u128::from(start)) % u128::from(samples)) as u64
+    let Some(samples) = epoch_samples else { return position };
+    let samples = samples.max(1);
+    let (epoch, place) = (position / samples, position % samples);
+    let mut rng = Pcg64Mcg::seed_from_u64(epoch);
+    let start = rng.random_range(0..samples);
+    // Strides that share no divisor with the number of samples step through all of them.
+    let stride = loop {
+        let stride = rng.random_range(1..=samples);
+        if greatest_common_divisor(stride, samples) == 1 {
+            break stride;
         }
-    }
+    };
+    ((u128::from(place) * u128::from(stride) + u128::from(start)) % u128::from(samples)) as u64
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// Corner of window number `index` in its sample: mostly around a random pixel of the object, so that
@@ -223,7 +225,13 @@ mod tests {
                 sorted.sort_unstable();
                 assert_eq!(sorted, (0..samples).collect::<Vec<_>>());
             }
-            assert!(samples == 1 || epoch(0) != epoch(1), "{samples}");
+            // Other neighbours, not only another start.
+            let after_zero = |number| {
+                let order = epoch(number);
+                let at = order.iter().position(|&index| index == 0).unwrap();
+                order[(at + 1) % order.len()]
+            };
+            assert!(samples < 47 || after_zero(0) != after_zero(1), "{samples}");
         }
         assert_eq!(sample_index(123, None), 123);
     }

@@ -22,7 +22,8 @@ use deepsft::{NetworkOutput, cross_entropy};
 pub enum Reduction {
     /// Nothing: the loss as the paper prints it.
     Sum,
-    /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object.
+    /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object. (The
+    /// squared total variation still grows with the object; at the paper's weight that is nothing.)
     Mean,
 }
 
