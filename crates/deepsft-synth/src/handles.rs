@@ -2,6 +2,7 @@
 
 use crate::SynthError;
 use crate::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::noise::unit_direction;
 use crate::sampling::between;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::solver::VertexPoint;
@@ -163,10 +164,10 @@ impl HandleDeformation {
         let count = rng.random_range(fewest..=most);
         let moves: Vec<(DVec3, DVec3)> = (0..count)
             .map(|_| {
-                let turn = direction(rng) * between([0.0, config.most_turn_deg.to_radians()], rng);
+                let turn = unit_direction(rng) * between([0.0, config.most_turn_deg.to_radians()], rng);
                 (
                     turn,
-                    direction(rng) * between([0.0, config.most_shift * self.length], rng),
+                    unit_direction(rng) * between([0.0, config.most_shift * self.length], rng),
                 )
             })
             .collect();
@@ -228,14 +229,6 @@ impl HandleDeformation {
         self.solvers.lock().unwrap_or_else(PoisonError::into_inner).push(solver);
         completed
     }
-}
-
-/// A uniform direction.
-fn direction<R: Rng + ?Sized>(rng: &mut R) -> DVec3 {
-    let z = between([-1.0, 1.0], rng);
-    let angle = between([0.0, std::f64::consts::TAU], rng);
-    let across = (1.0 - z * z).max(0.0).sqrt();
-    DVec3::new(across * angle.cos(), across * angle.sin(), z)
 }
 
 /// A welded mesh as a graph.

@@ -6,7 +6,7 @@
 //! up-sampling is then right up to the last visible pixel. Cells without enough pixels, and those
 //! across a fold (where no affine function fits), do not count.
 
-use deepsft::{DepthRange, PIXELS_PER_CELL};
+use deepsft::{DepthRange, PIXELS_PER_CELL, SEAM_JUMP};
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 
@@ -18,8 +18,6 @@ const FEWEST_OUTSIDE: f64 = 40.0;
 const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
 const OUTSIDE_WEIGHT: f32 = 0.5;
-/// Cells of a template with seams whose u or v differ by more than this belong to different charts.
-const SEAM_JUMP: f32 = 0.12;
 /// Damping of the slopes, as a share of the number of pixels times one pixel squared.
 const SLOPE_DAMPING: f64 = 0.005;
 

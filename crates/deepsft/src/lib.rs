@@ -26,7 +26,7 @@ pub use mesh_file::{mesh_from_obj, mesh_to_obj};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
-    R50FNetwork, Stage, WeightArray, cross_entropy, images_to_tensor, pictures_to_tensor,
+    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;
 pub use picture_file::{LONGEST_SIDE, decode_picture, encode_png};

@@ -6,8 +6,12 @@
 //! that is wanted.
 
 mod one_euro;
+mod options;
 mod search;
+mod tracked;
 mod tracker;
 
 pub use one_euro::{OneEuro, OneEuroOptions};
-pub use tracker::{Answer, Tracked, Tracker, TrackingOptions};
+pub use options::TrackingOptions;
+pub use tracked::{Answer, Tracked};
+pub use tracker::Tracker;

@@ -1,9 +1,11 @@
 //! The tracker of one template in one video.
 
+use super::options::TrackingOptions;
 use super::search::best_shift;
+use super::tracked::{Answer, Tracked};
 use crate::physics::mesh_fit::{Resolution, Round, check_blurs};
 use crate::physics::print::Drawing;
-use crate::physics::{PhysicsOptions, PhysicsRefinement, measurements};
+use crate::physics::{PhysicsRefinement, measurements};
 use crate::raster::VisibleSurface;
 use crate::solver::SurfacePoint;
 use crate::solver::normalized_image::GreyImage;
@@ -11,90 +13,6 @@ use crate::{Camera, GeometryError, Maps, Picture, Template};
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::rc::Rc;
-
-/// How a video is followed. The defaults were chosen on synthetic clips.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrackingOptions {
-    /// Weights of the fit, and the rounds of the refinement that starts a track.
-    pub physics: PhysicsOptions,
-    /// Blur of image and drawing, pixels, one entry a round of a frame that is followed.
-    pub blurs: Vec<f32>,
-    /// Steps of a rigid motion in the first round of a frame that is followed.
-    pub rigid_steps: usize,
-    /// Accepted solver steps a round of a frame that is followed.
-    pub steps: usize,
-    /// Blurs of the second try, when the first does not find the sheet again.
-    pub wide_blurs: Vec<f32>,
-    /// Share of the last motion that is expected to go on, 0 to 1.
-    pub persistence: f64,
-    /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
-    pub start_agreement: f64,
-    /// Agreement below which a frame counts as missed; below `start_agreement` where the mesh was searched for and the
-    /// network has not answered since.
-    pub least_agreement: f64,
-    /// Missed frames in a row after which the track is lost.
-    pub patience: usize,
-    /// Visible photometric points (one stands for 9 pixels) below which the object is out of view and the track lost.
-    pub fewest_points: usize,
-    /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
-    /// Default 5: the network is seldom so far off, and to ask the image costs no more than a start.
-    pub disagreement_px: f64,
-    /// Frames kept for answers that come late.
-    pub memory: usize,
-}
-
-impl Default for TrackingOptions {
-    fn default() -> Self {
-        Self {
-            physics: PhysicsOptions::default(),
-            blurs: vec![3.0, 0.8],
-            rigid_steps: 10,
-            steps: 2,
-            wide_blurs: vec![7.0, 3.0, 0.8],
-            persistence: 0.8,
-            start_agreement: 0.5,
-            least_agreement: 0.35,
-            patience: 3,
-            fewest_points: 100,
-            disagreement_px: 5.0,
-            memory: 32,
-        }
-    }
-}
-
-/// The object in the newest frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tracked {
-    /// Number of the frame.
-    pub frame: u64,
-    /// Whether the object is followed. Stays so through a few missed frames, in which the mesh stands still.
-    pub found: bool,
-    /// The mesh's vertices, camera frame, mm; empty unless found.
-    pub vertices_camera: Vec<DVec3>,
-    /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the
-    /// normalised print there. 0 where the print is not seen or has no contrast; empty unless found.
-    pub confidence: Vec<f32>,
-    /// The same for the whole visible print.
-    pub agreement: f64,
-    /// Solver steps that the frame took.
-    pub iterations: usize,
-}
-
-/// What a network's answer did to the track.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// There was no track, now there is.
-    Started,
-    /// Network and track agree, or the image confirms the track more than the answer.
-    Confirmed,
-    /// They disagreed, and the image confirms the answer more: the track starts again from it.
-    Restarted,
-    /// The network does not see the object, and the image does not confirm the track or the track comes from a search: it
-    /// is lost.
-    Dropped,
-    /// Nothing could be made of it: the frame is forgotten, or there is nothing to start from.
-    Ignored,
-}
 
 /// A frame and the mesh in it, if it was followed there.
 struct Remembered {

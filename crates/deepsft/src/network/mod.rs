@@ -16,7 +16,9 @@ mod resnet;
 mod weight_array;
 
 pub use block::Block;
-pub use compact::{CompactConfig, CompactNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, cross_entropy};
+pub use compact::{
+    CompactConfig, CompactNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy,
+};
 pub use config::{Architecture, DepthRange, NetworkConfig};
 pub use description::LayerDescription;
 pub use maps::{NetworkMaps, OUTSIDE};

@@ -11,6 +11,7 @@ mod refinement;
 mod seams;
 
 pub use bins::cross_entropy;
+pub use seams::SEAM_JUMP;
 
 use super::block::{Block, train_if_listed};
 use super::config::within;

@@ -5,7 +5,7 @@ use burn::tensor::Tensor;
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts. A surface whose charts
 /// are a third of the texture and fill a sixth of the image's height changes by half of it over a cell.
-const SEAM_JUMP: f32 = 0.12;
+pub const SEAM_JUMP: f32 = 0.12;
 
 /// (u, v, d) of cells [N, 3, h, w] up-sampled `factor` (even) times, [N, 3, factor h, factor w]: bilinear, but between
 /// cells of different charts the registration is that of the nearest cell. Depth does not jump at seams.

@@ -1,0 +1,37 @@
+//! What the tracker says of a frame, and of an answer of the network.
+
+use glam::DVec3;
+
+/// The object in the newest frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tracked {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Whether the object is followed. Stays so through a few missed frames, in which the mesh stands still.
+    pub found: bool,
+    /// The mesh's vertices, camera frame, mm; empty unless found.
+    pub vertices_camera: Vec<DVec3>,
+    /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the
+    /// normalised print there. 0 where the print is not seen or has no contrast; empty unless found.
+    pub confidence: Vec<f32>,
+    /// The same for the whole visible print.
+    pub agreement: f64,
+    /// Solver steps that the frame took.
+    pub iterations: usize,
+}
+
+/// What a network's answer did to the track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// There was no track, now there is.
+    Started,
+    /// Network and track agree, or the image confirms the track more than the answer.
+    Confirmed,
+    /// They disagreed, and the image confirms the answer more: the track starts again from it.
+    Restarted,
+    /// The network does not see the object, and the image does not confirm the track or the track comes from a search: it
+    /// is lost.
+    Dropped,
+    /// Nothing could be made of it: the frame is forgotten, or there is nothing to start from.
+    Ignored,
+}
