@@ -2,12 +2,13 @@
 
 mod arguments;
 mod bundle_folder;
+mod outdated_checkpoints;
 mod plan;
 mod progress_lines;
 mod recording_steps;
 mod training;
 
-use crate::failure::usage;
+use crate::failure::{BlameInput, usage};
 use crate::output::atomic;
 use crate::{input, synthesis};
 use anyhow::{Result, bail};
@@ -31,7 +32,11 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     }
     let start = match (&arguments.template, &arguments.model) {
         (Some(folder), _) => Start::Template(input::template(folder)?),
-        (None, Some(folder)) => Start::Bundle(Box::new(input::bundle(folder)?)),
+        (None, Some(folder)) => {
+            let bundle = input::bundle(folder)?;
+            check_blocks(&bundle, &plan).blame("model bundle", folder)?;
+            Start::Bundle(Box::new(bundle))
+        }
         (None, None) => return Err(usage("--template or --model is needed")),
     };
     let template = match &start {
@@ -63,4 +68,18 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
 enum Start {
     Template(deepsft_geometry::Template),
     Bundle(Box<ModelBundle>),
+}
+
+/// Checks that the network has the blocks that are to be trained.
+fn check_blocks(bundle: &ModelBundle, plan: &Plan<'_>) -> Result<()> {
+    for step in &plan.steps {
+        if bundle.network().block_parameters(step.block()) == 0 {
+            bail!(
+                "its network has no {}, which step {} trains",
+                step.block().name(),
+                step.number()
+            );
+        }
+    }
+    Ok(())
 }

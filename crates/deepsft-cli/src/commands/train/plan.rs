@@ -2,6 +2,7 @@
 
 use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
+use crate::network_choice::NetworkChoice;
 use anyhow::Result;
 use deepsft_train::{Budget, RefinementStep, TrainConfig};
 use std::ffi::OsString;
@@ -34,6 +35,9 @@ impl<'a> Plan<'a> {
             .into_iter()
             .filter(|step| stages.contains(&step.number()))
             .collect();
+        if synthetic && !steps.is_empty() && arguments.network == NetworkChoice::R50f {
+            return Err(usage("steps 2 and 3 train refinement blocks: --network r50f has none"));
+        }
         if steps.is_empty() == arguments.recording.is_some() {
             return Err(usage(if steps.is_empty() {
                 "--recording is for steps 2 and 3: add them to --stages"
@@ -150,6 +154,9 @@ mod tests {
         assert!(message(steps(&[2, 1])).contains("in their order"));
         assert!(message(steps(&[2])).contains("--model"));
         assert!(message(steps(&[1, 2])).contains("need --recording"));
+        let mut without_blocks = steps(&[1, 2]);
+        without_blocks.network = NetworkChoice::R50f;
+        assert!(message(without_blocks).contains("r50f has none"));
         let mut unused = steps(&[1]);
         unused.recording = Some("r".into());
         assert!(message(unused).contains("add them to --stages"));

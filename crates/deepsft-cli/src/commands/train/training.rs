@@ -2,6 +2,7 @@
 
 use super::arguments::TrainArguments;
 use super::bundle_folder::{MARKERS, companions, file_name};
+use super::outdated_checkpoints::LaterCheckpoints;
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, RefinedBundle};
@@ -36,19 +37,20 @@ impl Training<'_> {
             network = network.with_seams();
         }
         let bar = progress::share();
+        let mut later = LaterCheckpoints::after(1, self.plan);
         let trained = train(&self.synthesizer, &network, config, &self.device, |told| {
-            tell(&bar, told)
+            later.hear(&told, |line| bar.suspend(|| println!("{line}")));
+            tell(&bar, told);
         })?;
         bar.finish_and_clear();
+        later.end()?;
         let curve = trained.state.curve.clone();
         self.write(trained, &curve, None)
     }
 
     /// Steps 2 and 3: a bundle from another one, written.
     pub fn recording_steps(&self, bundle: ModelBundle, recording: &Path) -> Result<ModelBundle> {
-        let plan = self.plan;
-        let checkpoint = |step| plan.checkpoint(step);
-        let refined = recording_steps::run(&bundle, recording, &plan.steps, &plan.config, checkpoint, &self.device)?;
+        let refined = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
         println!("\n{}", refined.table);
         let before = &bundle.card().provenance;
         let trained = Trained {
