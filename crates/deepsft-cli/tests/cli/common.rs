@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 /// What a run of the command left behind.
 #[derive(Debug)]
@@ -32,8 +32,21 @@ pub fn deepsft_with_path<S: AsRef<OsStr>>(folder: &Path, path: &Path, arguments:
     run(command.args(arguments).current_dir(folder).env("PATH", path))
 }
 
+/// Runs `deepsft` in `folder` with a standard output whose reader has gone.
+pub fn deepsft_without_reader<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -> Run {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_deepsft"));
+    let child = command.args(arguments).current_dir(folder).stdout(writer);
+    let child = child.stderr(Stdio::piped()).spawn().unwrap();
+    run_of(&child.wait_with_output().unwrap())
+}
+
 fn run(command: &mut Command) -> Run {
-    let output = command.output().unwrap();
+    run_of(&command.output().unwrap())
+}
+
+fn run_of(output: &Output) -> Run {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     Run {
         code: output.status.code().unwrap(),
