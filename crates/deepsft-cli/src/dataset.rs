@@ -2,7 +2,7 @@
 
 use crate::failure::BlameInput;
 use crate::output::atomic::StagedFolder;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use deepsft_geometry::Camera;
 use deepsft_synth::{
     DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShardReader, write_shard,
@@ -85,13 +85,34 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
                 }
                 whole.samples += description.samples;
                 whole.shards.append(&mut description.shards);
+                whole.shard_bytes.append(&mut description.shard_bytes);
             }
         }
     }
     let mut whole = whole.context("it has no parts")?;
+    if whole.shard_bytes.len() != whole.shards.len() {
+        // A part that does not say how large its shards are: nothing is known in order.
+        whole.shard_bytes.clear();
+    }
     whole.part = None;
     whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
     Ok(whole)
+}
+
+/// Checks that the shards of the data set in `folder` are there and, where the description says how large they are, whole.
+pub fn check_shards(folder: &Path, description: &DatasetDescription) -> Result<()> {
+    for (number, name) in description.shards.iter().enumerate() {
+        let path = folder.join(name);
+        let wrong = match (fs::metadata(&path), description.shard_bytes.get(number)) {
+            (Err(error), _) => error.to_string(),
+            (Ok(file), Some(&bytes)) if bytes != file.len() => {
+                format!("it has {} bytes and should have {bytes}", file.len())
+            }
+            _ => continue,
+        };
+        return Err(anyhow!("{wrong}; put it back, or remove the data set to make it anew")).blame("shard", &path);
+    }
+    Ok(())
 }
 
 /// Reads and checks the description in `folder`.
@@ -131,7 +152,7 @@ pub fn samples(
             }
         }
         if count != expected {
-            let short = Err(anyhow::anyhow!(
+            let short = Err(anyhow!(
                 "its shards hold {count} samples, its description says {expected}"
             ));
             let _ = sender.send(short.blame("data set", &folder));

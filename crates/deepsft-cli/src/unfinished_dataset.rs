@@ -138,6 +138,11 @@ impl UnfinishedDataset {
         self.state.shards.iter().map(|shard| shard.name.clone()).collect()
     }
 
+    /// Bytes of the finished shards.
+    pub fn shard_bytes(&self) -> Vec<u64> {
+        self.state.shards.iter().map(|shard| shard.bytes).collect()
+    }
+
     /// Puts the data set in its place; an older one there is replaced.
     pub fn finish(self, description: &DatasetDescription) -> Result<()> {
         let path = |name: &str| self.folder.join(name);

@@ -25,6 +25,9 @@ pub struct DatasetDescription {
     pub part: Option<(u64, u64)>,
     /// File names of the shards, in order.
     pub shards: Vec<String>,
+    /// Bytes of each shard, in the same order; empty where they are not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shard_bytes: Vec<u64>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
     /// Unit of the depth files, mm.
@@ -73,6 +76,7 @@ impl DatasetDescription {
             samples,
             part: None,
             shards,
+            shard_bytes: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,

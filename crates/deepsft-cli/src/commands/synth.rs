@@ -121,7 +121,10 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         println!("{} samples on a sheet: {}", some.len(), path.display());
     }
     match dataset::open(&place) {
-        Ok(there) if is_planned(&there, &plan) => println!("is there already: {}", place.display()),
+        Ok(there) if is_planned(&there, &plan) => {
+            dataset::check_shards(&place, &there)?;
+            println!("is there already: {}", place.display());
+        }
         _ => make(arguments, &synthesizer, plan, &place)?,
     }
     let description = dataset::open(&place)?;
@@ -129,6 +132,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     if let Some(part) = arguments.shard {
         match dataset::open(&arguments.out) {
             Ok(whole) => {
+                dataset::check_shards(&arguments.out, &whole)?;
                 println!(
                     "all {} parts are there, {} samples: {}",
                     part.of,
@@ -199,6 +203,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         plan.samples,
         set.shards(),
     );
+    description.shard_bytes = set.shard_bytes();
     description.first = plan.first;
     description.part = arguments.shard.map(|part| (part.number, part.of));
     description.fingerprint = plan.fingerprint;
