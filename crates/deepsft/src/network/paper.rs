@@ -52,6 +52,7 @@ impl PaperConfig {
 
     /// See [`NetworkConfig::check`].
     pub(super) fn check(&self) -> Result<(), String> {
+        // Widths are only ever divided: no description asks for more than the paper's 109 million weights.
         within("width_divisor", self.width_divisor, 1, 64)?;
         check_momentum(self.momentum)
     }

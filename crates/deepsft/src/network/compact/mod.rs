@@ -76,8 +76,9 @@ impl Default for CompactConfig {
 impl CompactConfig {
     /// See [`NetworkConfig::check`].
     pub(super) fn check(&self) -> Result<(), String> {
-        self.channels.iter().try_for_each(|&c| within("channels", c, 1, 1024))?;
-        within("blocks_at_32", self.blocks_at_32, 0, 32)?;
+        // All at their most: 115 million weights, about as many as the paper's network has.
+        self.channels.iter().try_for_each(|&c| within("channels", c, 1, 512))?;
+        within("blocks_at_32", self.blocks_at_32, 0, 16)?;
         self.bins.iter().try_for_each(|&b| within("bins", b, 2, 512))?;
         within("refinement_channels", self.refinement_channels, 1, 512)?;
         within("mask_channels", self.mask_channels, 1, 512)
