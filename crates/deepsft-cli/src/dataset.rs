@@ -5,7 +5,8 @@ use crate::output::atomic::StagedFolder;
 use anyhow::{Context, Result, anyhow, bail};
 use deepsft_geometry::Camera;
 use deepsft_synth::{
-    DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShardReader, write_shard,
+    DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, HandleShapeCounts, Sample, SampleRecord, ShardReader,
+    write_shard,
 };
 use std::fs;
 use std::io::{BufReader, BufWriter};
@@ -64,6 +65,7 @@ pub fn parts(folder: &Path) -> Option<u64> {
 fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     let mut whole: Option<DatasetDescription> = None;
     let mut changes = EdgeLengthHistogram::default();
+    let mut shapes: Option<HandleShapeCounts> = None;
     for part in 1..=of {
         let name = part_name(part, of);
         if !folder.join(&name).join(DATASET_FILE).exists() {
@@ -75,6 +77,9 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
         }
         if let Some(summary) = &description.edge_length_change {
             changes.add(&summary.histogram);
+        }
+        if let Some(counts) = &description.handle_shapes {
+            shapes.get_or_insert_default().add(counts);
         }
         match &mut whole {
             None => whole = Some(description),
@@ -96,6 +101,7 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     }
     whole.part = None;
     whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
+    whole.handle_shapes = shapes;
     Ok(whole)
 }
 

@@ -44,6 +44,37 @@ pub struct DatasetDescription {
     /// How isometric the deformations are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_length_change: Option<EdgeLengthSummary>,
+    /// How many shapes came out as they were drawn, where handles made them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub handle_shapes: Option<HandleShapeCounts>,
+}
+
+/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the samples that
+/// show the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HandleShapeCounts {
+    /// All of them.
+    pub shapes: u64,
+    /// Those that were made weaker, to keep the bounds on edge lengths.
+    pub weakened: u64,
+    /// Those that could not be made at all: the object has its rest shape.
+    pub at_rest: u64,
+}
+
+impl HandleShapeCounts {
+    /// Counts a shape by its [`crate::HandleShape::strength`].
+    pub fn count(&mut self, strength: f64) {
+        self.shapes += 1;
+        self.weakened += u64::from(strength > 0.0 && strength < 1.0);
+        self.at_rest += u64::from(strength == 0.0);
+    }
+
+    /// Adds the counts of other samples.
+    pub fn add(&mut self, other: &Self) {
+        self.shapes += other.shapes;
+        self.weakened += other.weakened;
+        self.at_rest += other.at_rest;
+    }
 }
 
 /// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
@@ -84,6 +115,7 @@ impl DatasetDescription {
             configuration: config.description(),
             fingerprint: String::new(),
             edge_length_change: None,
+            handle_shapes: None,
         }
     }
 
