@@ -269,7 +269,10 @@ mod tests {
         assert!(checked(1, 300).is_ok() && checked(8, 1024).is_ok());
         for (divisor, neurons) in [(1, 301), (1, 1024), (2, 1024)] {
             let refusal = checked(divisor, neurons).unwrap_err();
-            assert!(refusal.contains("neurons is") && refusal.contains("at most"), "{refusal}");
+            assert!(
+                refusal.contains("neurons is") && refusal.contains("at most"),
+                "{refusal}"
+            );
         }
         assert!(checked(1, usize::MAX).is_err() && checked(0, 200).is_err());
     }
