@@ -15,7 +15,7 @@ use super::description::LayerTable;
 use super::resnet::Making;
 use super::{NetworkConfig, NetworkMaps};
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use main_block::PaperMainBlock;
 use refinement_block::PaperRefinementBlock;
@@ -78,35 +78,8 @@ pub struct PaperNetwork {
 }
 
 impl PaperNetwork {
-    /// A randomly initialised network of `shape` for the images of `config`: convolutions by Glorot and Bengio.
-    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = true;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    /// A folded network whose weights are still to be loaded.
-    pub(super) fn empty(shape: &PaperConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = false;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    fn make(shape: &PaperConfig, config: &NetworkConfig, making: Making) -> Self {
+    /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
+    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, making: Making) -> Self {
         let divisor = shape.width_divisor;
         Self {
             main: PaperMainBlock::new(divisor, making),

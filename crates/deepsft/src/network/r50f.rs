@@ -13,7 +13,7 @@ use super::paper::check_momentum;
 use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
 use super::{NetworkConfig, NetworkMaps};
 use burn::module::{Module, Param};
-use burn::tensor::{Device, Tensor, activation::relu};
+use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
@@ -124,35 +124,8 @@ pub struct R50FNetwork {
 }
 
 impl R50FNetwork {
-    /// A randomly initialised network of `shape` for the images of `config`: all layers by Glorot and Bengio.
-    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = true;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    /// A folded network whose weights are still to be loaded.
-    pub(super) fn empty(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = false;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    fn make(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
+    /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
+    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
         let width = |full: usize| full / shape.width_divisor;
         let stack = |inputs: usize, widths: [usize; 3], stride, identities| {
             let shape = StackShape {
