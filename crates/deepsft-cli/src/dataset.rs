@@ -105,7 +105,8 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     Ok(whole)
 }
 
-/// Checks that the shards of the data set in `folder` are there and, where the description says how large they are, whole.
+/// Checks that the shards of the data set in `folder` are there and, where the description says how large they are,
+/// whole.
 pub fn check_shards(folder: &Path, description: &DatasetDescription) -> Result<()> {
     for (number, name) in description.shards.iter().enumerate() {
         let path = folder.join(name);

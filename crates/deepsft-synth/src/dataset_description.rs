@@ -49,8 +49,8 @@ pub struct DatasetDescription {
     pub handle_shapes: Option<HandleShapeCounts>,
 }
 
-/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the samples that
-/// show the object.
+/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the
+/// samples that show the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HandleShapeCounts {
     /// All of them.
@@ -77,8 +77,8 @@ impl HandleShapeCounts {
     }
 }
 
-/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
-/// the object.
+/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that
+/// show the object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EdgeLengthSummary {
     /// Median.

@@ -98,8 +98,8 @@ impl HandleConfig {
 pub struct HandleShape {
     /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
     pub vertices: Vec<DVec3>,
-    /// Share of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where they had
-    /// to be weakened, 0 where the rest shape was kept.
+    /// Share of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
+    /// they had to be weakened, 0 where the rest shape was kept.
     pub strength: f64,
 }
 

@@ -48,10 +48,10 @@ pub struct ClothConfig {
     pub bending_length: [f64; 2],
     /// Most parts that are held at once: corners, points of the border, points inside, edges. Default 4.
     pub most_anchors: usize,
-    /// Farthest way that is drawn for an anchor, share of the diagonal. Default 0.4. Where anchors end no two points that
-    /// are held are farther apart than on the flat sheet. On the way there, and where a sheet is handled more gently than
-    /// drawn, they can be, because points that turn go along arcs: each by a tenth of its distance from the centre of its
-    /// part at most (at the default turn).
+    /// Farthest way that is drawn for an anchor, share of the diagonal. Default 0.4. Where anchors end no two points
+    /// that are held are farther apart than on the flat sheet. On the way there, and where a sheet is handled more
+    /// gently than drawn, they can be, because points that turn go along arcs: each by a tenth of its distance from
+    /// the centre of its part at most (at the default turn).
     pub anchor_way: f64,
     /// Largest turn of an anchor, radians. Default 0.9.
     pub anchor_turn_rad: f64,
@@ -301,9 +301,10 @@ fn sample_held_part<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, rng: &mut R)
     (centre, particles)
 }
 
-/// Shifts the anchors' ends, as they are drawn, until no two held particles are farther apart than on the flat sheet, and the anchors not
-/// much nearer; whether that came about. A map that shortens all distances of some points extends to one that shortens
-/// all distances of the whole sheet (Kirszbraun), so nothing is torn: what is too long can bend away.
+/// Shifts the anchors' ends, as they are drawn, until no two held particles are farther apart than on the flat sheet,
+/// and the anchors not much nearer; whether that came about. A map that shortens all distances of some points extends
+/// to one that shortens all distances of the whole sheet (Kirszbraun), so nothing is torn: what is too long can bend
+/// away.
 fn bring_within_reach(anchors: &mut [Anchor], rest: &[DVec2]) -> bool {
     for _ in 0..REACH_ROUNDS {
         let mut within = true;

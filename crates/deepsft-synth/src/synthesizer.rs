@@ -205,8 +205,8 @@ impl Synthesizer {
         Scene::clean(self).render(vertices_camera, 0)
     }
 
-    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a sample,
-    /// but whatever is seen of it.
+    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a
+    /// sample, but whatever is seen of it.
     pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
         self.sample_vertices(&mut generator(seed, index, Stream::Shape))
     }

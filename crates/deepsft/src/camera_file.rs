@@ -4,8 +4,8 @@ use crate::DeepSftError;
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 
-/// The fields of a camera in a `camera.json` and in reports: pixels, the image's corner at (0, 0). Unknown ones are passed
-/// over: recordings keep more about their sensors there. Distortion is left out for a lens without.
+/// The fields of a camera in a `camera.json` and in reports: pixels, the image's corner at (0, 0). Unknown ones are
+/// passed over: recordings keep more about their sensors there. Distortion is left out for a lens without.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct CameraFile {
     width: u32,

@@ -1,8 +1,8 @@
 //! What the tests of the command share: running it, and inputs for it.
 
 use deepsft::{
-    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, encode_png, start_device,
-    template_to_files,
+    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance,
+    encode_png, start_device, template_to_files,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::collections::BTreeMap;
@@ -96,11 +96,18 @@ pub fn write_template(folder: &Path, name: &str) {
     write_files(&folder.join(name), &template_to_files(&template()).unwrap());
 }
 
-/// Writes a bundle of a network with its first, untrained weights into the folder `name` of `folder`.
+/// Writes a bundle of a compact network with its first, untrained weights into the folder `name` of `folder`.
 pub fn write_bundle(folder: &Path, name: &str) {
+    write_bundle_of(folder, name, Architecture::Compact(CompactConfig::default()));
+}
+
+/// The same of a network of any architecture.
+pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let camera = training_camera();
-    let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
+    let network = NetworkConfig::new(architecture, [200.0, 150.0], &camera)
+        .init(&device)
+        .fold();
     let card = ModelCard {
         name: "untrained".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

@@ -29,8 +29,8 @@ const MAPS: usize = 3;
 /// Values of these maps.
 const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
 
-/// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is gained by
-/// many more neurons (our choice).
+/// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
+/// gained by many more neurons (our choice).
 const MOST_DENSE_VALUES: usize = 200_000_000;
 
 /// Layers of R50F.

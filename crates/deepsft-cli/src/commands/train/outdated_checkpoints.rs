@@ -15,7 +15,8 @@ pub struct LaterCheckpoints {
 }
 
 impl LaterCheckpoints {
-    /// Those after the step of a number, whether they are part of this training or not: they are beside the same bundle.
+    /// Those after the step of a number, whether they are part of this training or not: they are beside the same
+    /// bundle.
     pub fn after(number: u8, plan: &Plan<'_>) -> Self {
         let steps = [RefinementStep::Depth, RefinementStep::Registration].into_iter();
         Self {
@@ -28,8 +29,8 @@ impl LaterCheckpoints {
         }
     }
 
-    /// Hears what the running step tells. As soon as it trains, not only when it ends: a training that is killed in between
-    /// would find them later, and not know that they are outdated.
+    /// Hears what the running step tells. As soon as it trains, not only when it ends: a training that is killed in
+    /// between would find them later, and not know that they are outdated.
     pub fn hear(&mut self, told: &Progress, say: impl FnMut(String)) {
         if self.outcome.is_none() && matches!(told, Progress::Step { .. }) {
             self.outcome = Some(self.set_aside(say));
