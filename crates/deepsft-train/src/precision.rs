@@ -85,8 +85,8 @@ impl FromStr for Precision {
 
 /// Scale of the loss before it is differentiated, and what became of the steps so far: a part of a checkpoint.
 ///
-/// In [`Precision::F16`] it starts at 65,536, doubles after 2,000 finite steps in a row and halves, down to 1, after every
-/// step that was not finite, which is not made. In the other precisions it stays 1.
+/// In [`Precision::F16`] it starts at 65,536, doubles after 2,000 finite steps in a row and halves after every step that
+/// was not finite, which is not made. In the other precisions it stays 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LossScale {
     /// Precision that it is for.
@@ -102,9 +102,11 @@ pub struct LossScale {
 const FIRST_SCALE: f64 = 65_536.0;
 /// Finite steps after which the scale doubles.
 const GROWTH_STEPS: u64 = 2_000;
-/// Beyond this a doubled scale would say nothing new: the largest power of two whose gradients of size one single
-/// precision can square.
-const LARGEST_SCALE: f64 = 9_223_372_036_854_775_808.0;
+/// Where doubling ends: 2^24, by which the smallest gradient that half precision knows becomes one.
+const LARGEST_SCALE: f64 = 16_777_216.0;
+/// Where halving ends: with 2^-24 a gradient of one is the smallest that half precision knows, and what still overflows
+/// is no matter of scale.
+const SMALLEST_SCALE: f64 = 1.0 / LARGEST_SCALE;
 
 impl LossScale {
     /// The scale that a training in `precision` begins with.
@@ -128,11 +130,13 @@ impl LossScale {
 
     /// Takes in that a step was not finite; `false` when the scale cannot fall any more.
     pub(crate) fn step_skipped(&mut self) -> bool {
-        let can_fall = self.scale > 1.0;
-        self.scale = (self.scale / 2.0).max(1.0);
+        if self.precision != Precision::F16 || self.scale <= SMALLEST_SCALE {
+            return false;
+        }
+        self.scale /= 2.0;
         self.finite_steps = 0;
         self.skipped_steps += 1;
-        can_fall
+        true
     }
 }
 
@@ -190,10 +194,11 @@ mod tests {
         scale.step_made();
         assert!(scale.step_skipped());
         assert_eq!((scale.scale, scale.finite_steps, scale.skipped_steps), (65_536.0, 0, 1));
-        // Sixteen halvings on there is nothing left to halve.
-        assert!((0..16).all(|_| scale.step_skipped()));
-        assert_eq!(scale.scale, 1.0);
+        // From 2^16 to 2^-24, where there is nothing left to halve.
+        assert!((0..40).all(|_| scale.step_skipped()));
+        assert_eq!(scale.scale, 0.5_f64.powi(24));
         assert!(!scale.step_skipped());
+        assert_eq!(scale.skipped_steps, 41);
         // Where nothing vanishes nothing is scaled.
         let mut scale = LossScale::new(Precision::BF16);
         (0..5_000).for_each(|_| scale.step_made());

@@ -84,7 +84,7 @@ impl Stepper {
     ///
     /// # Errors
     /// Those of `loss`; [`TrainError::Diverged`], which tells `samples`, when the loss is not finite (in half precision:
-    /// when loss or gradients are not, and the scale is 1 already).
+    /// when loss or gradients are not, and no smaller scale is left to try).
     pub fn step<Share: Send>(
         &mut self,
         network: Network,

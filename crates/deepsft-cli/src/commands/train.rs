@@ -12,10 +12,10 @@ use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use bundle_folder::{MARKERS, companions, file_name};
 use clap::{ArgGroup, Args, ValueEnum};
-use deepsft::{DeviceDescription, DeviceKind, ModelBundle, encode_png, start_device};
+use deepsft::{DeviceDescription, DeviceKind, ModelBundle, encode_png, start_devices};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
-    Budget, Checkpoint, CurvePoint, Device, RefinementStep, TrainConfig, Trained, export_bundle, train,
+    Budget, Checkpoint, CurvePoint, Device, Precision, RefinementStep, TrainConfig, Trained, export_bundle, train,
 };
 use progress_lines::tell;
 use recording_steps::RefinedBundle;
@@ -48,6 +48,11 @@ measured to work on the compact network in the time of a CPU.
 --network paper and r50f learn by the paper's loss on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
 ones (ours, not the paper's) that a CPU can train to see that everything works.
+
+--devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.
+The loss is that of the whole batch; batch normalisation (paper, r50f) sees each share alone. On the cpu a device is a
+thread. --precision f16 or bf16 is mixed precision: layers in half precision; weights, optimiser, batch normalisation
+and loss in single precision. f16 scales the loss: steps that overflow are told, not made, and halve the scale.
 
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
@@ -110,6 +115,12 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
+    /// Devices of that kind that share each batch; on the cpu threads, each with its share
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    devices: u16,
+    /// What the network's layers compute in (beyond the paper): f32, f16 or bf16 where the device has it
+    #[arg(long, value_name = "PRECISION", default_value_t = Precision::F32)]
+    precision: Precision,
     #[command(flatten)]
     images: SynthesisOptions,
     /// Name of the model for people [default: the name of BUNDLE]
@@ -148,7 +159,7 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
-    let plan = Plan::new(arguments)?;
+    let mut plan = Plan::new(arguments)?;
     atomic::check_folder(&arguments.out, &MARKERS)?;
     for checkpoint in plan.checkpoints() {
         if !arguments.resume && checkpoint.exists() {
@@ -167,9 +178,25 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         Start::Template(template) => template.clone(),
         Start::Bundle(bundle) => bundle.template().clone(),
     };
-    let (device, description) = pollster::block_on(start_device(arguments.device))?;
+    let (mut devices, description) = pollster::block_on(start_devices(arguments.device, arguments.devices.into()))?;
+    devices
+        .iter()
+        .try_for_each(|device| arguments.precision.check(device))?;
+    let device = devices.remove(0);
+    plan.config.more_devices = devices;
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
-    println!("training on {} ({})", description.kind, description.adapter_name);
+    let sharing = match arguments.devices {
+        1 => String::new(),
+        count => format!(", each batch in {count} shares"),
+    };
+    let precision = match arguments.precision {
+        Precision::F32 => String::new(),
+        precision => format!(", in {precision}"),
+    };
+    println!(
+        "training on {} ({}){sharing}{precision}",
+        description.kind, description.adapter_name
+    );
     let training = Training {
         arguments,
         plan: &plan,
@@ -363,6 +390,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         evaluate_every: arguments.evaluate_every,
         checkpoint: beside(&arguments.out, ".checkpoint"),
         held_out_share: arguments.held_out,
+        precision: arguments.precision,
         ..defaults
     };
     if let Some(epochs) = arguments.epochs {
@@ -417,6 +445,8 @@ mod tests {
             resume: false,
             seed: 1,
             device: DeviceKind::Cpu,
+            devices: 1,
+            precision: Precision::F32,
             images: SynthesisOptions::default(),
             name: None,
         }
