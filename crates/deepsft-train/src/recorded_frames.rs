@@ -74,6 +74,15 @@ impl TrainingFrame {
         }))
     }
 
+    /// The pixels on which networks are measured and compared: where the object is, and where it is by the `truth`, if
+    /// that is known.
+    pub fn seen(&self, truth: Option<&Maps>) -> Vec<bool> {
+        let known = |pixel: usize| truth.is_none_or(|truth| truth.inside(pixel));
+        (0..self.inside.len())
+            .map(|pixel| self.inside[pixel] && known(pixel))
+            .collect()
+    }
+
     /// The measured depth as maps with no registration, inside where it counts.
     pub fn measured(&self) -> Maps {
         let mut maps = Maps::empty(self.image.width(), self.image.height());

@@ -12,7 +12,7 @@ use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
 use deepsft::{Block, Network};
 use deepsft_geometry::metrics::{Summary, frame_metrics};
-use deepsft_geometry::{Camera, Template, photometric_error, relit_photometric_error};
+use deepsft_geometry::{Camera, Maps, Template, photometric_error, relit_photometric_error};
 use deepsft_synth::{Recording, Sample};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -140,41 +140,88 @@ impl RecordingFigures {
         truth: &BTreeMap<usize, Sample>,
         device: &Device,
     ) -> Result<Self, TrainError> {
-        let mut figures: [Vec<Option<f64>>; 5] = Default::default();
+        let mut figures = Figures::default();
         for frame in frames {
-            let Some(maps) = pollster::block_on(network.infer(&[&frame.image], device))?.pop() else {
-                continue;
-            };
-            let measured = frame_metrics(&maps, &frame.measured(), canonical, template.size_mm())?;
-            figures[0].push(measured.depth_rmse_mm);
-            // The object is where it was when the frames were read, whatever step 2 says of the depth beside it.
-            figures[1].push(photometric_error(&frame.image, template.texture(), &maps));
-            figures[4].push(relit_photometric_error(&frame.image, template.texture(), &maps));
+            // The same pixels before and after, whatever a step says of the depth that a network's mask is read from.
+            let truth = truth.get(&frame.index).map(|sample| &sample.truth);
+            let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth), device))?;
+            figures.add(&maps, frame, template, canonical, truth)?;
+        }
+        Ok(figures.summary())
+    }
+
+    /// The figures of the truth itself over the same pixels as [`RecordingFigures::measure`]: what no registration
+    /// changes of E_pr, and the sensor's own errors. `None` where there is no truth.
+    ///
+    /// # Errors
+    /// [`TrainError::Geometry`] when the truth is not of the canonical size.
+    pub fn of_truth(
+        frames: &[TrainingFrame],
+        template: &Template,
+        canonical: &Camera,
+        truth: &BTreeMap<usize, Sample>,
+    ) -> Result<Option<Self>, TrainError> {
+        let mut figures = Figures::default();
+        for frame in frames {
             if let Some(sample) = truth.get(&frame.index) {
-                let metrics = frame_metrics(&maps, &sample.truth, canonical, template.size_mm())?;
-                figures[2].push(metrics.depth_rmse_mm);
-                figures[3].push(metrics.registration_rmse_px);
+                let seen = frame.seen(Some(&sample.truth));
+                let mut exact = sample.truth.clone();
+                (0..seen.len()).filter(|&pixel| !seen[pixel]).for_each(|pixel| exact.clear(pixel));
+                figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
             }
         }
-        let [
-            measured_depth_rmse_mm,
-            photometric_error,
-            depth_rmse_mm,
-            registration_rmse_px,
-            relit_photometric_error,
-        ] = figures.map(|values| {
+        Ok((!figures.photometric_error.is_empty()).then(|| figures.summary()))
+    }
+}
+
+/// The figures of frames, as [`RecordingFigures`] has their means.
+#[derive(Default)]
+struct Figures {
+    measured_depth_rmse_mm: Vec<Option<f64>>,
+    photometric_error: Vec<Option<f64>>,
+    relit_photometric_error: Vec<Option<f64>>,
+    depth_rmse_mm: Vec<Option<f64>>,
+    registration_rmse_px: Vec<Option<f64>>,
+}
+
+impl Figures {
+    fn add(
+        &mut self,
+        maps: &Maps,
+        frame: &TrainingFrame,
+        template: &Template,
+        canonical: &Camera,
+        truth: Option<&Maps>,
+    ) -> Result<(), TrainError> {
+        let texture = template.texture();
+        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
+        self.measured_depth_rmse_mm.push(against(&frame.measured())?.depth_rmse_mm);
+        self.photometric_error
+            .push(photometric_error(&frame.image, texture, maps));
+        self.relit_photometric_error
+            .push(relit_photometric_error(&frame.image, texture, maps));
+        if let Some(truth) = truth {
+            let metrics = against(truth)?;
+            self.depth_rmse_mm.push(metrics.depth_rmse_mm);
+            self.registration_rmse_px.push(metrics.registration_rmse_px);
+        }
+        Ok(())
+    }
+
+    fn summary(self) -> RecordingFigures {
+        let over_frames = |values: Vec<Option<f64>>| {
             Summary::of(values).map(|summary| MeanMedian {
                 mean: summary.mean,
                 median: summary.median,
             })
-        });
-        Ok(Self {
-            measured_depth_rmse_mm,
-            photometric_error,
-            relit_photometric_error,
-            depth_rmse_mm,
-            registration_rmse_px,
-        })
+        };
+        RecordingFigures {
+            measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
+            photometric_error: over_frames(self.photometric_error),
+            relit_photometric_error: over_frames(self.relit_photometric_error),
+            depth_rmse_mm: over_frames(self.depth_rmse_mm),
+            registration_rmse_px: over_frames(self.registration_rmse_px),
+        }
     }
 }
 

@@ -70,8 +70,20 @@ impl Network {
     /// [`DeepSftError::Execution`] when the device no longer answers.
     pub async fn infer(&self, pictures: &[&Picture], device: &Device) -> Result<Vec<Maps>, DeepSftError> {
         let answer = [Stage::RegistrationRefinement];
-        let mut stages = self.infer_at(pictures, device, &answer).await?;
+        let mut stages = self.infer_at(pictures, device, &answer, None).await?;
         Ok(stages.pop().unwrap_or_default())
+    }
+
+    /// Maps of one picture at the pixels of `seen` (row-major, of the picture's size) and nowhere else, whatever the
+    /// network's own mask says there: for comparing networks over the same pixels.
+    ///
+    /// # Errors
+    /// As [`Network::infer`].
+    pub async fn infer_where(&self, picture: &Picture, seen: &[bool], device: &Device) -> Result<Maps, DeepSftError> {
+        let answer = [Stage::RegistrationRefinement];
+        let stages = self.infer_at(&[picture], device, &answer, Some(seen)).await?;
+        let nothing = || Maps::empty(picture.width(), picture.height());
+        Ok(stages.into_iter().flatten().next().unwrap_or_else(nothing))
     }
 
     /// Maps of one picture at each of [`Network::stages`]; those of the last are the maps of [`Network::infer`].
@@ -83,16 +95,18 @@ impl Network {
     /// As [`Network::infer`].
     pub async fn infer_stages(&self, picture: &Picture, device: &Device) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         let stages = self.stages();
-        let maps = self.infer_at(&[picture], device, stages).await?;
+        let maps = self.infer_at(&[picture], device, stages, None).await?;
         Ok(stages.iter().copied().zip(maps.into_iter().flatten()).collect())
     }
 
-    /// Maps of each picture at each of `stages`, of one pass through the network.
+    /// Maps of each picture at each of `stages`, of one pass through the network; at the pixels of `seen` if given, else
+    /// in the network's mask.
     async fn infer_at(
         &self,
         pictures: &[&Picture],
         device: &Device,
         stages: &[Stage],
+        seen: Option<&[bool]>,
     ) -> Result<Vec<Vec<Maps>>, DeepSftError> {
         let Some(first) = pictures.first() else {
             return Ok(Vec::new());
@@ -114,7 +128,7 @@ impl Network {
                         Stage::RegistrationRefinement => refined,
                     };
                     let said = Tensor::cat(vec![network.upsample(cells), output.mask.clone()], 1);
-                    read.push(read_maps(said, first, |d| range.depth_mm(d)).await?);
+                    read.push(read_maps(said, first, seen, |d| range.depth_mm(d)).await?);
                 }
             }
             _ => {
@@ -138,7 +152,7 @@ impl Network {
                     let said = Tensor::cat(said, 1);
                     // Inside is above half of the nearest depth and the -1 outside: what is inside is nowhere nearer than near.
                     let depth_mm = |d| range.depth_mm_linear(d).max(range.near_mm);
-                    read.push(read_maps(said, first, depth_mm).await?);
+                    read.push(read_maps(said, first, seen, depth_mm).await?);
                 }
             }
         }
@@ -147,10 +161,11 @@ impl Network {
 }
 
 /// The maps of each image of what a network says, [N, 4, H, W]: u, v, a measure of depth, the mask's logit. They
-/// are cut to the size of `picture`.
+/// are cut to the size of `picture` and hold the pixels of `seen`, else those of the mask.
 async fn read_maps(
     said: Tensor<4>,
     picture: &Picture,
+    seen: Option<&[bool]>,
     depth_mm: impl Fn(f64) -> f64,
 ) -> Result<Vec<Maps>, DeepSftError> {
     let [n, _, rows, columns] = said.dims();
@@ -167,10 +182,13 @@ async fn read_maps(
         let mut maps = Maps::empty(width, height);
         for y in 0..height {
             for x in 0..width {
-                let at = y * columns + x;
-                if frame[3 * plane + at] >= 0.0 {
+                let (at, pixel) = (y * columns + x, y * width + x);
+                let inside = seen.map_or(frame[3 * plane + at] >= 0.0, |seen| {
+                    seen.get(pixel).is_some_and(|&seen| seen)
+                });
+                if inside {
                     let depth = depth_mm(f64::from(frame[2 * plane + at])) as f32;
-                    maps.set(y * width + x, depth, [frame[at], frame[plane + at]]);
+                    maps.set(pixel, depth, [frame[at], frame[plane + at]]);
                 }
             }
         }

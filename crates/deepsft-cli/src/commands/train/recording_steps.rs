@@ -99,6 +99,9 @@ pub fn run(
         refined.add(step, &done.state)?;
         network = done.network;
     }
+    if let Some(exact) = RecordingFigures::of_truth(&frames.held_out, data.template, &canonical, &truth)? {
+        rows.push(("the truth itself".to_owned(), exact));
+    }
     refined.network = network;
     refined.table = table(kind, recording.frames(), frames.held_out.len(), &rows);
     refined
