@@ -180,6 +180,47 @@ impl Batch {
         self.mask.len() / (self.shape.width * self.shape.height)
     }
 
+    /// What [`crate::step_one_loss`] divides its sums over cells, over bins and over the mask's pixels by.
+    pub(crate) fn loss_divisors(&self) -> [f64; 3] {
+        let sum = |weights: &[f32]| weights.iter().map(|&weight| f64::from(weight)).sum::<f64>();
+        [
+            sum(&self.cell_weight) + 1.0,
+            sum(&self.bin_weight) + 1.0,
+            self.mask.len() as f64,
+        ]
+    }
+
+    /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
+    pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
+        let frames = self.frames();
+        let mut parts = sizes
+            .iter()
+            .map(|&size| {
+                let shape = BatchShape {
+                    frames: size,
+                    ..self.shape
+                };
+                Self::new(shape, self.targets)
+            })
+            .collect::<Vec<_>>();
+        let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
+            for (part, share) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
+                field(part).extend_from_slice(share);
+            }
+        };
+        deal(self.images, |batch| &mut batch.images);
+        deal(self.corners, |batch| &mut batch.corners);
+        deal(self.mask, |batch| &mut batch.mask);
+        deal(self.cells, |batch| &mut batch.cells);
+        deal(self.cell_weight, |batch| &mut batch.cell_weight);
+        let [u, v, d] = self.bin_targets;
+        deal(u, |batch| &mut batch.bin_targets[0]);
+        deal(v, |batch| &mut batch.bin_targets[1]);
+        deal(d, |batch| &mut batch.bin_targets[2]);
+        deal(self.bin_weight, |batch| &mut batch.bin_weight);
+        parts
+    }
+
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> BatchTensors {
         let n = self.frames();
@@ -199,6 +240,20 @@ impl Batch {
             bin_weight: tensor(self.bin_weight, [n, 1, h / 2, w / 2]),
         }
     }
+}
+
+/// The values of the first `sizes[0]` of `frames` frames, of the next `sizes[1]` and so on.
+pub(crate) fn deal_frames<'a>(values: &'a [f32], frames: usize, sizes: &[usize]) -> Vec<&'a [f32]> {
+    let a_frame = values.len() / frames.max(1);
+    let mut rest = values;
+    sizes
+        .iter()
+        .map(|size| {
+            let (share, after) = rest.split_at(size * a_frame);
+            rest = after;
+            share
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
 use crate::TrainError;
+use crate::precision::LossScale;
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
@@ -47,6 +48,9 @@ pub struct Checkpoint {
     pub seed: u64,
     /// The curve so far.
     pub curve: Vec<CurvePoint>,
+    /// Scale of the loss in half precision; none in single precision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss_scale: Option<LossScale>,
 }
 
 /// A checkpoint that was read.

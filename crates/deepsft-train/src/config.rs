@@ -2,7 +2,9 @@
 
 use crate::loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
 use crate::optimizer::{LearningRate, Optimizer};
+use crate::precision::Precision;
 use crate::schedule::Schedule;
+use burn::tensor::Device;
 use std::path::PathBuf;
 
 /// When step 1 ends.
@@ -33,6 +35,15 @@ pub struct TrainConfig {
     pub checkpoint: PathBuf,
     /// Go on from the checkpoint if there is one.
     pub resume: bool,
+    /// Plain devices beside the one that a training is given, each with a share of every batch; none by default.
+    ///
+    /// The losses of the shares sum to the loss of the batch, so that gradients are those of one device but for the order
+    /// of sums. Batch normalisation alone sees its own share: there the mean and variance of a batch are each device's
+    /// own, as everywhere, and running statistics are the devices' mean. The processor is one device to burn;
+    /// to list it again gives a thread of its own to each share.
+    pub more_devices: Vec<Device>,
+    /// What the network computes in while it is trained, beyond the paper: [`Precision::F32`] by default.
+    pub precision: Precision,
     /// Step 1: when to end.
     pub budget: Budget,
     /// Step 1: seed of the held-out set; never trained on.
@@ -136,6 +147,8 @@ impl Default for TrainConfig {
             seed: 1,
             checkpoint: PathBuf::from("runs/checkpoint"),
             resume: false,
+            more_devices: Vec::new(),
+            precision: Precision::F32,
             budget: Budget::Seconds(600.0),
             held_out_seed: 0x7e57,
             held_out_frames: 48,

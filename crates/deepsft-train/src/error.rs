@@ -1,5 +1,6 @@
 //! The one error type of this crate.
 
+use crate::precision::Precision;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -46,6 +47,14 @@ pub enum TrainError {
         actual: &'static str,
         /// Architecture that is trained so.
         expected: &'static str,
+    },
+    /// A device does not compute in a precision.
+    #[error("this device does not compute in {precision}, only in {there_are}")]
+    Precision {
+        /// Asked for.
+        precision: Precision,
+        /// What it computes in.
+        there_are: String,
     },
     /// A worker that makes samples stopped.
     #[error("a data worker stopped before the training did")]

@@ -1,5 +1,6 @@
 //! A batch of whole frames with their full-resolution labels, for the architectures that are trained on maps.
 
+use crate::batch::deal_frames;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{DepthRange, OUTSIDE};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
@@ -63,6 +64,21 @@ impl MapBatch {
     /// Frames pushed so far.
     pub fn frames(&self) -> usize {
         self.depth.len() / PIXELS
+    }
+
+    /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
+    pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
+        let frames = self.frames();
+        let mut parts: Vec<Self> = sizes.iter().map(|&size| Self::new(size, self.range)).collect();
+        let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
+            for (part, share) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
+                field(part).extend_from_slice(share);
+            }
+        };
+        deal(self.images, |batch| &mut batch.images);
+        deal(self.depth, |batch| &mut batch.depth);
+        deal(self.registration, |batch| &mut batch.registration);
+        parts
     }
 
     /// The batch as tensors on `device`.

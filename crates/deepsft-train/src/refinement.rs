@@ -3,14 +3,14 @@
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{RefinementSteps, TrainConfig};
-use crate::loss::{RefinementLoss, TexturePyramid};
-use crate::recorded_frames::{FrameTensors, TrainingFrame};
+use crate::recorded_frames::TrainingFrame;
+use crate::refinement_site::{Site, shares};
+use crate::step::{Step, Stepper};
 use crate::trainer::Progress;
 use burn::module::{Module, ModuleVisitor, Param};
-use burn::optim::GradientsParams;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
-use deepsft::{Block, Network, NetworkMaps};
+use deepsft::{Block, Network};
 use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Template, photometric_error, relit_photometric_error};
 use deepsft_synth::{Recording, Sample};
@@ -166,7 +166,9 @@ impl RecordingFigures {
             if let Some(sample) = truth.get(&frame.index) {
                 let seen = frame.seen(Some(&sample.truth));
                 let mut exact = sample.truth.clone();
-                (0..seen.len()).filter(|&pixel| !seen[pixel]).for_each(|pixel| exact.clear(pixel));
+                (0..seen.len())
+                    .filter(|&pixel| !seen[pixel])
+                    .for_each(|pixel| exact.clear(pixel));
                 figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
             }
         }
@@ -195,7 +197,8 @@ impl Figures {
     ) -> Result<(), TrainError> {
         let texture = template.texture();
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
-        self.measured_depth_rmse_mm.push(against(&frame.measured())?.depth_rmse_mm);
+        self.measured_depth_rmse_mm
+            .push(against(&frame.measured())?.depth_rmse_mm);
         self.photometric_error
             .push(photometric_error(&frame.image, texture, maps));
         self.relit_photometric_error
@@ -250,7 +253,8 @@ pub struct RefinementData<'a> {
     pub truth: &'a BTreeMap<usize, Sample>,
 }
 
-/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched on here) and reports through
+/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched on here)
+/// and [`TrainConfig::more_devices`], and reports through
 /// `report`. After every epoch the held-out frames are measured and a checkpoint is saved, from which a training that
 /// was stopped goes on exactly as it would have.
 ///
@@ -270,6 +274,7 @@ pub fn refine(
         RefinementStep::Depth => config.depth_steps,
         RefinementStep::Registration => config.registration_steps,
     };
+    let mut stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let differentiable = device.clone().autodiff();
     let measure = |network: &Network| {
         RecordingFigures::measure(network, &frames.held_out, template, data.canonical, data.truth, device)
@@ -280,7 +285,10 @@ pub fn refine(
         || -> Result<Network, TrainError> { Ok(copy_of(network, &differentiable)?.train_only(&[step.block()])) };
     let mut trained = make_network()?;
     let mut optimizer = steps.optimizer.init();
-    let texture = TexturePyramid::new(template.texture(), &differentiable);
+    let dtype = stepper.dtype();
+    let sites: Vec<Site> = (stepper.devices().iter())
+        .map(|device| Site::new(template, device, dtype))
+        .collect();
     let folder = CheckpointFolder::new(&config.checkpoint);
     let fingerprint = fingerprint(network, step, &data, config);
     let mut state = Checkpoint {
@@ -292,6 +300,7 @@ pub fn refine(
         && let Some(saved) = folder.load(make_network, steps.optimizer.init(), &fingerprint, config.seed)?
     {
         (state, trained, optimizer) = (saved.state, saved.network, saved.optimizer);
+        stepper.resume(state.loss_scale);
         report(Progress::Resumed {
             samples: state.samples,
             seconds: state.seconds,
@@ -308,30 +317,35 @@ pub fn refine(
         for batch in order(frames.training.len(), config.seed, epoch).chunks(steps.batch.max(1)) {
             let clock = Instant::now();
             let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames.training[index]).collect();
-            let loss = loss(&trained, step, &batch, &texture, config, &differentiable).total;
-            let value = f64::from(loss.clone().into_scalar::<f32>());
-            if !value.is_finite() {
-                return Err(TrainError::Diverged {
-                    loss: value,
-                    samples: state.samples,
-                });
-            }
-            let gradients = GradientsParams::from_grads(loss.backward(), &trained);
-            trained = optimizer.step(steps.learning_rate.at(state.step), trained, gradients);
-            state.step += 1;
+            let Step { network, loss, made } = stepper.step(
+                trained,
+                &mut optimizer,
+                steps.learning_rate.at(state.step),
+                shares(step, &batch, sites.len(), config),
+                state.samples,
+                |network, share, number| Ok(sites[number].loss(network, step, &share, config)),
+            )?;
+            trained = network;
+            state.step += u64::from(made);
             state.samples += batch.len() as u64;
             state.seconds += clock.elapsed().as_secs_f64();
-            (sum, count) = (sum + value, count + 1);
+            if let (false, Some(scale)) = (made, stepper.scale()) {
+                let samples = state.samples;
+                report(Progress::Skipped { samples, scale });
+                continue;
+            }
+            (sum, count) = (sum + loss, count + 1);
             report(Progress::Step {
                 share: state.samples as f64 / total as f64,
                 samples: state.samples,
                 seconds: state.seconds,
-                loss: value,
+                loss,
             });
         }
         after = measure(&trained.valid())?;
         let point = curve_point(&state, Some(sum / count.max(1) as f64), &after, steps);
         state.curve.push(point);
+        state.loss_scale = stepper.scale();
         folder.save(&state, &trained.valid(), None, &optimizer)?;
         report(Progress::Evaluated(point));
     }
@@ -346,35 +360,6 @@ pub fn refine(
         before,
         after,
     })
-}
-
-/// The loss of a step on some frames.
-fn loss(
-    network: &Network,
-    step: RefinementStep,
-    frames: &[&TrainingFrame],
-    texture: &TexturePyramid,
-    config: &TrainConfig,
-    device: &Device,
-) -> RefinementLoss {
-    let tensors = FrameTensors::new(frames, device);
-    let NetworkMaps {
-        depth, registration, ..
-    } = network.forward_maps(tensors.images.clone());
-    match step {
-        RefinementStep::Depth => {
-            let range = network.config().depth_range;
-            let measured = (tensors.depth_mm - range.near_mm) / range.span_mm();
-            config.depth_loss.apply(depth, measured, tensors.depth_counts)
-        }
-        RefinementStep::Registration => {
-            let levels: Vec<usize> = frames.iter().map(|frame| frame.level).collect();
-            let images = &tensors.images;
-            config
-                .photo_consistency
-                .apply(registration, images, &tensors.inside, texture, &levels)
-        }
-    }
 }
 
 /// The frames of an epoch in their order, a function of seed and epoch.

@@ -6,10 +6,12 @@ use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{Budget, TrainConfig};
 use crate::evaluate::{held_out, watch};
 use crate::loader::{Loader, Targets, TrainingBatch};
-use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
+use crate::loss::{step_one_loss, supervised_maps_loss};
+use crate::precision::LossScale;
+use crate::shares::{BatchShare, weighed};
+use crate::step::{Step, Stepper};
 use burn::module::Module;
-use burn::optim::GradientsParams;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkConfig};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_synth::Synthesizer;
@@ -47,6 +49,13 @@ pub enum Progress {
         /// Loss of the step.
         loss: f64,
     },
+    /// A step in half precision was not made: its gradients were not finite.
+    Skipped {
+        /// Samples seen.
+        samples: u64,
+        /// The scale after it, and the number of such steps.
+        scale: LossScale,
+    },
     /// The held-out set was evaluated and a checkpoint saved.
     Evaluated(CurvePoint),
 }
@@ -60,12 +69,12 @@ pub struct Trained {
 }
 
 /// Trains a network of `network_config` for the template of `synthesizer` on `device` (a plain one;
-/// differentiation is switched on here), and reports through `report`. The compact network learns cells and bins of
+/// differentiation is switched on here) and [`TrainConfig::more_devices`], and reports through `report`. The compact network learns cells and bins of
 /// windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, a
-/// loss that is no longer finite, or a device that fails.
+/// loss that is no longer finite, a device that fails or does not compute in the precision asked for.
 pub fn train(
     synthesizer: &Arc<Synthesizer>,
     network_config: &NetworkConfig,
@@ -74,6 +83,7 @@ pub fn train(
     mut report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
     let targets = Targets::of(network_config);
+    let mut stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let differentiable = device.clone().autodiff();
     device.seed(config.seed);
     let mut network = network_config.init(&differentiable);
@@ -97,6 +107,7 @@ pub fn train(
         let averaged = saved.average.as_ref().unwrap_or(&saved.network);
         average = WeightAverage::resume(averaged, config.average_decay, saved.state.step);
         (network, optimizer, state) = (saved.network, saved.optimizer, saved.state);
+        stepper.resume(state.loss_scale);
         report(Progress::Resumed {
             samples: state.samples,
             seconds: state.seconds,
@@ -127,6 +138,7 @@ pub fn train(
             };
             let point = curve_point(&state, loss, config.schedule.learning_rate(state.step, share), &watched);
             state.curve.push(point);
+            state.loss_scale = stepper.scale();
             folder.save(&state, &network.valid(), Some(&plain), &optimizer)?;
             report(Progress::Evaluated(point));
             (loss_sum, loss_count) = (0.0, 0);
@@ -146,20 +158,25 @@ pub fn train(
         }
         let batch = loader.take()?;
         let frames = batch.frames() as u64;
-        let total = batch_loss(&network, batch, &config.loss, &differentiable)?;
-        let loss = f64::from(total.clone().into_scalar::<f32>());
-        if !loss.is_finite() {
-            return Err(TrainError::Diverged {
-                loss,
-                samples: state.samples,
-            });
+        let shares = BatchShare::of(batch, stepper.devices().len(), &config.loss);
+        let rate = config.schedule.learning_rate(state.step, share);
+        let (devices, dtype) = (stepper.devices().to_vec(), stepper.dtype());
+        let loss_of =
+            |network: &Network, share: BatchShare, number: usize| share_loss(network, share, &devices[number], dtype);
+        let step = stepper.step(network, &mut optimizer, rate, shares, state.samples, loss_of)?;
+        let Step { loss, made, .. } = step;
+        network = step.network;
+        if made {
+            average.update(&network);
+            state.step += 1;
         }
-        let gradients = GradientsParams::from_grads(total.backward(), &network);
-        network = optimizer.step(config.schedule.learning_rate(state.step, share), network, gradients);
-        average.update(&network);
-        state.step += 1;
         state.samples += frames;
         state.seconds = before + clock.elapsed().as_secs_f64() - paused;
+        if let (false, Some(scale)) = (made, stepper.scale()) {
+            let samples = state.samples;
+            report(Progress::Skipped { samples, scale });
+            continue;
+        }
         loss_sum += loss;
         loss_count += 1;
         report(Progress::Step {
@@ -173,29 +190,32 @@ pub fn train(
     Ok(Trained { network, state })
 }
 
-/// What is minimised, [1]: ours for the compact network, the paper's for those that say full-resolution maps.
-fn batch_loss(
+/// What is minimised, [1], of a share of a batch: ours for the compact network, the paper's for those that say
+/// full-resolution maps. The network sees the images in `dtype`, the loss is in single precision.
+pub(crate) fn share_loss(
     network: &Network,
-    batch: TrainingBatch,
-    weights: &LossWeights,
+    share: BatchShare,
     device: &Device,
+    dtype: FloatDType,
 ) -> Result<Tensor<1>, TrainError> {
-    match batch {
+    let BatchShare { batch, terms, weight } = share;
+    let loss = match batch {
         TrainingBatch::Cells(batch) => {
             let compact = network.as_compact().ok_or_else(|| TrainError::Architecture {
                 actual: network.config().architecture.name(),
                 expected: "compact",
             })?;
             let tensors = batch.into_tensors(device);
-            let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
-            Ok(step_one_loss(output, &tensors, weights).total)
+            let output = compact.forward_windows(tensors.images.clone().cast(dtype), &tensors.corners);
+            step_one_loss(output, &tensors, &terms).total
         }
         TrainingBatch::Maps(batch) => {
             let tensors = batch.into_tensors(device);
-            let maps = network.forward_maps(tensors.images);
-            Ok(supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total)
+            let maps = network.forward_maps(tensors.images.cast(dtype));
+            supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total
         }
-    }
+    };
+    Ok(weighed(loss, weight))
 }
 
 fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[FrameMetrics]) -> CurvePoint {

@@ -100,10 +100,46 @@ pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription
     }
 }
 
+/// Starts the first `count` devices of a kind, for a training that shares its batches among them. One is that of
+/// [`start_device`]; several are those that burn lists for the kind, in its order.
+///
+/// The processor is one device to burn whatever its cores: `count` of [`DeviceKind::Cpu`] are `count` times that one, and
+/// what is shared is work among threads.
+///
+/// # Errors
+/// As [`start_device`]; [`DeepSftError::DevicesTooFew`] when the machine has fewer, with their number.
+pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device>, DeviceDescription), DeepSftError> {
+    let listed = match kind {
+        _ if count <= 1 => None,
+        DeviceKind::Cpu => None,
+        DeviceKind::WebGpu | DeviceKind::Vulkan => Some(gpu::list(kind)?),
+        DeviceKind::Cuda => Some(cuda::list()?),
+    };
+    let Some(mut devices) = listed else {
+        let (device, description) = start_device(kind).await?;
+        return Ok((vec![device; count.max(1)], description));
+    };
+    if devices.len() < count {
+        return Err(DeepSftError::DevicesTooFew {
+            device: kind,
+            asked: count,
+            found: devices.len(),
+        });
+    }
+    devices.truncate(count);
+    let description = DeviceDescription {
+        kind,
+        adapter_name: format!("{count} devices"),
+        software: false,
+    };
+    Ok((devices, description))
+}
+
 #[cfg(any(feature = "webgpu", feature = "vulkan"))]
 mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
     use crate::DeepSftError;
+    use burn::tensor::DeviceType;
     use burn::tensor::wgpu::{WgpuBackend, wgpu};
     use std::sync::{Mutex, PoisonError};
 
@@ -148,6 +184,20 @@ mod gpu {
         Ok((device, description))
     }
 
+    /// All adapters of a kind.
+    pub(super) fn list(kind: DeviceKind) -> Result<Vec<Device>, DeepSftError> {
+        match kind {
+            #[cfg(feature = "webgpu")]
+            DeviceKind::WebGpu => Ok(Device::enumerate(DeviceType::Wgpu).into_vec()),
+            #[cfg(feature = "vulkan")]
+            DeviceKind::Vulkan => Ok(Device::enumerate(DeviceType::Vulkan).into_vec()),
+            _ => Err(DeepSftError::DeviceUnavailable {
+                device: kind,
+                reason: format!("this build of deepsft has no feature `{kind}`"),
+            }),
+        }
+    }
+
     fn started(kind: DeviceKind) -> Option<(Device, DeviceDescription)> {
         let started = STARTED.lock().unwrap_or_else(PoisonError::into_inner);
         started
@@ -166,17 +216,24 @@ mod cuda {
     /// The first CUDA device.
     pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
         let kind = DeviceKind::Cuda;
-        let first = Device::enumerate(DeviceType::Cuda).into_vec().into_iter().next();
-        let device = first.ok_or_else(|| DeepSftError::DeviceUnavailable {
-            device: kind,
-            reason: "no CUDA device was found".to_owned(),
-        })?;
+        let device = list()?
+            .into_iter()
+            .next()
+            .ok_or_else(|| DeepSftError::DeviceUnavailable {
+                device: kind,
+                reason: "no CUDA device was found".to_owned(),
+            })?;
         let description = DeviceDescription {
             kind,
             adapter_name: "CUDA device 0".to_owned(),
             software: false,
         };
         Ok((device, description))
+    }
+
+    /// All CUDA devices.
+    pub(super) fn list() -> Result<Vec<Device>, DeepSftError> {
+        Ok(Device::enumerate(DeviceType::Cuda).into_vec())
     }
 }
 
@@ -186,11 +243,19 @@ mod cuda {
     use crate::DeepSftError;
 
     pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
+        Err(absent())
+    }
+
+    pub(super) fn list() -> Result<Vec<Device>, DeepSftError> {
+        Err(absent())
+    }
+
+    fn absent() -> DeepSftError {
         let kind = DeviceKind::Cuda;
-        Err(DeepSftError::DeviceUnavailable {
+        DeepSftError::DeviceUnavailable {
             device: kind,
             reason: format!("this build of deepsft has no feature `{kind}`"),
-        })
+        }
     }
 }
 
@@ -200,10 +265,18 @@ mod gpu {
     use crate::DeepSftError;
 
     pub(super) async fn start(kind: DeviceKind) -> Result<(Device, DeviceDescription), DeepSftError> {
-        Err(DeepSftError::DeviceUnavailable {
+        Err(absent(kind))
+    }
+
+    pub(super) fn list(kind: DeviceKind) -> Result<Vec<Device>, DeepSftError> {
+        Err(absent(kind))
+    }
+
+    fn absent(kind: DeviceKind) -> DeepSftError {
+        DeepSftError::DeviceUnavailable {
             device: kind,
             reason: format!("this build of deepsft has no feature `{kind}`"),
-        })
+        }
     }
 }
 
@@ -224,11 +297,21 @@ mod tests {
     }
 
     #[test]
+    fn the_cpu_is_as_many_devices_as_are_asked_for() {
+        for count in [1, 3] {
+            let (devices, description) = block_on(start_devices(DeviceKind::Cpu, count)).unwrap();
+            assert_eq!((devices.len(), description.kind), (count, DeviceKind::Cpu));
+        }
+    }
+
+    #[test]
     #[cfg(not(any(feature = "webgpu", feature = "vulkan", feature = "cuda")))]
     fn a_gpu_that_the_build_lacks_is_refused_with_the_features_name() {
         for kind in [DeviceKind::WebGpu, DeviceKind::Vulkan, DeviceKind::Cuda] {
-            let error = block_on(start_device(kind)).unwrap_err().to_string();
-            assert!(error.contains(&format!("feature `{kind}`")), "{error}");
+            for count in [1, 2] {
+                let error = block_on(start_devices(kind, count)).unwrap_err().to_string();
+                assert!(error.contains(&format!("feature `{kind}`")), "{error}");
+            }
         }
     }
 

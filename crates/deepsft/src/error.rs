@@ -113,4 +113,14 @@ pub enum DeepSftError {
         /// What the build, the driver or the browser says.
         reason: String,
     },
+    /// A machine has fewer devices than were asked for.
+    #[error("{asked} devices {device} were asked for, this machine has {found}")]
+    DevicesTooFew {
+        /// Their kind.
+        device: crate::DeviceKind,
+        /// Number asked for.
+        asked: usize,
+        /// Number there is.
+        found: usize,
+    },
 }

@@ -19,7 +19,7 @@ mod template_file;
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
 pub use camera_file::{CameraFile, camera_to_json, parse_camera};
 pub use deepsft_geometry as geometry;
-pub use device::{DeviceDescription, DeviceKind, start_device};
+pub use device::{DeviceDescription, DeviceKind, start_device, start_devices};
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use mesh_file::{mesh_from_obj, mesh_to_obj};

@@ -14,13 +14,14 @@ use crate::{input, synthesis};
 use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
 use bundle_folder::MARKERS;
-use deepsft::{ModelBundle, start_device};
+use deepsft::{ModelBundle, start_devices};
+use deepsft_train::Precision;
 use plan::Plan;
 use std::sync::Arc;
 use training::Training;
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
-    let plan = Plan::new(arguments)?;
+    let mut plan = Plan::new(arguments)?;
     atomic::check_folder(&arguments.out, &MARKERS)?;
     for checkpoint in plan.checkpoints() {
         if !arguments.resume && checkpoint.exists() {
@@ -43,9 +44,25 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         Start::Template(template) => template.clone(),
         Start::Bundle(bundle) => bundle.template().clone(),
     };
-    let (device, description) = pollster::block_on(start_device(arguments.device))?;
+    let (mut devices, description) = pollster::block_on(start_devices(arguments.device, arguments.devices.into()))?;
+    devices
+        .iter()
+        .try_for_each(|device| arguments.precision.check(device))?;
+    let device = devices.remove(0);
+    plan.config.more_devices = devices;
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
-    println!("training on {} ({})", description.kind, description.adapter_name);
+    let sharing = match arguments.devices {
+        1 => String::new(),
+        count => format!(", each batch in {count} shares"),
+    };
+    let precision = match arguments.precision {
+        Precision::F32 => String::new(),
+        precision => format!(", in {precision}"),
+    };
+    println!(
+        "training on {} ({}){sharing}{precision}",
+        description.kind, description.adapter_name
+    );
     let training = Training {
         arguments,
         plan: &plan,

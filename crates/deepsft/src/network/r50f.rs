@@ -9,6 +9,7 @@
 use super::block::{Block, train_if_listed};
 use super::config::within;
 use super::description::{Cost, LayerTable};
+use super::half_precision::widened;
 use super::paper::check_momentum;
 use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
 use super::{NetworkConfig, NetworkMaps};
@@ -103,9 +104,10 @@ impl Dense {
         }
     }
 
-    /// [N, in] -> [N, out].
+    /// [N, in] -> [N, out], in the precision of `x`.
     fn forward(&self, x: Tensor<2>) -> Tensor<2> {
-        x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
+        let dtype = x.dtype();
+        x.matmul(self.weight.val().cast(dtype)) + self.bias.val().cast(dtype).unsqueeze()
     }
 }
 
@@ -164,7 +166,7 @@ impl R50FNetwork {
         let x = relu(self.neurons.forward(x.reshape([n, c * h * w])));
         let maps: Tensor<4> = self
             .maps
-            .forward(x)
+            .forward(widened(x))
             .reshape([n, MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
         let depth = maps.clone().slice([0..n, 0..1]);
         let registration = maps.slice([0..n, 1..3]);

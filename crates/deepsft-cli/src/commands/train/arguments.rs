@@ -5,7 +5,7 @@ use crate::synthesis::SynthesisOptions;
 use anyhow::Result;
 use clap::{ArgGroup, Args, ValueEnum};
 use deepsft::DeviceKind;
-use deepsft_train::TrainConfig;
+use deepsft_train::{Precision, TrainConfig};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -34,6 +34,11 @@ measured to work on the compact network in the time of a CPU.
 --network paper and r50f learn by the paper's loss on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
 ones (ours, not the paper's) that a CPU can train to see that everything works.
+
+--devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.
+The loss is that of the whole batch; batch normalisation (paper, r50f) sees each share alone. On the cpu a device is a
+thread. --precision f16 or bf16 is mixed precision: layers in half precision; weights, optimiser, batch normalisation
+and loss in single precision. f16 scales the loss: steps that overflow are told, not made, and halve the scale.
 
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
@@ -96,6 +101,12 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     pub device: DeviceKind,
+    /// Devices of that kind that share each batch; on the cpu threads, each with its share
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub devices: u16,
+    /// What the network's layers compute in (beyond the paper): f32, f16 or bf16 where the device has it
+    #[arg(long, value_name = "PRECISION", default_value_t = Precision::F32)]
+    pub precision: Precision,
     #[command(flatten)]
     pub images: SynthesisOptions,
     /// Name of the model for people [default: the name of BUNDLE]
@@ -157,6 +168,8 @@ pub mod tests {
             resume: false,
             seed: 1,
             device: DeviceKind::Cpu,
+            devices: 1,
+            precision: Precision::F32,
             images: SynthesisOptions::default(),
             name: None,
         }

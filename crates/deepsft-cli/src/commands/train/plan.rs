@@ -101,6 +101,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         evaluate_every: arguments.evaluate_every,
         checkpoint: beside(&arguments.out, ".checkpoint"),
         held_out_share: arguments.held_out,
+        precision: arguments.precision,
         ..defaults
     };
     if let Some(epochs) = arguments.epochs {

@@ -25,6 +25,12 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
                 duration(left)
             ));
         }
+        Progress::Skipped { samples, scale } => bar.suspend(|| {
+            println!(
+                "{samples:22} samples  a step overflowed in {} and was not made ({} so far); loss scale now {}",
+                scale.precision, scale.skipped_steps, scale.scale
+            );
+        }),
         Progress::Evaluated(point) => bar.suspend(|| println!("{}", line(&point))),
         _ => {}
     }

@@ -76,21 +76,22 @@ impl Convolution {
         (centred * (scale * gain)).reshape([outputs, inputs, height, width])
     }
 
-    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)].
+    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)], in the precision of `x`.
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
-        let weight = self.effective_weight();
+        let weight = self.effective_weight().cast(x.dtype());
+        let bias = self.bias.val().cast(x.dtype());
         let [outputs, inputs, kernel, _] = weight.dims();
         if kernel == 1 && self.stride == 1 {
             // A 1x1 convolution is a matrix product; its gradients are matrix products too.
             let [n, _, h, w] = x.dims();
             let flat: Tensor<3> = x.reshape([n, inputs, h * w]);
             let weight: Tensor<3> = weight.reshape([1, outputs, inputs]);
-            let bias: Tensor<3> = self.bias.val().reshape([1, outputs, 1]);
+            let bias: Tensor<3> = bias.reshape([1, outputs, 1]);
             return (weight.matmul(flat) + bias).reshape([n, outputs, h, w]);
         }
         let pad = kernel / 2;
         let options = ConvOptions::new([self.stride, self.stride], [pad, pad], [1, 1], 1);
-        conv2d(x, weight, Some(self.bias.val()), options)
+        conv2d(x, weight, Some(bias), options)
     }
 
     /// What it costs on a map whose output has `pixels` pixels.

@@ -4,12 +4,14 @@ use super::bins::expected_coordinate;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
 use super::{CompactConfig, PATCH};
 use crate::network::description::{Cost, LayerTable};
+use crate::network::half_precision::widened;
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
-/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16.
+/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
+/// coordinates in single precision.
 pub struct MainBlockOutput {
     /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
     pub patches: Tensor<4>,
@@ -74,14 +76,15 @@ impl MainBlock {
         }
         let at16 = at16.clone() + up(&self.lateral16, at32, &at16);
         let at16 = self.decode16.forward(at16);
-        let read = scaled_relu(at16.clone());
+        let read = widened(scaled_relu(at16.clone()));
         let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
         let coarse = Tensor::cat(
             bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
             1,
         );
         let features = self.decode8.forward(at8.clone() + up(&self.lateral8, at16, &at8));
-        let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(scaled_relu(features.clone()));
+        let read = widened(scaled_relu(features.clone()));
+        let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(read);
         MainBlockOutput {
             patches,
             features,

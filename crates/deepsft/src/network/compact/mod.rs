@@ -16,6 +16,7 @@ pub use seams::SEAM_JUMP;
 use super::block::{Block, train_if_listed};
 use super::config::within;
 use super::description::LayerTable;
+use super::half_precision::widened;
 use super::upsampling::upsample_nearest;
 use super::{DepthRange, NetworkConfig, NetworkMaps};
 use burn::module::Module;
@@ -153,7 +154,7 @@ impl CompactNetwork {
         let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2);
         let mask = coarse + self.mask_fine.forward(scaled_relu(main.patches));
         let mask = mask.clone() + self.mask_mix.forward(scaled_relu(mask));
-        let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
+        let mask = self.mask.forward(widened(scaled_relu(mask))); // [N, 16, H / 4, W / 4]
 
         let registration = main.coordinates.clone().slice([0..n, 0..2]);
         let depth = main.coordinates.clone().slice([0..n, 2..3]);
@@ -297,13 +298,16 @@ impl CompactNetwork {
 fn pad(images: Tensor<4>, multiple: usize) -> Tensor<4> {
     let [n, c, height, width] = images.dims();
     let (h, w) = (height.next_multiple_of(multiple), width.next_multiple_of(multiple));
-    let device = images.device();
+    let (device, dtype) = (images.device(), images.dtype());
     let mut padded = images;
     if h > height {
-        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h - height, width], &device)], 2);
+        padded = Tensor::cat(
+            vec![padded, Tensor::zeros([n, c, h - height, width], (&device, dtype))],
+            2,
+        );
     }
     if w > width {
-        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h, w - width], &device)], 3);
+        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h, w - width], (&device, dtype))], 3);
     }
     padded
 }

@@ -8,6 +8,7 @@ use super::layers::{Convolution, scaled_relu};
 use super::planar::PLANAR_CUES;
 use super::{CompactConfig, DepthRange, NetworkConfig};
 use crate::network::description::LayerTable;
+use crate::network::half_precision::widened;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
 
@@ -44,11 +45,12 @@ impl RefinementBlock {
     }
 
     /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7, h, w] -> [N, outputs,
-    /// h, w].
+    /// h, w], computed in the precision of the features, said in single precision.
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
+        let cues = cues.cast(features.dtype());
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward(scaled_relu(x));
-        self.correction.forward(scaled_relu(x))
+        self.correction.forward(widened(scaled_relu(x)))
     }
 
     /// Writes its layers into `table`.

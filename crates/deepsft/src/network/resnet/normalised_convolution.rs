@@ -2,6 +2,7 @@
 
 use super::Making;
 use crate::network::description::{Cost, LayerTable};
+use crate::network::half_precision::widened;
 use burn::module::{Module, Param};
 use burn::nn::{BatchNorm, BatchNormConfig};
 use burn::tensor::{Slice, Tensor, module::conv2d, ops::ConvOptions};
@@ -47,17 +48,22 @@ impl NormalisedConvolution {
         }
     }
 
-    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)].
+    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)], in the precision of `x`; batch normalisation in
+    /// single precision.
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let y = self.convolve(x);
         match &self.normalisation {
-            Some(normalisation) => normalisation.forward(y),
+            Some(normalisation) => {
+                let dtype = y.dtype();
+                normalisation.forward(widened(y)).cast(dtype)
+            }
             None => y,
         }
     }
 
     fn convolve(&self, x: Tensor<4>) -> Tensor<4> {
-        let weight = self.weight.val();
+        let weight = self.weight.val().cast(x.dtype());
+        let bias = self.bias.val().cast(x.dtype());
         let [outputs, inputs, kernel, _] = weight.dims();
         if kernel == 1 {
             // A 1x1 convolution is a matrix product; its gradients are matrix products too.
@@ -65,12 +71,12 @@ impl NormalisedConvolution {
             let [n, _, h, w] = x.dims();
             let flat: Tensor<3> = x.reshape([n, inputs, h * w]);
             let weight: Tensor<3> = weight.reshape([1, outputs, inputs]);
-            let bias: Tensor<3> = self.bias.val().reshape([1, outputs, 1]);
+            let bias: Tensor<3> = bias.reshape([1, outputs, 1]);
             return (weight.matmul(flat) + bias).reshape([n, outputs, h, w]);
         }
         let pad = kernel / 2;
         let options = ConvOptions::new([self.stride, self.stride], [pad, pad], [1, 1], 1);
-        conv2d(x, weight, Some(self.bias.val()), options)
+        conv2d(x, weight, Some(bias), options)
     }
 
     /// The same function for inference, with the running statistics in filters and bias:

@@ -1,0 +1,344 @@
+//! Mixed precision: training learns as in single precision, skips what overflows, and goes on after a stop.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Tensor};
+use deepsft::{Architecture, CompactConfig, Network, NetworkConfig, R50FConfig};
+use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+use deepsft_synth::{SynthConfig, Synthesizer};
+use deepsft_train::{
+    BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, RefinementData,
+    RefinementStep, RefinementSteps, Schedule, TrainConfig, Trained, TrainingFrame, refine, train,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// burn's random numbers are one stream for all threads: a test at a time, so that each starts from the same weights.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+const SIZE: [usize; 2] = [96, 64];
+
+/// A texture whose red tells u and whose green tells v.
+fn template() -> Template {
+    let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
+    Template::thin_shell(texture, 180.0, 120.0).unwrap()
+}
+
+fn compact(camera: &Camera) -> NetworkConfig {
+    let shape = CompactConfig {
+        channels: [8, 8, 8, 8],
+        blocks_at_32: 1,
+        bins: [8, 8, 8],
+        refinement_channels: 16,
+        mask_channels: 8,
+        seams: false,
+    };
+    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], camera)
+}
+
+/// A narrow network with batch normalisation.
+fn normalised() -> NetworkConfig {
+    // Eight neurons: fewer may all be silent at first.
+    let shape = R50FConfig {
+        neurons: 256,
+        ..R50FConfig::narrow(32)
+    };
+    NetworkConfig::new(Architecture::R50F(shape), [180.0, 120.0], &training_camera())
+}
+
+/// Seconds between checkpoints of a run that ends before.
+const RARELY: f64 = 1e9;
+
+struct Weights(Vec<f32>);
+
+impl ModuleVisitor for Weights {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.0.extend(param.val().into_data().try_to_vec::<f32>().unwrap());
+    }
+}
+
+fn weights(network: &Network) -> Vec<f32> {
+    let mut weights = Weights(Vec::new());
+    network.visit(&mut weights);
+    assert!(weights.0.len() > 1000, "the network's weights were not visited");
+    weights.0
+}
+
+/// What a run told.
+#[derive(Default)]
+struct Told {
+    losses: Vec<f64>,
+    skipped: Vec<LossScale>,
+}
+
+impl Told {
+    fn hear(&mut self, told: &Progress) {
+        match told {
+            Progress::Step { loss, .. } => self.losses.push(*loss),
+            Progress::Skipped { scale, .. } => self.skipped.push(*scale),
+            _ => {}
+        }
+    }
+}
+
+/// A run of step 1 on one sample, up to `steps` steps, from the checkpoint in `folder` if there is one, with another
+/// one every so many seconds.
+fn step_one(
+    network: &NetworkConfig,
+    precision: Precision,
+    folder: &Path,
+    steps: u64,
+    every: f64,
+    mut report: impl FnMut(&Progress),
+) -> (Trained, Told) {
+    let synthesizer = Arc::new(Synthesizer::new(&template(), SynthConfig::default()).unwrap());
+    let windows = BatchShape {
+        frames: 2,
+        width: 96,
+        height: 96,
+    };
+    let schedule = match network.architecture {
+        Architecture::Compact(_) => Schedule {
+            windows,
+            frames: windows,
+            ..Schedule::constant(2e-3, 2)
+        },
+        _ => Schedule::constant(3e-4, 2),
+    };
+    let config = TrainConfig {
+        seed: 3,
+        budget: Budget::Samples(2 * steps),
+        held_out_frames: 1,
+        evaluate_every: every,
+        checkpoint: folder.to_path_buf(),
+        resume: true,
+        optimizer: Optimizer::Adam { betas: [0.9, 0.999] },
+        schedule,
+        epoch_samples: Some(1),
+        average_decay: 0.0,
+        precision,
+        ..TrainConfig::default()
+    };
+    let mut told = Told::default();
+    let trained = train(&synthesizer, network, &config, &Device::flex(), |progress| {
+        told.hear(&progress);
+        report(&progress);
+    });
+    (trained.unwrap(), told)
+}
+
+/// Copies a checkpoint as a kill would leave it.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+/// Largest difference of two courses of the loss, as a share of the first loss.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / a[0]
+}
+
+/// How far a loss may be from single precision's at any step, as a share of the first. bfloat16 has an eighth of the
+/// fraction's accuracy.
+const TOLERANCES: [(Precision, f64); 2] = [(Precision::F16, 0.05), (Precision::BF16, 0.1)];
+
+#[test]
+fn step_one_in_half_precision_learns_as_in_single_precision() {
+    let _alone = alone();
+    for (network, steps) in [(compact(&training_camera()), 30), (normalised(), 6)] {
+        let folder = tempfile::tempdir().unwrap();
+        let start = folder.path().join("start");
+        step_one(&network, Precision::F32, &start, 1, RARELY, |_| {});
+        let go_on = |precision: Precision| {
+            let folder = folder.path().join(precision.name());
+            copy(&start, &folder);
+            // From the first step on no gradient overflows.
+            if precision == Precision::F16 {
+                let scale = 1024.0;
+                inject(
+                    &folder,
+                    LossScale {
+                        scale,
+                        ..LossScale::new(precision)
+                    },
+                );
+            }
+            step_one(&network, precision, &folder, 1 + steps, RARELY, |_| {})
+        };
+        let (_, single) = go_on(Precision::F32);
+        let name = network.architecture.name();
+        for (precision, tolerance) in TOLERANCES {
+            let (trained, half) = go_on(precision);
+            let (first, last) = (half.losses[0], half.losses[half.losses.len() - 1]);
+            let apart = apart(&single.losses, &half.losses);
+            println!("{name} {precision}: {first:.4} -> {last:.4}, {apart:.1e} from single precision");
+            assert!(
+                half.skipped.is_empty() && last < 0.8 * first,
+                "{precision}: {first} -> {last}"
+            );
+            assert!(apart > 0.0 && apart < tolerance, "{name} {precision}: {apart}");
+            let scale = trained.state.loss_scale.unwrap();
+            assert_eq!((scale.precision, scale.skipped_steps), (precision, 0));
+        }
+        assert!(
+            step_one(&network, Precision::F32, &start, 1, RARELY, |_| {})
+                .0
+                .state
+                .loss_scale
+                .is_none()
+        );
+    }
+}
+
+/// A frame in which a part of the template is seen.
+fn frame(index: usize) -> TrainingFrame {
+    let [width, height] = SIZE;
+    let mut maps = Maps::empty(width, height);
+    for y in 8..height - 8 {
+        for x in 10..width - 10 {
+            let uv = [0.2 + 0.02 * index as f32 + x as f32 / 200.0, 0.3 + y as f32 / 160.0];
+            maps.set(y * width + x, 500.0 + x as f32, uv);
+        }
+    }
+    TrainingFrame {
+        index,
+        image: draw_template(template().texture(), &maps),
+        depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
+        inside: maps.mask(),
+        depth_counts: maps.mask(),
+        level: 0,
+    }
+}
+
+#[test]
+fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
+    let _alone = alone();
+    let camera = training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap();
+    Device::flex().seed(5);
+    let network = compact(&camera).init(&Device::flex()).fold();
+    let frames = RecordedFrames {
+        training: (0..3).map(frame).collect(),
+        held_out: vec![frame(1)],
+        left_out: 0,
+    };
+    for step in [RefinementStep::Depth, RefinementStep::Registration] {
+        let run = |precision: Precision| {
+            let folder = tempfile::tempdir().unwrap();
+            let steps = RefinementSteps {
+                epochs: 40,
+                batch: 3,
+                optimizer: Optimizer::Adam { betas: [0.9, 0.999] },
+                learning_rate: LearningRate {
+                    initial: 3e-3,
+                    decay: 0.0,
+                },
+            };
+            let config = TrainConfig {
+                checkpoint: folder.path().join("checkpoint"),
+                depth_steps: steps,
+                registration_steps: steps,
+                precision,
+                // Half precision and two devices at once.
+                more_devices: vec![Device::flex()],
+                ..TrainConfig::default()
+            };
+            let data = RefinementData {
+                frames: &frames,
+                template: &template(),
+                canonical: &camera,
+                truth: &BTreeMap::new(),
+            };
+            let mut told = Told::default();
+            refine(&network, step, data, &config, &Device::flex(), |progress| {
+                told.hear(&progress);
+            })
+            .unwrap();
+            told.losses
+        };
+        let single = run(Precision::F32);
+        for (precision, tolerance) in TOLERANCES {
+            // Steps that are skipped at first leave the weights alone, and every step sees all three frames.
+            let half = run(precision);
+            assert!(half.len() > 30, "{}", half.len());
+            let (first, last) = (half[0], half[half.len() - 1]);
+            let apart = apart(&single[..half.len()], &half);
+            println!("{step:?} {precision}: {first:.4} -> {last:.4}, {apart:.1e} from single precision");
+            assert!(last < 0.3 * first, "{step:?} {precision}: {first} -> {last}");
+            assert!(apart < tolerance, "{step:?} {precision}: {apart}");
+        }
+    }
+}
+
+/// Writes another loss scale into a checkpoint.
+fn inject(folder: &Path, scale: LossScale) {
+    let path = folder.join("state.json");
+    let mut state: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    state["loss_scale"] = serde_json::to_value(scale).unwrap();
+    std::fs::write(&path, serde_json::to_vec(&state).unwrap()).unwrap();
+}
+
+#[test]
+fn a_step_that_overflows_is_not_made_and_halves_the_scale_and_a_stopped_run_goes_on_with_it() {
+    const STEPS: u64 = 22;
+    let _alone = alone();
+    for network in [compact(&training_camera()), normalised()] {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let precision = Precision::F16;
+        step_one(&network, Precision::F32, &at("start"), 1, RARELY, |_| {});
+        // No gradient of half precision is finite with this.
+        let huge = LossScale {
+            scale: 2.0_f64.powi(60),
+            ..LossScale::new(precision)
+        };
+        inject(&at("start"), huge);
+        copy(&at("start"), &at("once"));
+        let (once, told) = step_one(&network, precision, &at("once"), 2, RARELY, |_| {});
+        assert_eq!((told.losses.len(), told.skipped.len()), (0, 1));
+        assert_eq!(told.skipped[0].scale, 2.0_f64.powi(59));
+        assert_eq!(told.skipped[0].skipped_steps, 1);
+        assert_eq!((once.state.step, once.state.samples), (1, 4));
+        // Neither weights nor running statistics moved: both are in the folded network.
+        let (start, _) = step_one(&network, Precision::F32, &at("start"), 1, RARELY, |_| {});
+        assert!(weights(&once.network) == weights(&start.network));
+        if network.as_compact().is_none() {
+            // What follows is the same for all, and slow for this one.
+            continue;
+        }
+        // A scale from which it finds back within some steps.
+        let large = LossScale {
+            scale: 2.0_f64.powi(30),
+            ..huge
+        };
+        inject(&at("start"), large);
+        let (whole, told) = step_one(&network, precision, &at("start"), STEPS, 0.0, |progress| {
+            if let Progress::Evaluated(point) = progress
+                && point.samples == 6
+            {
+                copy(&at("start"), &at("half"));
+            }
+        });
+        let skipped = told.skipped.len();
+        println!("{}: {skipped} steps skipped", network.architecture.name());
+        assert!((3..=19).contains(&skipped), "{skipped}");
+        assert_eq!((told.losses.len() + skipped) as u64, STEPS - 1);
+        let scale = whole.state.loss_scale.unwrap();
+        assert_eq!(scale.skipped_steps as usize, skipped);
+        assert_eq!(scale.scale, 2.0_f64.powi(30 - skipped as i32));
+        assert_eq!(whole.state.step as usize, 1 + told.losses.len());
+        assert!(told.losses.iter().all(|loss| loss.is_finite()));
+        // Stopped among the skipped steps.
+        let (resumed, rest) = step_one(&network, precision, &at("half"), STEPS, RARELY, |_| {});
+        assert_eq!(rest.skipped.len(), skipped - 2);
+        assert_eq!(rest.losses, told.losses);
+        assert_eq!(resumed.state.loss_scale, whole.state.loss_scale);
+    }
+}
