@@ -42,7 +42,8 @@ impl WeightAverage {
         let steps = self.steps as f64;
         let keep = self.decay.min((1.0 + steps) / (10.0 + steps)) as f32;
         for (average, now) in self.values.iter_mut().zip(weights(network)) {
-            for (a, n) in average.iter_mut().zip(now) {
+            // What is frozen stays bit for bit what it is: the sum of its two parts need not.
+            for (a, n) in average.iter_mut().zip(now).filter(|(a, n)| **a != *n) {
                 *a = *a * keep + n * (1.0 - keep);
             }
         }

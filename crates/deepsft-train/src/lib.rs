@@ -17,6 +17,7 @@ mod map_batch;
 mod optimizer;
 mod precision;
 mod recorded_frames;
+mod recording_figures;
 mod refinement;
 mod refinement_site;
 mod schedule;
@@ -44,7 +45,8 @@ pub use map_batch::{MapBatch, MapTensors};
 pub use optimizer::{LearningRate, Optimizer};
 pub use precision::{LossScale, Precision};
 pub use recorded_frames::TrainingFrame;
-pub use refinement::{MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, refine};
+pub use recording_figures::{MeanMedian, RecordingFigures};
+pub use refinement::{RecordedFrames, Refined, RefinementData, RefinementStep, refine};
 pub use schedule::Schedule;
 pub use study::{
     StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,

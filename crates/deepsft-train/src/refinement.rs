@@ -1,9 +1,11 @@
 //! Training steps 2 and 3 (paper, section 4): one refinement block, on a recording, everything else frozen.
 
 use crate::TrainError;
+use crate::average::WeightAverage;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{RefinementSteps, TrainConfig};
 use crate::recorded_frames::TrainingFrame;
+use crate::recording_figures::{MeanMedian, RecordingFigures};
 use crate::refinement_site::{Site, shares};
 use crate::step::{Step, Stepper};
 use crate::trainer::Progress;
@@ -11,13 +13,11 @@ use burn::module::{Module, ModuleVisitor, Param};
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
 use deepsft::{Block, Network};
-use deepsft_geometry::metrics::{Summary, frame_metrics};
-use deepsft_geometry::{Camera, Maps, Template, photometric_error, relit_photometric_error};
+use deepsft_geometry::{Camera, Template};
 use deepsft_synth::{Recording, Sample};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -103,131 +103,6 @@ impl RecordedFrames {
     }
 }
 
-/// How a network does on the held-out frames of a recording: means and medians over frames.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecordingFigures {
-    /// RMSE of the depth against the measured one where it counts, mm.
-    pub measured_depth_rmse_mm: Option<MeanMedian>,
-    /// E_pr of the paper, intensities in 0..=1.
-    pub photometric_error: Option<MeanMedian>,
-    /// The same with the light fitted, see [`relit_photometric_error`].
-    pub relit_photometric_error: Option<MeanMedian>,
-    /// RMSE of the depth against the truth, mm, where there is a truth.
-    pub depth_rmse_mm: Option<MeanMedian>,
-    /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
-    pub registration_rmse_px: Option<MeanMedian>,
-}
-
-/// Mean and median over frames.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeanMedian {
-    /// The mean.
-    pub mean: f64,
-    /// The median.
-    pub median: f64,
-}
-
-impl RecordingFigures {
-    /// Measures `network`, which is on `device`, on `frames`. `truth` as in [`RefinementData`].
-    ///
-    /// # Errors
-    /// [`TrainError`] when the device fails or the truth is not of the canonical size.
-    pub fn measure(
-        network: &Network,
-        frames: &[TrainingFrame],
-        template: &Template,
-        canonical: &Camera,
-        truth: &BTreeMap<usize, Sample>,
-        device: &Device,
-    ) -> Result<Self, TrainError> {
-        let mut figures = Figures::default();
-        for frame in frames {
-            // The same pixels before and after, whatever a step says of the depth that a network's mask is read from.
-            let truth = truth.get(&frame.index).map(|sample| &sample.truth);
-            let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth), device))?;
-            figures.add(&maps, frame, template, canonical, truth)?;
-        }
-        Ok(figures.summary())
-    }
-
-    /// The figures of the truth itself over the same pixels as [`RecordingFigures::measure`]: what no registration
-    /// changes of E_pr, and the sensor's own errors. `None` where there is no truth.
-    ///
-    /// # Errors
-    /// [`TrainError::Geometry`] when the truth is not of the canonical size.
-    pub fn of_truth(
-        frames: &[TrainingFrame],
-        template: &Template,
-        canonical: &Camera,
-        truth: &BTreeMap<usize, Sample>,
-    ) -> Result<Option<Self>, TrainError> {
-        let mut figures = Figures::default();
-        for frame in frames {
-            if let Some(sample) = truth.get(&frame.index) {
-                let seen = frame.seen(Some(&sample.truth));
-                let mut exact = sample.truth.clone();
-                (0..seen.len())
-                    .filter(|&pixel| !seen[pixel])
-                    .for_each(|pixel| exact.clear(pixel));
-                figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
-            }
-        }
-        Ok((!figures.photometric_error.is_empty()).then(|| figures.summary()))
-    }
-}
-
-/// The figures of frames, as [`RecordingFigures`] has their means.
-#[derive(Default)]
-struct Figures {
-    measured_depth_rmse_mm: Vec<Option<f64>>,
-    photometric_error: Vec<Option<f64>>,
-    relit_photometric_error: Vec<Option<f64>>,
-    depth_rmse_mm: Vec<Option<f64>>,
-    registration_rmse_px: Vec<Option<f64>>,
-}
-
-impl Figures {
-    fn add(
-        &mut self,
-        maps: &Maps,
-        frame: &TrainingFrame,
-        template: &Template,
-        canonical: &Camera,
-        truth: Option<&Maps>,
-    ) -> Result<(), TrainError> {
-        let texture = template.texture();
-        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
-        self.measured_depth_rmse_mm
-            .push(against(&frame.measured())?.depth_rmse_mm);
-        self.photometric_error
-            .push(photometric_error(&frame.image, texture, maps));
-        self.relit_photometric_error
-            .push(relit_photometric_error(&frame.image, texture, maps));
-        if let Some(truth) = truth {
-            let metrics = against(truth)?;
-            self.depth_rmse_mm.push(metrics.depth_rmse_mm);
-            self.registration_rmse_px.push(metrics.registration_rmse_px);
-        }
-        Ok(())
-    }
-
-    fn summary(self) -> RecordingFigures {
-        let over_frames = |values: Vec<Option<f64>>| {
-            Summary::of(values).map(|summary| MeanMedian {
-                mean: summary.mean,
-                median: summary.median,
-            })
-        };
-        RecordingFigures {
-            measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
-            photometric_error: over_frames(self.photometric_error),
-            relit_photometric_error: over_frames(self.relit_photometric_error),
-            depth_rmse_mm: over_frames(self.depth_rmse_mm),
-            registration_rmse_px: over_frames(self.registration_rmse_px),
-        }
-    }
-}
-
 /// A refined network.
 pub struct Refined {
     /// On the plain device; all weights but those of the step's block are bit for bit what they were.
@@ -285,6 +160,7 @@ pub fn refine(
         || -> Result<Network, TrainError> { Ok(copy_of(network, &differentiable)?.train_only(&[step.block()])) };
     let mut trained = make_network()?;
     let mut optimizer = steps.optimizer.init();
+    let mut average = WeightAverage::new(&trained, steps.average_decay);
     let dtype = stepper.dtype();
     let sites: Vec<Site> = (stepper.devices().iter())
         .map(|device| Site::new(template, device, dtype))
@@ -299,6 +175,8 @@ pub fn refine(
     if config.resume
         && let Some(saved) = folder.load(make_network, steps.optimizer.init(), &fingerprint, config.seed)?
     {
+        let averaged = saved.average.as_ref().unwrap_or(&saved.network);
+        average = WeightAverage::resume(averaged, steps.average_decay, saved.state.step);
         (state, trained, optimizer) = (saved.state, saved.network, saved.optimizer);
         stepper.resume(state.loss_scale);
         report(Progress::Resumed {
@@ -326,7 +204,10 @@ pub fn refine(
                 |network, share, number| Ok(sites[number].loss(network, step, &share, config)),
             )?;
             trained = network;
-            state.step += u64::from(made);
+            if made {
+                average.update(&trained);
+                state.step += 1;
+            }
             state.samples += batch.len() as u64;
             state.seconds += clock.elapsed().as_secs_f64();
             if let (false, Some(scale)) = (made, stepper.scale()) {
@@ -342,14 +223,15 @@ pub fn refine(
                 loss,
             });
         }
-        after = measure(&trained.valid())?;
+        let averaged = average.apply(trained.valid());
+        after = measure(&averaged)?;
         let point = curve_point(&state, Some(sum / count.max(1) as f64), &after, steps);
         state.curve.push(point);
         state.loss_scale = stepper.scale();
-        folder.save(&state, &trained.valid(), None, &optimizer)?;
+        folder.save(&state, &trained.valid(), Some(&averaged), &optimizer)?;
         report(Progress::Evaluated(point));
     }
-    let refined = trained.valid();
+    let refined = average.apply(trained.valid());
     if state.samples > 0 && after == before {
         // Everything came from the checkpoint.
         after = measure(&refined)?;

@@ -114,6 +114,7 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
                     initial: 1e-3,
                     decay: 0.0,
                 },
+                average_decay: 0.0,
             };
             let config = TrainConfig {
                 checkpoint: folder.path().join("checkpoint"),

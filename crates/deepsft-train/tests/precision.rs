@@ -240,6 +240,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
                     initial: 3e-3,
                     decay: 0.0,
                 },
+                average_decay: 0.0,
             };
             let config = TrainConfig {
                 checkpoint: folder.path().join("checkpoint"),

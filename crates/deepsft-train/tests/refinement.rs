@@ -73,6 +73,7 @@ fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
             initial: rate,
             decay: 0.0,
         },
+        average_decay: 0.5,
     };
     let mut config = TrainConfig {
         checkpoint: checkpoint.to_path_buf(),

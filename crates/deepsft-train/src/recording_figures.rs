@@ -1,0 +1,136 @@
+//! How a network does on the held-out frames of a recording.
+
+use crate::TrainError;
+use crate::recorded_frames::TrainingFrame;
+use burn::tensor::Device;
+use deepsft::Network;
+use deepsft_geometry::metrics::{Summary, frame_metrics};
+use deepsft_geometry::{Camera, Maps, Template, photometric_error, relit_photometric_error};
+use deepsft_synth::Sample;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// How a network does on the held-out frames of a recording: means and medians over frames.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordingFigures {
+    /// RMSE of the depth against the measured one where it counts, mm.
+    pub measured_depth_rmse_mm: Option<MeanMedian>,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<MeanMedian>,
+    /// The same with the light fitted, see [`relit_photometric_error`].
+    pub relit_photometric_error: Option<MeanMedian>,
+    /// RMSE of the depth against the truth, mm, where there is a truth.
+    pub depth_rmse_mm: Option<MeanMedian>,
+    /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
+    pub registration_rmse_px: Option<MeanMedian>,
+}
+
+/// Mean and median over frames.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeanMedian {
+    /// The mean.
+    pub mean: f64,
+    /// The median.
+    pub median: f64,
+}
+
+impl RecordingFigures {
+    /// Measures `network`, which is on `device`, on `frames`. `truth` as in [`RefinementData`].
+    ///
+    /// # Errors
+    /// [`TrainError`] when the device fails or the truth is not of the canonical size.
+    pub fn measure(
+        network: &Network,
+        frames: &[TrainingFrame],
+        template: &Template,
+        canonical: &Camera,
+        truth: &BTreeMap<usize, Sample>,
+        device: &Device,
+    ) -> Result<Self, TrainError> {
+        let mut figures = Figures::default();
+        for frame in frames {
+            // The same pixels before and after, whatever a step says of the depth that a network's mask is read from.
+            let truth = truth.get(&frame.index).map(|sample| &sample.truth);
+            let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth), device))?;
+            figures.add(&maps, frame, template, canonical, truth)?;
+        }
+        Ok(figures.summary())
+    }
+
+    /// The figures of the truth itself over the same pixels as [`RecordingFigures::measure`]: what no registration
+    /// changes of E_pr, and the sensor's own errors. `None` where there is no truth.
+    ///
+    /// # Errors
+    /// [`TrainError::Geometry`] when the truth is not of the canonical size.
+    pub fn of_truth(
+        frames: &[TrainingFrame],
+        template: &Template,
+        canonical: &Camera,
+        truth: &BTreeMap<usize, Sample>,
+    ) -> Result<Option<Self>, TrainError> {
+        let mut figures = Figures::default();
+        for frame in frames {
+            if let Some(sample) = truth.get(&frame.index) {
+                let seen = frame.seen(Some(&sample.truth));
+                let mut exact = sample.truth.clone();
+                (0..seen.len())
+                    .filter(|&pixel| !seen[pixel])
+                    .for_each(|pixel| exact.clear(pixel));
+                figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
+            }
+        }
+        Ok((!figures.photometric_error.is_empty()).then(|| figures.summary()))
+    }
+}
+
+/// The figures of frames, as [`RecordingFigures`] has their means.
+#[derive(Default)]
+struct Figures {
+    measured_depth_rmse_mm: Vec<Option<f64>>,
+    photometric_error: Vec<Option<f64>>,
+    relit_photometric_error: Vec<Option<f64>>,
+    depth_rmse_mm: Vec<Option<f64>>,
+    registration_rmse_px: Vec<Option<f64>>,
+}
+
+impl Figures {
+    fn add(
+        &mut self,
+        maps: &Maps,
+        frame: &TrainingFrame,
+        template: &Template,
+        canonical: &Camera,
+        truth: Option<&Maps>,
+    ) -> Result<(), TrainError> {
+        let texture = template.texture();
+        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
+        self.measured_depth_rmse_mm
+            .push(against(&frame.measured())?.depth_rmse_mm);
+        self.photometric_error
+            .push(photometric_error(&frame.image, texture, maps));
+        self.relit_photometric_error
+            .push(relit_photometric_error(&frame.image, texture, maps));
+        if let Some(truth) = truth {
+            let metrics = against(truth)?;
+            self.depth_rmse_mm.push(metrics.depth_rmse_mm);
+            self.registration_rmse_px.push(metrics.registration_rmse_px);
+        }
+        Ok(())
+    }
+
+    fn summary(self) -> RecordingFigures {
+        let over_frames = |values: Vec<Option<f64>>| {
+            Summary::of(values).map(|summary| MeanMedian {
+                mean: summary.mean,
+                median: summary.median,
+            })
+        };
+        RecordingFigures {
+            measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
+            photometric_error: over_frames(self.photometric_error),
+            relit_photometric_error: over_frames(self.relit_photometric_error),
+            depth_rmse_mm: over_frames(self.depth_rmse_mm),
+            registration_rmse_px: over_frames(self.registration_rmse_px),
+        }
+    }
+}
