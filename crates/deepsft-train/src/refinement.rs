@@ -166,7 +166,9 @@ impl RecordingFigures {
             if let Some(sample) = truth.get(&frame.index) {
                 let seen = frame.seen(Some(&sample.truth));
                 let mut exact = sample.truth.clone();
-                (0..seen.len()).filter(|&pixel| !seen[pixel]).for_each(|pixel| exact.clear(pixel));
+                (0..seen.len())
+                    .filter(|&pixel| !seen[pixel])
+                    .for_each(|pixel| exact.clear(pixel));
                 figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
             }
         }
@@ -195,7 +197,8 @@ impl Figures {
     ) -> Result<(), TrainError> {
         let texture = template.texture();
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
-        self.measured_depth_rmse_mm.push(against(&frame.measured())?.depth_rmse_mm);
+        self.measured_depth_rmse_mm
+            .push(against(&frame.measured())?.depth_rmse_mm);
         self.photometric_error
             .push(photometric_error(&frame.image, texture, maps));
         self.relit_photometric_error
