@@ -1,6 +1,7 @@
 //! Which camera an image was taken by, and how reports tell it.
 
 use anyhow::{Result, bail};
+use deepsft::CameraFile;
 use deepsft_geometry::{Camera, Picture};
 use serde::Serialize;
 
@@ -10,13 +11,8 @@ const ROUNDING_PX: f64 = 1.0;
 /// A camera as reports have it: the fields of `camera.json` and where they come from.
 #[derive(Serialize)]
 pub struct CameraReport {
-    width: u32,
-    height: u32,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    distortion: [f64; 5],
+    #[serde(flatten)]
+    camera: CameraFile,
     /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
     source: &'static str,
 }
@@ -24,15 +20,8 @@ pub struct CameraReport {
 impl CameraReport {
     /// The report of `camera`, which comes from `source`.
     pub fn new(camera: &Camera, source: &'static str) -> Self {
-        let (focal, principal) = (camera.focal(), camera.principal_point());
         Self {
-            width: camera.width(),
-            height: camera.height(),
-            fx: focal.x,
-            fy: focal.y,
-            cx: principal.x,
-            cy: principal.y,
-            distortion: camera.distortion(),
+            camera: camera.into(),
             source,
         }
     }

@@ -2,10 +2,11 @@
 
 use crate::failure::BlameInput;
 use crate::output::atomic::StagedFolder;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use deepsft_geometry::Camera;
 use deepsft_synth::{
-    DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShardReader, write_shard,
+    DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, HandleShapeCounts, Sample, SampleRecord, ShardReader,
+    write_shard,
 };
 use std::fs;
 use std::io::{BufReader, BufWriter};
@@ -64,6 +65,7 @@ pub fn parts(folder: &Path) -> Option<u64> {
 fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     let mut whole: Option<DatasetDescription> = None;
     let mut changes = EdgeLengthHistogram::default();
+    let mut shapes: Option<HandleShapeCounts> = None;
     for part in 1..=of {
         let name = part_name(part, of);
         if !folder.join(&name).join(DATASET_FILE).exists() {
@@ -76,6 +78,9 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
         if let Some(summary) = &description.edge_length_change {
             changes.add(&summary.histogram);
         }
+        if let Some(counts) = &description.handle_shapes {
+            shapes.get_or_insert_default().add(counts);
+        }
         match &mut whole {
             None => whole = Some(description),
             Some(whole) => {
@@ -85,13 +90,36 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
                 }
                 whole.samples += description.samples;
                 whole.shards.append(&mut description.shards);
+                whole.shard_bytes.append(&mut description.shard_bytes);
             }
         }
     }
     let mut whole = whole.context("it has no parts")?;
+    if whole.shard_bytes.len() != whole.shards.len() {
+        // A part that does not say how large its shards are: nothing is known in order.
+        whole.shard_bytes.clear();
+    }
     whole.part = None;
     whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
+    whole.handle_shapes = shapes;
     Ok(whole)
+}
+
+/// Checks that the shards of the data set in `folder` are there and, where the description says how large they are,
+/// whole.
+pub fn check_shards(folder: &Path, description: &DatasetDescription) -> Result<()> {
+    for (number, name) in description.shards.iter().enumerate() {
+        let path = folder.join(name);
+        let wrong = match (fs::metadata(&path), description.shard_bytes.get(number)) {
+            (Err(error), _) => error.to_string(),
+            (Ok(file), Some(&bytes)) if bytes != file.len() => {
+                format!("it has {} bytes and should have {bytes}", file.len())
+            }
+            _ => continue,
+        };
+        return Err(anyhow!("{wrong}; put it back, or remove the data set to make it anew")).blame("shard", &path);
+    }
+    Ok(())
 }
 
 /// Reads and checks the description in `folder`.
@@ -131,7 +159,7 @@ pub fn samples(
             }
         }
         if count != expected {
-            let short = Err(anyhow::anyhow!(
+            let short = Err(anyhow!(
                 "its shards hold {count} samples, its description says {expected}"
             ));
             let _ = sender.send(short.blame("data set", &folder));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exit code when work failed although command line and inputs were fine.
-const FAILED: u8 = 1;
+pub const FAILED: u8 = 1;
 
 /// Exit code of a wrong command line; clap exits with the same.
 const USAGE: u8 = 2;

@@ -2,6 +2,10 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+// First: its macros are for all that follow.
+#[macro_use]
+mod printing;
+
 mod camera_choice;
 mod clip_folder;
 mod commands;
@@ -45,7 +49,8 @@ Exit codes:
   0  done
   1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
   2  the command line is wrong
-  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video";
+  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
+  141  what read the output went away before the end, as head does";
 
 #[derive(Subcommand)]
 enum Command {

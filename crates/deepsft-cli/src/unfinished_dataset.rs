@@ -7,7 +7,7 @@
 use crate::dataset::DATASET_FILE;
 use crate::output::atomic;
 use anyhow::{Context, Result, bail};
-use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, ShardWriter};
+use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, HandleShapeCounts, ShardWriter};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
 use std::fs;
@@ -42,6 +42,17 @@ struct FinishedShard {
     bytes: u64,
     samples: u64,
     edge_lengths: EdgeLengthHistogram,
+    #[serde(default)]
+    handle_shapes: HandleShapeCounts,
+}
+
+/// A sample for a shard, and what is counted of it.
+pub struct CountedSample {
+    pub encoded: EncodedSample,
+    /// Changes of the lengths of the mesh's edges; none where the object is not seen.
+    pub edge_lengths: Option<Vec<f64>>,
+    /// Strength of the shape, where handles made it and it is seen.
+    pub handle_strength: Option<f64>,
 }
 
 /// The folder beside the place, and what is in it.
@@ -100,35 +111,46 @@ impl UnfinishedDataset {
         sum
     }
 
-    /// Writes the next shard; gives whether there were samples for one.
-    pub fn write_shard(
-        &mut self,
-        samples: impl Iterator<Item = Result<(EncodedSample, Option<Vec<f64>>)>>,
-    ) -> Result<()> {
+    /// How strong the shapes of the finished shards are; `None` where handles made none.
+    pub fn handle_shapes(&self) -> Option<HandleShapeCounts> {
+        let mut sum = HandleShapeCounts::default();
+        self.state.shards.iter().for_each(|shard| sum.add(&shard.handle_shapes));
+        (sum.shapes > 0).then_some(sum)
+    }
+
+    /// Writes the next shard.
+    pub fn write_shard(&mut self, samples: impl Iterator<Item = Result<CountedSample>>) -> Result<()> {
         let name = format!("shard-{:06}.tar", self.state.shards.len());
         let beside = self.folder.join(OPEN_SHARD);
         let mut edge_lengths = EdgeLengthHistogram::default();
-        let write = |edge_lengths: &mut EdgeLengthHistogram| -> Result<(u64, u64)> {
+        let mut handle_shapes = HandleShapeCounts::default();
+        let write = || -> Result<(u64, u64)> {
             let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside)?));
             for sample in samples {
-                let (encoded, changes) = sample?;
-                shard.append(&encoded)?;
-                if let Some(changes) = changes {
-                    edge_lengths.count(changes);
-                }
+                let sample = sample?;
+                shard.append(&sample.encoded)?;
+                sample
+                    .edge_lengths
+                    .into_iter()
+                    .for_each(|some| edge_lengths.count(some));
+                sample
+                    .handle_strength
+                    .into_iter()
+                    .for_each(|one| handle_shapes.count(one));
             }
             let (count, out) = shard.finish()?;
             let file = out.into_inner().map_err(|error| error.into_error())?;
             file.sync_all()?;
             Ok((count, file.metadata()?.len()))
         };
-        let (samples, bytes) = write(&mut edge_lengths).with_context(|| format!("could not write {name}"))?;
+        let (samples, bytes) = write().with_context(|| format!("could not write {name}"))?;
         fs::rename(&beside, self.folder.join(&name)).with_context(|| format!("could not write {name}"))?;
         self.state.shards.push(FinishedShard {
             name,
             bytes,
             samples,
             edge_lengths,
+            handle_shapes,
         });
         self.save()
     }
@@ -136,6 +158,11 @@ impl UnfinishedDataset {
     /// Names of the finished shards.
     pub fn shards(&self) -> Vec<String> {
         self.state.shards.iter().map(|shard| shard.name.clone()).collect()
+    }
+
+    /// Bytes of the finished shards.
+    pub fn shard_bytes(&self) -> Vec<u64> {
+        self.state.shards.iter().map(|shard| shard.bytes).collect()
     }
 
     /// Puts the data set in its place; an older one there is replaced.
@@ -189,11 +216,15 @@ mod tests {
         Template::thin_shell(Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]), 200.0, 150.0).unwrap()
     }
 
-    fn sample(index: u64) -> Result<(EncodedSample, Option<Vec<f64>>)> {
+    fn sample(index: u64) -> Result<CountedSample> {
         let synthesizer = synthesis::synthesizer(&template(), &SynthesisOptions::default())?;
         let sample = synthesizer.sample(3, index);
         let record = SampleRecord { seed: 3, index, sample };
-        Ok((record.encode()?, Some(vec![0.01])))
+        Ok(CountedSample {
+            encoded: record.encode()?,
+            edge_lengths: Some(vec![0.01]),
+            handle_strength: Some(0.6),
+        })
     }
 
     #[test]
@@ -208,6 +239,8 @@ mod tests {
         fs::write(folder.join(OPEN_SHARD), "half").unwrap();
         let set = UnfinishedDataset::open(&place, plan(3)).unwrap();
         assert_eq!((set.finished(), set.edge_lengths().samples), (2, 2));
+        let shapes = set.handle_shapes().unwrap();
+        assert_eq!((shapes.shapes, shapes.weakened, shapes.at_rest), (2, 2, 0));
         // A shard cut short is not whole, nor is what comes after it.
         fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
         assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);

@@ -1,16 +1,7 @@
 //! Islands of a mask: pieces too small to be the object.
 
-use crate::Maps;
-
-/// Pixels of one row that are next to each other and inside the mask.
-struct Run {
-    start: usize,
-    end: usize,
-    /// A run of the same piece, itself for the piece's first.
-    parent: usize,
-    /// Pixels of the piece; right for its first run.
-    area: usize,
-}
+use crate::{DisjointSets, Maps};
+use std::ops::Range;
 
 /// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `least_share` of the largest
 /// piece's pixels, and gives the number of pixels cleared. A hand before a sheet cuts it into several
@@ -25,7 +16,9 @@ struct Run {
 /// assert_eq!(maps.area(), 100);
 /// ```
 pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
-    let (width, mut runs) = (maps.width(), Vec::<Run>::new());
+    let width = maps.width();
+    // Pixels of one row that are next to each other and inside the mask, and which of these runs hang together.
+    let (mut runs, mut pieces) = (Vec::<Range<usize>>::new(), DisjointSets::default());
     let mut above = 0..0;
     for row in 0..maps.height() {
         let first = runs.len();
@@ -35,13 +28,8 @@ pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
             match (start, inside) {
                 (None, true) => start = Some(pixel),
                 (Some(from), false) => {
-                    let parent = runs.len();
-                    runs.push(Run {
-                        start: from,
-                        end: pixel,
-                        parent,
-                        area: pixel - from,
-                    });
+                    runs.push(from..pixel);
+                    pieces.add();
                     start = None;
                 }
                 _ => {}
@@ -52,7 +40,7 @@ pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
         while upper < above.end && lower < runs.len() {
             let (top, bottom) = (&runs[upper], &runs[lower]);
             if top.start + width < bottom.end && bottom.start < top.end + width {
-                join(&mut runs, upper, lower);
+                pieces.join(upper, lower);
             }
             if runs[upper].end + width < runs[lower].end {
                 upper += 1;
@@ -62,35 +50,19 @@ pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
         }
         above = first..runs.len();
     }
-    let largest = runs.iter().map(|run| run.area).max().unwrap_or(0);
+    let mut areas = vec![0; runs.len()];
+    for (index, run) in runs.iter().enumerate() {
+        areas[pieces.first(index)] += run.len();
+    }
+    let largest = areas.iter().copied().max().unwrap_or(0);
     let mut cleared = 0;
-    for index in 0..runs.len() {
-        let piece = root(&mut runs, index);
-        if (runs[piece].area as f64) < least_share * largest as f64 {
-            let pixels = runs[index].start..runs[index].end;
-            cleared += pixels.len();
-            pixels.for_each(|pixel| maps.clear(pixel));
+    for (index, run) in runs.into_iter().enumerate() {
+        if (areas[pieces.first(index)] as f64) < least_share * largest as f64 {
+            cleared += run.len();
+            run.for_each(|pixel| maps.clear(pixel));
         }
     }
     cleared
-}
-
-/// The first run of a run's piece; shortens the way there.
-fn root(runs: &mut [Run], mut index: usize) -> usize {
-    while runs[index].parent != index {
-        runs[index].parent = runs[runs[index].parent].parent;
-        index = runs[index].parent;
-    }
-    index
-}
-
-fn join(runs: &mut [Run], a: usize, b: usize) {
-    let (a, b) = (root(runs, a), root(runs, b));
-    if a != b {
-        let (keep, joined) = (a.min(b), a.max(b));
-        runs[joined].parent = keep;
-        runs[keep].area += runs[joined].area;
-    }
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@
 mod camera;
 mod canonical;
 mod completion;
+mod disjoint_sets;
 mod error;
 mod islands;
 mod maps;
@@ -47,6 +48,7 @@ pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,
 };
+pub use disjoint_sets::DisjointSets;
 pub use error::GeometryError;
 pub use glam;
 pub use islands::remove_islands;

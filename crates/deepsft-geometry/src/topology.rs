@@ -1,7 +1,7 @@
 //! How the faces of a mesh hang together: pieces, texture charts, seams, borders.
 
-use crate::{GeometryError, TriangleMesh, Welding};
-use std::collections::HashMap;
+use crate::{DisjointSets, GeometryError, TriangleMesh, Welding};
+use std::collections::{HashMap, HashSet};
 
 /// Texels a side of the raster on which [`texture_overlap`] counts.
 const OVERLAP_TEXELS: usize = 512;
@@ -95,25 +95,13 @@ impl Topology {
 
 /// Number of sets of faces that hang together by vertices.
 fn pieces(mesh: &TriangleMesh) -> usize {
-    let mut parent: Vec<usize> = (0..mesh.vertices().len()).collect();
-    fn root(parent: &mut [usize], mut v: usize) -> usize {
-        while parent[v] != v {
-            parent[v] = parent[parent[v]];
-            v = parent[v];
-        }
-        v
-    }
+    let mut sets = DisjointSets::new(mesh.vertices().len());
     for &[a, b, c] in mesh.faces() {
-        let a = root(&mut parent, a);
-        for other in [b, c] {
-            let other = root(&mut parent, other);
-            parent[other] = a;
-        }
+        sets.join(a, b);
+        sets.join(a, c);
     }
-    let mut roots: Vec<usize> = mesh.faces().iter().map(|f| root(&mut parent, f[0])).collect();
-    roots.sort_unstable();
-    roots.dedup();
-    roots.len()
+    let firsts: HashSet<usize> = mesh.faces().iter().map(|face| sets.first(face[0])).collect();
+    firsts.len()
 }
 
 /// Share of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the

@@ -122,7 +122,8 @@ impl Cloth {
         for k in 0..self.rest.len() {
             let (i, j) = (k % columns, k / columns);
             let mut bend = |step: usize, spacing: f64| {
-                // The particle's share of the sheet; for the last row or column of bends it reaches to the outline.
+                // The particle's share of the sheet. No bend is left for the half cell along the outline beyond the last
+                // ones: it resists none across the outline.
                 self.curvatures.push(Bend {
                     particles: [k - step, k, k + step],
                     weights: [1.0, -2.0, 1.0],

@@ -54,7 +54,8 @@ struct SampleJson {
     vertices_camera: Vec<[f64; 3]>,
 }
 
-/// A camera in JSON: the fields of `camera.json`.
+/// A camera in JSON: the fields of `camera.json`. The crate `deepsft` has them too: neither crate may use the other,
+/// and the geometry that both use knows no files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CameraJson {
     width: u32,

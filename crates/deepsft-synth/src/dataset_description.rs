@@ -25,6 +25,9 @@ pub struct DatasetDescription {
     pub part: Option<(u64, u64)>,
     /// File names of the shards, in order.
     pub shards: Vec<String>,
+    /// Bytes of each shard, in the same order; empty where they are not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shard_bytes: Vec<u64>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
     /// Unit of the depth files, mm.
@@ -41,10 +44,41 @@ pub struct DatasetDescription {
     /// How isometric the deformations are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_length_change: Option<EdgeLengthSummary>,
+    /// How many shapes came out as they were drawn, where handles made them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub handle_shapes: Option<HandleShapeCounts>,
 }
 
-/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that show
-/// the object.
+/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the
+/// samples that show the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HandleShapeCounts {
+    /// All of them.
+    pub shapes: u64,
+    /// Those that were made weaker, to keep the bounds on edge lengths.
+    pub weakened: u64,
+    /// Those that could not be made at all: the object has its rest shape.
+    pub at_rest: u64,
+}
+
+impl HandleShapeCounts {
+    /// Counts a shape by its [`crate::HandleShape::strength`].
+    pub fn count(&mut self, strength: f64) {
+        self.shapes += 1;
+        self.weakened += u64::from(strength > 0.0 && strength < 1.0);
+        self.at_rest += u64::from(strength == 0.0);
+    }
+
+    /// Adds the counts of other samples.
+    pub fn add(&mut self, other: &Self) {
+        self.shapes += other.shapes;
+        self.weakened += other.weakened;
+        self.at_rest += other.at_rest;
+    }
+}
+
+/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that
+/// show the object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EdgeLengthSummary {
     /// Median.
@@ -73,6 +107,7 @@ impl DatasetDescription {
             samples,
             part: None,
             shards,
+            shard_bytes: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,
@@ -80,6 +115,7 @@ impl DatasetDescription {
             configuration: config.description(),
             fingerprint: String::new(),
             edge_length_change: None,
+            handle_shapes: None,
         }
     }
 

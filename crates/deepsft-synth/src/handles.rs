@@ -93,6 +93,16 @@ impl HandleConfig {
     }
 }
 
+/// A shape of a mesh that handles made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandleShape {
+    /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
+    pub vertices: Vec<DVec3>,
+    /// Share of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
+    /// they had to be weakened, 0 where the rest shape was kept.
+    pub strength: f64,
+}
+
 /// A mesh with its handles, ready to be deformed.
 ///
 /// ```
@@ -101,7 +111,7 @@ impl HandleConfig {
 /// let tube = capsule(240.0, 30.0, 41, 24)?;
 /// let deformation = HandleDeformation::new(&tube)?;
 /// let bent = deformation.deform(&HandleConfig::default(), &mut rand_pcg::Pcg64Mcg::seed_from_u64(5));
-/// assert!(edge_length_change(&tube, &bent).p95 <= 0.1);
+/// assert!(bent.strength > 0.0 && edge_length_change(&tube, &bent.vertices).p95 <= 0.1);
 /// # Ok::<(), deepsft_synth::SynthError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -154,9 +164,8 @@ impl HandleDeformation {
         })
     }
 
-    /// The vertices of the mesh after a random deformation, mm, template frame, laid on the rest shape as well as a rigid
-    /// motion can. A pure function of mesh, `config` and `rng`.
-    pub fn deform<R: Rng + ?Sized>(&self, config: &HandleConfig, rng: &mut R) -> Vec<DVec3> {
+    /// The mesh after a random deformation. A pure function of mesh, `config` and `rng`.
+    pub fn deform<R: Rng + ?Sized>(&self, config: &HandleConfig, rng: &mut R) -> HandleShape {
         let rest = self.welding.mesh().vertices();
         let mut order: Vec<usize> = (0..self.handles.len()).collect();
         order.shuffle(rng);
@@ -198,11 +207,15 @@ impl HandleDeformation {
                     .zip(self.mesh.vertices())
                     .map(|(&from, &to)| (from, to, 1.0));
                 let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-                return vertices.into_iter().map(|p| motion.apply(p)).collect();
+                let vertices = vertices.into_iter().map(|p| motion.apply(p)).collect();
+                return HandleShape { vertices, strength };
             }
             strength *= WEAKENING;
         }
-        self.mesh.vertices().to_vec()
+        HandleShape {
+            vertices: self.mesh.vertices().to_vec(),
+            strength: 0.0,
+        }
     }
 
     /// The mesh whose welded vertices are pulled to `points`.
@@ -382,11 +395,10 @@ mod tests {
         let config = HandleConfig::default();
         let (mut moved, mut changes) = (Vec::new(), Vec::new());
         for seed in 0..12 {
-            let vertices = deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed));
-            assert_eq!(
-                vertices,
-                deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed))
-            );
+            let shape = deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed));
+            assert_eq!(shape, deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed)));
+            assert!(shape.strength > 0.0, "{seed} stays at rest");
+            let vertices = shape.vertices;
             let change = crate::edge_length_change(toy.mesh(), &vertices);
             assert!(change.median <= 0.021 && change.p95 <= 0.105, "{seed}: {change:?}");
             changes.push(change.median);
@@ -401,6 +413,30 @@ mod tests {
         // Half of the shapes move some point by more than a limb is thick.
         assert!(moved[6] > 20.0, "{moved:?}");
         assert!(changes[6] > 1e-4, "nothing bends: {changes:?}");
+    }
+
+    #[test]
+    fn a_shape_says_whether_it_was_weakened_or_given_up() {
+        let tube = capsule(240.0, 20.0, 41, 16).unwrap();
+        let deformation = HandleDeformation::new(&tube).unwrap();
+        let shape = |p95| {
+            let config = HandleConfig {
+                most_edge_change: EdgeLengthChange { median: 1.0, p95 },
+                ..HandleConfig::default()
+            };
+            deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(3))
+        };
+        let drawn = shape(1.0);
+        assert_eq!(drawn.strength, 1.0);
+        // A bound a little below what was drawn: one step weaker, or a few.
+        let weaker = shape(0.9 * crate::edge_length_change(&tube, &drawn.vertices).p95);
+        assert!((0.0..1.0).contains(&weaker.strength) && weaker.strength >= WEAKENING.powi(WEAKENING_TRIES as i32));
+        assert_ne!(weaker.vertices, tube.vertices());
+        let given_up = shape(0.0);
+        assert_eq!(
+            (given_up.strength, given_up.vertices.as_slice()),
+            (0.0, tube.vertices())
+        );
     }
 
     #[test]

@@ -1,22 +1,14 @@
-//! What covers parts of the sheet: hands, things, and the paper's discs.
+//! What covers parts of the sheet: hands, things, and the paper's discs; where each sits, and laid into an image.
 
-use crate::OccluderKind;
-use crate::background::color_jitter;
+mod painting;
+mod sampling;
+
 use crate::figure::Figure;
-use crate::frame::Frame;
-use crate::hand::{Hand, skin_color};
-use crate::noise::{ValueNoise, any_color, uniform, unit_vector};
-use crate::shading::Lighting;
+use crate::noise::ValueNoise;
+use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
-use deepsft_geometry::{Camera, Maps};
-use rand::{Rng, RngExt};
-
-/// How much light skin loses towards its outline.
-const RIM_DARKENING: f32 = 0.35;
-
-/// Most discs among hands and things and their radii in pixels; the paper's own discs have half the size.
-const MOST_DISCS: usize = 4;
-const DISC_RADIUS_PX: [f64; 2] = [1.0, 10.0];
+pub(crate) use painting::Placed;
+pub(crate) use sampling::sample_occluders;
 
 /// The surface of a part.
 #[derive(Clone, Debug)]
@@ -62,164 +54,6 @@ pub(crate) struct Occluder {
     in_pixels: bool,
 }
 
-/// Draws the occluders of a scene: `share` of the scenes have any.
-pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, kind: OccluderKind, rng: &mut R) -> Vec<Occluder> {
-    if !rng.random_bool(share) {
-        return Vec::new();
-    }
-    if let OccluderKind::Discs { most, diameter_px } = kind {
-        let radius_px = diameter_px.map(|diameter| diameter / 2.0);
-        let place = |rng: &mut R| Anchor::Image(Vec2::new(rng.random(), rng.random()));
-        return (0..rng.random_range(0..=most))
-            .map(|_| {
-                let color = any_color(rng);
-                let radius_px = uniform(rng, radius_px);
-                disc(color, radius_px, place(rng), rng)
-            })
-            .collect();
-    }
-    let mut occluders = Vec::new();
-    let skin = skin_color(rng);
-    let sleeve = any_color(rng);
-    if rng.random_bool(0.75) {
-        // One or two hands of the same person, at random places of the outline; two hold opposite sides.
-        let place: f32 = rng.random();
-        occluders.push(hand(place, skin, sleeve, rng));
-        if rng.random_bool(0.5) {
-            let other = place + 0.5 + uniform(rng, [-0.12, 0.12]);
-            occluders.push(hand(other.fract(), skin, sleeve, rng));
-        }
-    }
-    if rng.random_bool(0.3) {
-        for _ in 0..rng.random_range(1..4) {
-            occluders.push(thing(rng));
-        }
-    }
-    if rng.random_bool(0.35) || occluders.is_empty() {
-        for _ in 0..rng.random_range(1..=MOST_DISCS) {
-            occluders.push(disc_on_sheet(rng));
-        }
-    }
-    occluders
-}
-
-/// A hand at `place` of the outline.
-fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> Occluder {
-    let Hand { behind, front } = Hand::sample(skin, sleeve, rng);
-    Occluder {
-        anchor: Anchor::Outline {
-            share: place,
-            turn: uniform(rng, [-0.7, 0.7]),
-        },
-        behind,
-        front,
-        noise: ValueNoise::new(rng),
-        shadow: shadow(rng),
-        in_pixels: false,
-    }
-}
-
-/// A shadow's displacement and softness in mm and its strength, often none.
-fn shadow<R: Rng + ?Sized>(rng: &mut R) -> (Vec2, f32, f32) {
-    let strength = if rng.random_bool(0.7) {
-        uniform(rng, [0.15, 0.65])
-    } else {
-        0.0
-    };
-    (
-        unit_vector(rng) * uniform(rng, [2.0, 18.0]),
-        uniform(rng, [2.0, 14.0]),
-        strength,
-    )
-}
-
-/// A flat or rounded thing before the sheet.
-fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
-    let size = uniform(rng, [8.0, 55.0]);
-    let (a, b) = (any_color(rng), any_color(rng));
-    let long = size * uniform(rng, [1.0, 3.0]);
-    let (figure, surface) = match rng.random_range(0..4) {
-        0 => (
-            Figure::Ellipse {
-                centre: Vec2::ZERO,
-                axis: Vec2::X,
-                radii: Vec2::new(long, size) * 0.6,
-            },
-            Surface::Cloth(a),
-        ),
-        1 => (
-            Figure::Rectangle {
-                centre: Vec2::ZERO,
-                axis: Vec2::X,
-                half: Vec2::new(long, size) * 0.6,
-            },
-            Surface::Flat(a, b),
-        ),
-        2 => {
-            // A pen or stick.
-            let ends = [Vec2::ZERO, Vec2::new(uniform(rng, [60.0, 160.0]), 0.0)];
-            (
-                Figure::Capsule {
-                    ends,
-                    radii: [uniform(rng, [2.5, 6.0]), uniform(rng, [2.0, 6.0])],
-                },
-                Surface::Cloth(a),
-            )
-        }
-        _ => {
-            let corners = rng.random_range(3..7);
-            let corner =
-                |k: usize, reach: f32| Vec2::from_angle(k as f32 * std::f32::consts::TAU / corners as f32) * reach;
-            (
-                Figure::Polygon(
-                    (0..corners)
-                        .map(|k| corner(k, size * uniform(rng, [0.5, 1.3])))
-                        .collect(),
-                ),
-                Surface::Flat(a, b),
-            )
-        }
-    };
-    Occluder {
-        anchor: Anchor::Inside {
-            share: rng.random(),
-            direction: unit_vector(rng),
-        },
-        behind: Vec::new(),
-        front: vec![Part { figure, surface }],
-        noise: ValueNoise::new(rng),
-        shadow: shadow(rng),
-        in_pixels: false,
-    }
-}
-
-/// A disc that matches no background: its colour is jittered as theirs is.
-fn disc_on_sheet<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
-    let (matrix, offset) = color_jitter(rng);
-    let color = (matrix * any_color(rng) + offset).max(Vec3::ZERO);
-    let radius_px = uniform(rng, DISC_RADIUS_PX);
-    let anchor = Anchor::Inside {
-        share: rng.random(),
-        direction: Vec2::X,
-    };
-    disc(color, radius_px, anchor, rng)
-}
-
-/// A disc of one colour.
-fn disc<R: Rng + ?Sized>(color: Vec3, radius_px: f32, anchor: Anchor, rng: &mut R) -> Occluder {
-    Occluder {
-        anchor,
-        behind: Vec::new(),
-        front: vec![Part {
-            figure: Figure::disc(Vec2::ZERO, radius_px),
-            surface: Surface::Flat(color, color),
-        }],
-        noise: ValueNoise::new(rng),
-        shadow: (Vec2::ZERO, 1.0, 0.0),
-        in_pixels: true,
-    }
-}
-
 /// A sheet as occluders see it: vertices of its outline in order, all vertices, the camera.
 pub(crate) struct Held<'a> {
     pub(crate) outline: &'a [usize],
@@ -240,17 +74,6 @@ impl Held<'_> {
         let mean = self.vertices_camera.iter().sum::<DVec3>() / self.vertices_camera.len().max(1) as f64;
         self.camera.project(mean).map_or(Vec2::ZERO, |p| p.as_vec2())
     }
-}
-
-/// An occluder's parts laid into the image: figures in pixels.
-pub(crate) struct Placed {
-    behind: Vec<Part>,
-    front: Vec<Part>,
-    scale: f32,
-    shadow_offset: Vec2,
-    shadow_softness: f32,
-    shadow_strength: f32,
-    noise: ValueNoise,
 }
 
 impl Occluder {
@@ -328,132 +151,14 @@ fn moved(figure: &Figure, origin: Vec2, axis: Vec2, scale: f32) -> Figure {
     }
 }
 
-impl Placed {
-    /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels a mm.
-    pub(crate) fn in_front(front: Vec<Part>, scale: f32, noise: ValueNoise) -> Self {
-        Self {
-            behind: Vec::new(),
-            front,
-            scale,
-            shadow_offset: Vec2::ZERO,
-            shadow_softness: 1.0,
-            shadow_strength: 0.0,
-            noise,
-        }
-    }
-
-    /// Row-major pixels whose centre the front parts cover.
-    pub(crate) fn covered_pixels(&self, frame: &Frame) -> Vec<usize> {
-        covered_by(&self.front, frame)
-    }
-
-    /// Row-major pixels whose centre the parts behind the sheet cover.
-    pub(crate) fn covered_behind(&self, frame: &Frame) -> Vec<usize> {
-        covered_by(&self.behind, frame)
-    }
-
-    /// Paints what is behind the sheet.
-    pub(crate) fn paint_behind(&self, frame: &mut Frame, light: &Lighting, camera: &Camera) {
-        self.paint(&self.behind, frame, light, camera);
-    }
-
-    /// Paints the shadow and what is before the sheet, and takes the covered pixels out of the truth.
-    pub(crate) fn paint_front(&self, frame: &mut Frame, truth: &mut Maps, light: &Lighting, camera: &Camera) {
-        self.paint_shadow(frame);
-        self.paint(&self.front, frame, light, camera);
-        for pixel in self.covered_pixels(frame) {
-            truth.clear(pixel);
-        }
-    }
-
-    fn paint_shadow(&self, frame: &mut Frame) {
-        if self.shadow_strength == 0.0 || self.front.is_empty() {
-            return;
-        }
-        let reach = self.shadow_softness + 1.0;
-        let bounds = self.front.iter().map(|part| part.figure.bounds());
-        let (low, high) = bounds.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), (a, b)| {
-            (low.min(a), high.max(b))
-        });
-        let (columns, rows) = frame.window((low + self.shadow_offset - reach, high + self.shadow_offset + reach));
-        for row in rows {
-            for column in columns.clone() {
-                let pixel = row * frame.width + column;
-                let p = frame.centre(pixel) - self.shadow_offset;
-                let distance = self
-                    .front
-                    .iter()
-                    .map(|part| part.figure.distance(p))
-                    .fold(f32::INFINITY, f32::min);
-                let t = (0.5 - 0.5 * distance / self.shadow_softness).clamp(0.0, 1.0);
-                if t > 0.0 {
-                    frame.set(
-                        pixel,
-                        frame.color(pixel) * (1.0 - self.shadow_strength * t * t * (3.0 - 2.0 * t)),
-                    );
-                }
-            }
-        }
-    }
-
-    fn paint(&self, parts: &[Part], frame: &mut Frame, light: &Lighting, camera: &Camera) {
-        let (focal, principal) = (camera.focal().as_vec2(), camera.principal_point().as_vec2());
-        for part in parts {
-            let figure = &part.figure;
-            let (low, high) = figure.bounds();
-            frame.paint(figure, |p| {
-                let ray = (p - principal) / focal;
-                let round = |albedo: Vec3| {
-                    let normal = figure.normal(p);
-                    let rim = 1.0 - RIM_DARKENING * (1.0 + normal.z).powi(2);
-                    light.matt(albedo, normal, ray) * rim
-                };
-                let color = match &part.surface {
-                    Surface::Skin(albedo) => {
-                        let mottled = 1.0 + 0.12 * self.noise.fractal((p - low) / (6.0 * self.scale), 3);
-                        round(*albedo * mottled)
-                    }
-                    Surface::Nail(albedo) => round(*albedo),
-                    Surface::Cloth(albedo) => {
-                        let folds = 1.0 + 0.2 * self.noise.fractal((p - low) / (20.0 * self.scale), 4);
-                        round(*albedo * folds)
-                    }
-                    Surface::Flat(a, b) => {
-                        let t = ((p - low) / (high - low)).element_sum() / 2.0;
-                        light.matt(a.lerp(*b, t), Vec3::NEG_Z, ray)
-                    }
-                };
-                (color, 1.0)
-            });
-        }
-    }
-}
-
-/// Row-major pixels whose centre some parts cover.
-fn covered_by(parts: &[Part], frame: &Frame) -> Vec<usize> {
-    let mut pixels = Vec::new();
-    for part in parts {
-        let (columns, rows) = frame.window(part.figure.bounds());
-        for row in rows {
-            let at = |column: usize| row * frame.width + column;
-            pixels.extend(
-                columns
-                    .clone()
-                    .map(at)
-                    .filter(|&pixel| part.figure.distance(frame.centre(pixel)) < 0.0),
-            );
-        }
-    }
-    pixels.sort_unstable();
-    pixels.dedup();
-    pixels
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::OccluderKind;
+    use crate::frame::Frame;
     use crate::noise::{Stream, generator};
-    use deepsft_geometry::{Picture, Template, training_camera};
+    use crate::shading::Lighting;
+    use deepsft_geometry::{Maps, Picture, Template, training_camera};
 
     #[test]
     fn occluders_cover_pixels_of_the_frame_and_only_those_leave_the_truth() {

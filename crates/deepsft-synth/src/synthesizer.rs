@@ -72,6 +72,14 @@ pub struct Synthesizer {
     edges: Vec<[usize; 2]>,
 }
 
+/// A shape of the template in a pose.
+struct PosedShape {
+    /// Vertices, mm, camera frame.
+    vertices_camera: Vec<DVec3>,
+    /// [`crate::HandleShape::strength`] where handles made it.
+    strength: Option<f64>,
+}
+
 impl Synthesizer {
     /// Prepares the template's texture and the pool of backgrounds and other sheets (painted once a process, about
     /// a second).
@@ -151,28 +159,33 @@ impl Synthesizer {
     /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
     /// seed and index.
     pub fn sample(&self, seed: u64, index: u64) -> Sample {
+        self.sample_and_strength(seed, index).0
+    }
+
+    /// [`Synthesizer::sample`], and [`crate::HandleShape::strength`] of its shape where handles made it.
+    pub fn sample_and_strength(&self, seed: u64, index: u64) -> (Sample, Option<f64>) {
         let mut rng = generator(seed, index, Stream::Shape);
         let noise_seed = rng.random();
         if rng.random_bool(self.config.empty_share) {
             let scene = Scene::without_template(self, &mut generator(seed, index, Stream::Scene), &mut rng);
-            return scene.compose_without_template(noise_seed);
+            return (scene.compose_without_template(noise_seed), None);
         }
         let scene = self.scene(seed, index);
-        let mut best: Option<(usize, Vec<DVec3>, ImageSheet)> = None;
+        let mut best: Option<(usize, PosedShape, ImageSheet)> = None;
         for _ in 0..VIEW_TRIES {
-            let vertices_camera = self.sample_vertices(&mut rng);
-            let sheet = ImageSheet::new(self.template.mesh(), &vertices_camera, &self.config.camera);
+            let shape = self.sample_shape(&mut rng);
+            let sheet = ImageSheet::new(self.template.mesh(), &shape.vertices_camera, &self.config.camera);
             let visible = scene.visible_area(&sheet);
             if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
-                best = Some((visible, vertices_camera, sheet));
+                best = Some((visible, shape, sheet));
             }
             if visible >= self.config.least_visible_px {
                 break;
             }
         }
         match best {
-            Some((_, vertices_camera, sheet)) => scene.compose(vertices_camera, &sheet, noise_seed),
-            None => scene.compose_without_template(noise_seed),
+            Some((_, shape, sheet)) => (scene.compose(shape.vertices_camera, &sheet, noise_seed), shape.strength),
+            None => (scene.compose_without_template(noise_seed), None),
         }
     }
 
@@ -192,28 +205,35 @@ impl Synthesizer {
         Scene::clean(self).render(vertices_camera, 0)
     }
 
-    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a sample,
-    /// but whatever is seen of it.
+    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a
+    /// sample, but whatever is seen of it.
     pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
         self.sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
-    /// A random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
-    /// camera: it is turned about its upright axis first, then posed as a sheet is.
+    /// The vertices of a random shape in a random pose, mm, camera frame.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
-        let vertices_template = match &self.handles {
-            None => deform(&self.template, &self.config.deformation, rng),
+        self.sample_shape(rng).vertices_camera
+    }
+
+    /// A random shape in a random pose. Any side of a template that is no sheet may look at the camera: it is turned about
+    /// its upright axis first, then posed as a sheet is.
+    fn sample_shape(&self, rng: &mut Pcg64Mcg) -> PosedShape {
+        let (vertices_template, strength) = match &self.handles {
+            None => (deform(&self.template, &self.config.deformation, rng), None),
             Some(handles) => {
                 let shape = handles.deform(&self.config.handles, rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
-                shape.into_iter().map(|p| turn * p).collect()
+                let turned = shape.vertices.into_iter().map(|p| turn * p);
+                (turned.collect(), Some(shape.strength))
             }
         };
         let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
-        vertices_template
-            .into_iter()
-            .map(|p| pose.transform_point3(p))
-            .collect()
+        let posed = vertices_template.into_iter().map(|p| pose.transform_point3(p));
+        PosedShape {
+            vertices_camera: posed.collect(),
+            strength,
+        }
     }
 
     /// A background picture for a scene.

@@ -95,6 +95,26 @@ impl CheckpointFolder {
             .find(|f| f.join(STATE).is_file())
     }
 
+    /// Puts the newest whole checkpoint aside, under another name, so that the training it belongs to begins anew.
+    /// Returns where it is kept; `None` when there is none. One that was put aside before is replaced.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] names the file.
+    pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
+        let Some(newest) = self.existing() else { return Ok(None) };
+        let aside = self.beside(".outdated");
+        if aside.exists() {
+            fs::remove_dir_all(&aside).map_err(|e| failure("cannot remove", &e, &aside))?;
+        }
+        // The one before it is outdated too.
+        let old = self.beside(".old");
+        if newest != old && old.exists() {
+            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
+        }
+        fs::rename(&newest, &aside).map_err(|e| failure("cannot rename", &e, &newest))?;
+        Ok(Some(aside))
+    }
+
     /// Saves a checkpoint; `average` is the average of the weights where there is one.
     ///
     /// # Errors
@@ -199,9 +219,47 @@ impl CheckpointFolder {
     }
 }
 
+/// Puts the checkpoint at `folder` aside, see [`CheckpointFolder::set_aside`].
+///
+/// # Errors
+/// [`TrainError::Checkpoint`] names the file.
+pub fn set_aside_checkpoint(folder: &Path) -> Result<Option<PathBuf>, TrainError> {
+    CheckpointFolder::new(folder).set_aside()
+}
+
 fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
     TrainError::Checkpoint {
         reason: format!("{what}: {error}"),
         path: path.to_path_buf(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_checkpoint_that_is_set_aside_is_kept_and_none_is_left_to_go_on_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
+        assert_eq!(checkpoint.set_aside().unwrap(), None);
+        let write = |name: &str, text: &str| {
+            let place = folder.path().join(name);
+            fs::create_dir_all(&place).unwrap();
+            fs::write(place.join(STATE), text).unwrap();
+        };
+        // Beside the newest lies the one before, or that one alone after a kill.
+        for (names, kept) in [
+            (&["model.checkpoint", "model.checkpoint.old"][..], "model.checkpoint"),
+            (&["model.checkpoint.old"], "model.checkpoint.old"),
+        ] {
+            for name in names {
+                write(name, name);
+            }
+            let aside = checkpoint.set_aside().unwrap().unwrap();
+            assert_eq!(aside, folder.path().join("model.checkpoint.outdated"));
+            assert_eq!(fs::read_to_string(aside.join(STATE)).unwrap(), kept);
+            assert_eq!(checkpoint.existing(), None);
+        }
     }
 }

@@ -30,7 +30,7 @@ mod trainer;
 pub use burn::tensor::Device;
 
 pub use batch::{Batch, BatchShape, BatchTensors};
-pub use checkpoint::{Checkpoint, CurvePoint};
+pub use checkpoint::{Checkpoint, CurvePoint, set_aside_checkpoint};
 pub use config::{Budget, RefinementSteps, TrainConfig};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};

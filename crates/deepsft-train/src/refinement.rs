@@ -415,9 +415,15 @@ fn fingerprint(network: &Network, step: RefinementStep, data: &RefinementData<'_
     let mut hash = Weights(Sha256::new());
     network.visit(&mut hash);
     let mut hash = hash.0;
+    // More epochs go on with the same training: order and rate depend on the epoch and the step alone.
+    let whatever_long = |steps: RefinementSteps| RefinementSteps { epochs: 0, ..steps };
     let settings = match step {
-        RefinementStep::Depth => format!("{:?} {:?}", config.depth_steps, config.depth_loss),
-        RefinementStep::Registration => format!("{:?} {:?}", config.registration_steps, config.photo_consistency),
+        RefinementStep::Depth => format!("{:?} {:?}", whatever_long(config.depth_steps), config.depth_loss),
+        RefinementStep::Registration => format!(
+            "{:?} {:?}",
+            whatever_long(config.registration_steps),
+            config.photo_consistency
+        ),
     };
     hash.update(format!("{step:?} {settings} {:?}", network.config()));
     for frame in &data.frames.training {

@@ -260,6 +260,16 @@ fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_
         assert!(weights(&resumed.network) == weights(&uninterrupted.network), "{step:?}");
         assert_eq!(resumed.before, uninterrupted.before);
         assert_eq!(resumed.after, uninterrupted.after);
+        // One that has ended goes on with more epochs.
+        let short = folder.path().join("short");
+        run(step, &frames(3), &config(&short, 2), |_| {}).unwrap();
+        let longer = TrainConfig {
+            resume: true,
+            ..config(&short, 4)
+        };
+        let longer = run(step, &frames(3), &longer, |_| {}).unwrap();
+        assert!(weights(&longer.network) == weights(&uninterrupted.network), "{step:?}");
+        assert_eq!(longer.state.curve.len(), uninterrupted.state.curve.len());
         // Another recording is another training.
         let error = run(step, &frames(2), &resume, |_| {}).err().unwrap();
         assert!(matches!(error, TrainError::CheckpointMismatch { .. }), "{error}");

@@ -3,7 +3,7 @@
 use crate::dataset;
 use crate::output::{atomic, contact_sheet};
 use crate::synthesis::SynthesisOptions;
-use crate::unfinished_dataset::{Plan, UnfinishedDataset};
+use crate::unfinished_dataset::{CountedSample, Plan, UnfinishedDataset};
 use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -22,7 +22,8 @@ Writes DIR/dataset.json and tar shards in the WebDataset layout. A shard holds f
   NNNNNN.uv.png     16-bit, u and v in red and green, 65535 is 1
   NNNNNN.json       camera, seed, index, light, the mesh in camera coordinates
 dataset.json says how isometric the deformations are: median and 95th percentile of the relative change of the
-lengths of the mesh's edges, over all samples.
+lengths of the mesh's edges, over all samples; of a template that is no sheet also how many shapes had to be made
+weaker than they were drawn.
 
 Finished shards are in DIR.partial until all are. The same command goes on where it was interrupted, in whatever
 way, and makes no finished shard again.
@@ -121,21 +122,25 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         println!("{} samples on a sheet: {}", some.len(), path.display());
     }
     match dataset::open(&place) {
-        Ok(there) if is_planned(&there, &plan) => println!("is there already: {}", place.display()),
+        Ok(there) if is_planned(&there, &plan) => {
+            dataset::check_shards(&place, &there)?;
+            println!("is there already: {}", place.display());
+        }
         _ => make(arguments, &synthesizer, plan, &place)?,
     }
     let description = dataset::open(&place)?;
-    print_isometry(&description);
+    print_deformations(&description);
     if let Some(part) = arguments.shard {
         match dataset::open(&arguments.out) {
             Ok(whole) => {
+                dataset::check_shards(&arguments.out, &whole)?;
                 println!(
                     "all {} parts are there, {} samples: {}",
                     part.of,
                     whole.samples,
                     arguments.out.display()
                 );
-                print_isometry(&whole);
+                print_deformations(&whole);
             }
             Err(_) => println!("these figures are of part {} of {} only", part.number, part.of),
         }
@@ -184,10 +189,15 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         let first = plan.first + set.finished();
         let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
         let samples = synthesis::in_order(first..end, |index| {
-            let sample = synthesizer.sample(seed, index);
-            let changes = sample.has_template.then(|| synthesizer.edge_length_changes(&sample));
+            let (sample, strength) = synthesizer.sample_and_strength(seed, index);
+            let seen = sample.has_template;
+            let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));
             let record = SampleRecord { seed, index, sample };
-            Ok((record.encode()?, changes))
+            Ok(CountedSample {
+                encoded: record.encode()?,
+                edge_lengths,
+                handle_strength: strength.filter(|_| seen),
+            })
         });
         set.write_shard(samples.inspect(|_| bar.inc(1)))?;
     }
@@ -199,10 +209,12 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         plan.samples,
         set.shards(),
     );
+    description.shard_bytes = set.shard_bytes();
     description.first = plan.first;
     description.part = arguments.shard.map(|part| (part.number, part.of));
     description.fingerprint = plan.fingerprint;
     description.edge_length_change = Some(EdgeLengthSummary::new(set.edge_lengths()));
+    description.handle_shapes = set.handle_shapes();
     set.finish(&description)?;
     let made = plan.samples - begun;
     let rate = made as f64 / start.elapsed().as_secs_f64();
@@ -210,13 +222,21 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
     Ok(())
 }
 
-fn print_isometry(description: &DatasetDescription) {
+fn print_deformations(description: &DatasetDescription) {
     if let Some(change) = &description.edge_length_change {
         println!(
             "edge lengths change by {:.2} % (median) and {:.2} % (95th percentile) over {} samples with the object",
             100.0 * change.median,
             100.0 * change.p95,
             change.histogram.samples
+        );
+    }
+    if let Some(shapes) = &description.handle_shapes
+        && shapes.weakened + shapes.at_rest > 0
+    {
+        println!(
+            "of {} shapes {} were made weaker than drawn and {} left at rest, to keep the lengths of edges",
+            shapes.shapes, shapes.weakened, shapes.at_rest
         );
     }
 }

@@ -3,7 +3,7 @@
 use super::{Part, Scan};
 use anyhow::{Result, bail};
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Picture, Template, Topology, TriangleMesh};
+use deepsft_geometry::{DisjointSets, GeometryError, Picture, Template, Topology, TriangleMesh};
 use deepsft_synth::pack_rectangles;
 use std::collections::HashMap;
 
@@ -112,34 +112,24 @@ pub fn assemble(scan: Scan, mm_per_unit: f64) -> Result<Import> {
 
 /// Moves each chart of a part by whole tiles into the unit square.
 fn into_first_tile(part: &mut Part) -> Result<()> {
-    fn root(chart: &mut [usize], mut v: usize) -> usize {
-        while chart[v] != v {
-            chart[v] = chart[chart[v]];
-            v = chart[v];
-        }
-        v
-    }
     // Copies of a vertex for the sake of normals belong together.
     let mut same: HashMap<[u64; 5], usize> = HashMap::new();
-    let vertices = part.positions.iter().zip(&part.texture_coordinates).enumerate();
-    let mut chart: Vec<usize> = vertices
-        .map(|(i, (p, uv))| *same.entry(key(*p, *uv)).or_insert(i))
-        .collect();
-    for face in &part.faces {
-        let first = root(&mut chart, face[0]);
-        for &other in &face[1..] {
-            let other = root(&mut chart, other);
-            chart[other] = first;
-        }
+    let mut charts = DisjointSets::new(part.positions.len());
+    for (vertex, (p, uv)) in part.positions.iter().zip(&part.texture_coordinates).enumerate() {
+        charts.join(vertex, *same.entry(key(*p, *uv)).or_insert(vertex));
+    }
+    for &[a, b, c] in &part.faces {
+        charts.join(a, b);
+        charts.join(a, c);
     }
     let mut bounds: HashMap<usize, (DVec2, DVec2)> = HashMap::new();
     for &vertex in part.faces.iter().flatten() {
         let uv = part.texture_coordinates[vertex];
-        let (low, high) = bounds.entry(root(&mut chart, vertex)).or_insert((uv, uv));
+        let (low, high) = bounds.entry(charts.first(vertex)).or_insert((uv, uv));
         (*low, *high) = (low.min(uv), high.max(uv));
     }
     for vertex in 0..part.positions.len() {
-        let Some(&(low, high)) = bounds.get(&root(&mut chart, vertex)) else {
+        let Some(&(low, high)) = bounds.get(&charts.first(vertex)) else {
             continue;
         };
         let tile = (low + TILE_ROUNDING).floor();

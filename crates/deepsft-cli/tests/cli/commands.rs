@@ -1,6 +1,6 @@
 //! The commands on good input: what they write, and that each reads what the one before it wrote.
 
-use crate::common::{art, deepsft, write_bundle, write_photograph, write_template};
+use crate::common::{art, deepsft, deepsft_without_reader, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
 use serde_json::Value;
 use std::fs;
@@ -38,6 +38,17 @@ fn help_teaches_by_example_and_names_the_exit_codes() {
     ] {
         let help = deepsft(folder.path(), &[command, &["--help"]].concat());
         assert!(help.succeeds().stdout.contains("DIR"), "{command:?}: {}", help.stdout);
+    }
+}
+
+#[test]
+fn a_command_whose_reader_went_away_ends_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path(), "model");
+    // One that prints a table, one that prints lines.
+    for command in [["network", "describe", "compact"], ["bundle", "verify", "model"]] {
+        let run = deepsft_without_reader(folder.path(), &command);
+        assert_eq!((run.code, run.stderr.as_str()), (141, ""), "{command:?}");
     }
 }
 

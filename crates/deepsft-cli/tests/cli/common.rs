@@ -1,15 +1,15 @@
 //! What the tests of the command share: running it, and inputs for it.
 
 use deepsft::{
-    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, encode_png, start_device,
-    template_to_files,
+    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance,
+    encode_png, start_device, template_to_files,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 /// What a run of the command left behind.
 #[derive(Debug)]
@@ -32,8 +32,21 @@ pub fn deepsft_with_path<S: AsRef<OsStr>>(folder: &Path, path: &Path, arguments:
     run(command.args(arguments).current_dir(folder).env("PATH", path))
 }
 
+/// Runs `deepsft` in `folder` with a standard output whose reader has gone.
+pub fn deepsft_without_reader<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -> Run {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_deepsft"));
+    let child = command.args(arguments).current_dir(folder).stdout(writer);
+    let child = child.stderr(Stdio::piped()).spawn().unwrap();
+    run_of(&child.wait_with_output().unwrap())
+}
+
 fn run(command: &mut Command) -> Run {
-    let output = command.output().unwrap();
+    run_of(&command.output().unwrap())
+}
+
+fn run_of(output: &Output) -> Run {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     Run {
         code: output.status.code().unwrap(),
@@ -83,11 +96,18 @@ pub fn write_template(folder: &Path, name: &str) {
     write_files(&folder.join(name), &template_to_files(&template()).unwrap());
 }
 
-/// Writes a bundle of a network with its first, untrained weights into the folder `name` of `folder`.
+/// Writes a bundle of a compact network with its first, untrained weights into the folder `name` of `folder`.
 pub fn write_bundle(folder: &Path, name: &str) {
+    write_bundle_of(folder, name, Architecture::Compact(CompactConfig::default()));
+}
+
+/// The same of a network of any architecture.
+pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let camera = training_camera();
-    let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
+    let network = NetworkConfig::new(architecture, [200.0, 150.0], &camera)
+        .init(&device)
+        .fold();
     let card = ModelCard {
         name: "untrained".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

@@ -1,6 +1,7 @@
 //! RGB-D recordings: simulated, checked, trained on; and what is said of broken ones.
 
-use crate::common::{deepsft, write_bundle, write_template};
+use crate::common::{deepsft, write_bundle, write_bundle_of, write_template};
+use deepsft::{Architecture, R50FConfig};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -100,6 +101,12 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
     fs::remove_file(&depth).unwrap();
     deepsft(folder.path(), &with_recording).fails(3, &["000001.jpg", "no partner"]);
     deepsft(folder.path(), &train).fails(2, &["need --recording"]);
+    // R50F has no blocks that these steps could train; the recording is not even looked at.
+    write_bundle_of(folder.path(), "r50f", Architecture::R50F(R50FConfig::narrow(64)));
+    let without_blocks = with_recording
+        .iter()
+        .map(|word| if *word == "model" { "r50f" } else { *word });
+    deepsft(folder.path(), &without_blocks.collect::<Vec<_>>()).fails(3, &["model bundle r50f", "no depth refinement"]);
     assert!(!folder.path().join("refined").exists());
     // Somebody's own recording is not replaced by a simulated one.
     fs::remove_dir_all(folder.path().join("recording/truth")).unwrap();

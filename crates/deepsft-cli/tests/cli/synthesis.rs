@@ -102,6 +102,14 @@ fn a_synthesis_that_is_killed_goes_on_and_makes_no_finished_shard_again() {
         first,
         "made again"
     );
+
+    // What it says of itself is not enough: its shards have to be there, and whole.
+    let shard = folder.path().join("set/shard-000003.tar");
+    let bytes = fs::read(&shard).unwrap();
+    fs::write(&shard, &bytes[..bytes.len() - 512]).unwrap();
+    deepsft(folder.path(), &synth("set")).fails(3, &["shard-000003.tar", "should have"]);
+    fs::remove_file(&shard).unwrap();
+    deepsft(folder.path(), &synth("set")).fails(3, &["shard-000003.tar", "remove the data set"]);
 }
 
 #[test]
@@ -139,6 +147,11 @@ fn parts_are_read_as_one_set_when_all_are_there() {
         "{}",
         first.stdout
     );
+    let shard = folder.path().join("set/part-2-of-2/shard-000001.tar");
+    let bytes = fs::read(&shard).unwrap();
+    fs::write(&shard, "cut").unwrap();
+    synth("--shard 1/2 --out set").fails(3, &["part-2-of-2/shard-000001.tar", "should have"]);
+    fs::write(&shard, bytes).unwrap();
     eval().succeeds();
     assert_eq!(
         json(&folder.path().join("figures.json")).unwrap()["frames"].as_u64(),

@@ -81,15 +81,15 @@ impl SynthConfig {
                 ..LightingConfig::default()
             },
             effects: EffectsConfig {
-                gain: [0.75, 0.95],
-                white_balance: 0.15,
-                gamma: [0.75, 0.95],
-                contrast: [0.8, 1.0],
-                saturation: [0.6, 0.9],
+                gain: [1.05, 1.4],
+                white_balance: 0.1,
+                gamma: [0.85, 1.0],
+                contrast: [0.9, 1.0],
+                saturation: [0.75, 0.95],
                 defocus_px: [0.6, 1.2],
                 sharpening_share: 0.5,
                 noise_levels: [2.0, 5.0],
-                vignetting: [0.1, 0.35],
+                vignetting: [0.1, 0.3],
                 ..SynthConfig::for_clips(camera).effects
             },
             ..Self::for_clips(camera)

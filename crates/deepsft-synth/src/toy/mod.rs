@@ -1,4 +1,4 @@
-//! A volumic template made by our own code: a soft toy, a rabbit patched together from twenty kinds of cloth.
+//! A volumic template made by our own code: a soft toy, a rabbit patched together from 18 pieces of cloth.
 //!
 //! Its shape is a blend of rounded limbs (`body.rs`), meshed on a grid (`surface_nets.rs`). The surface is cut into pieces
 //! along limbs and side seams (`sewing.rs`), each piece laid flat (`flattening.rs`) and painted as its own cloth

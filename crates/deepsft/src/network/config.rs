@@ -1,5 +1,6 @@
 //! What a network is built from: its architecture and the images and depths it is for.
 
+use super::resnet::Making;
 use super::{CompactConfig, CompactNetwork, Network, PaperConfig, PaperNetwork, R50FConfig, R50FNetwork};
 use burn::tensor::Device;
 use deepsft_geometry::Camera;
@@ -227,8 +228,14 @@ impl NetworkConfig {
     pub fn init(&self, device: &Device) -> Network {
         match &self.architecture {
             Architecture::Compact(shape) => Network::Compact(CompactNetwork::new(shape, self, device)),
-            Architecture::Paper(shape) => Network::Paper(PaperNetwork::new(shape, self, device)),
-            Architecture::R50F(shape) => Network::R50F(R50FNetwork::new(shape, self, device)),
+            Architecture::Paper(shape) => {
+                let making = Making::drawn(device, shape.momentum);
+                Network::Paper(PaperNetwork::new(shape, self, making))
+            }
+            Architecture::R50F(shape) => {
+                let making = Making::drawn(device, shape.momentum);
+                Network::R50F(R50FNetwork::new(shape, self, making))
+            }
         }
     }
 
@@ -236,8 +243,14 @@ impl NetworkConfig {
     pub(crate) fn init_folded(&self, device: &Device) -> Network {
         match &self.architecture {
             Architecture::Compact(_) => self.init(device).fold(),
-            Architecture::Paper(shape) => Network::Paper(PaperNetwork::empty(shape, self, device)),
-            Architecture::R50F(shape) => Network::R50F(R50FNetwork::empty(shape, self, device)),
+            Architecture::Paper(shape) => {
+                let making = Making::empty(device, shape.momentum);
+                Network::Paper(PaperNetwork::new(shape, self, making))
+            }
+            Architecture::R50F(shape) => {
+                let making = Making::empty(device, shape.momentum);
+                Network::R50F(R50FNetwork::new(shape, self, making))
+            }
         }
     }
 }

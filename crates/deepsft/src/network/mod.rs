@@ -14,6 +14,7 @@ mod paper;
 mod r50f;
 mod reading;
 mod resnet;
+mod upsampling;
 mod weight_array;
 
 pub use block::Block;

@@ -16,7 +16,7 @@ use super::half_precision::widened;
 use super::resnet::Making;
 use super::{NetworkConfig, NetworkMaps};
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use main_block::PaperMainBlock;
 use refinement_block::PaperRefinementBlock;
@@ -53,6 +53,7 @@ impl PaperConfig {
 
     /// See [`NetworkConfig::check`].
     pub(super) fn check(&self) -> Result<(), String> {
+        // Widths are only ever divided: no description asks for more than the paper's 109 million weights.
         within("width_divisor", self.width_divisor, 1, 64)?;
         check_momentum(self.momentum)
     }
@@ -78,35 +79,8 @@ pub struct PaperNetwork {
 }
 
 impl PaperNetwork {
-    /// A randomly initialised network of `shape` for the images of `config`: convolutions by Glorot and Bengio.
-    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = true;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    /// A folded network whose weights are still to be loaded.
-    pub(super) fn empty(shape: &PaperConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = false;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    fn make(shape: &PaperConfig, config: &NetworkConfig, making: Making) -> Self {
+    /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
+    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, making: Making) -> Self {
         let divisor = shape.width_divisor;
         Self {
             main: PaperMainBlock::new(divisor, making),

@@ -14,15 +14,25 @@ use super::paper::check_momentum;
 use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
 use super::{NetworkConfig, NetworkMaps};
 use burn::module::{Module, Param};
-use burn::tensor::{Device, Tensor, activation::relu};
+use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
 /// Rows and columns of the encoder's last map, stride 32.
 const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
 
+/// Channels of that map in full width.
+const ENCODED_WIDTH: usize = 2048;
+
 /// Maps of the last dense layer: depth, u, v.
 const MAPS: usize = 3;
+
+/// Values of these maps.
+const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
+
+/// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
+/// gained by many more neurons (our choice).
+const MOST_DENSE_VALUES: usize = 200_000_000;
 
 /// Layers of R50F.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +69,21 @@ impl R50FConfig {
     pub(super) fn check(&self) -> Result<(), String> {
         within("width_divisor", self.width_divisor, 1, 64)?;
         within("neurons", self.neurons, self.width_divisor, 1024)?;
+        let values = self.dense_values();
+        if values > MOST_DENSE_VALUES {
+            return Err(format!(
+                "neurons is {}, with which the dense layers have {values} values, expected at most {MOST_DENSE_VALUES}",
+                self.neurons
+            ));
+        }
         check_momentum(self.momentum)
+    }
+
+    /// Values of the weights of both dense layers.
+    fn dense_values(&self) -> usize {
+        let neurons = self.neurons / self.width_divisor;
+        let (inputs, outputs) = (ENCODED_WIDTH / self.width_divisor * ENCODED[0] * ENCODED[1], MAP_VALUES);
+        (inputs + 1) * neurons + (neurons + 1) * outputs
     }
 }
 
@@ -102,35 +126,8 @@ pub struct R50FNetwork {
 }
 
 impl R50FNetwork {
-    /// A randomly initialised network of `shape` for the images of `config`: all layers by Glorot and Bengio.
-    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = true;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    /// A folded network whose weights are still to be loaded.
-    pub(super) fn empty(shape: &R50FConfig, config: &NetworkConfig, device: &Device) -> Self {
-        let drawn = false;
-        Self::make(
-            shape,
-            config,
-            Making {
-                device,
-                drawn,
-                momentum: shape.momentum,
-            },
-        )
-    }
-
-    fn make(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
+    /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
+    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
         let width = |full: usize| full / shape.width_divisor;
         let stack = |inputs: usize, widths: [usize; 3], stride, identities| {
             let shape = StackShape {
@@ -148,9 +145,9 @@ impl R50FNetwork {
             encode2: stack(64, [64, 64, 256], 1, 2),
             encode3: stack(256, [128, 128, 512], 2, 3),
             encode4: stack(512, [256, 256, 1024], 2, 5),
-            encode5: stack(1024, [512, 512, 2048], 2, 2),
-            neurons: Dense::new(width(2048) * ENCODED[0] * ENCODED[1], neurons, making),
-            maps: Dense::new(neurons, MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH, making),
+            encode5: stack(1024, [512, 512, ENCODED_WIDTH], 2, 2),
+            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, making),
+            maps: Dense::new(neurons, MAP_VALUES, making),
             config: config.clone(),
         }
     }
@@ -225,5 +222,33 @@ impl R50FNetwork {
         table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
         let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
         table.add("dense", maps, cost(&self.maps));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_description_asks_for_more_than_half_as_much_again_as_the_papers() {
+        let checked = |width_divisor, neurons| {
+            let config = R50FConfig {
+                width_divisor,
+                neurons,
+                ..R50FConfig::default()
+            };
+            config.check().map(|()| config.dense_values())
+        };
+        // 9 x 15 x 2048 values and one to 200 neurons, those and one to 3 x 270 x 480 values.
+        assert_eq!(checked(1, 200), Ok(276_481 * 200 + 201 * 388_800));
+        assert!(checked(1, 300).is_ok() && checked(8, 1024).is_ok());
+        for (divisor, neurons) in [(1, 301), (1, 1024), (2, 1024)] {
+            let refusal = checked(divisor, neurons).unwrap_err();
+            assert!(
+                refusal.contains("neurons is") && refusal.contains("at most"),
+                "{refusal}"
+            );
+        }
+        assert!(checked(1, usize::MAX).is_err() && checked(0, 200).is_err());
     }
 }

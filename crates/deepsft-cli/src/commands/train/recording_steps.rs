@@ -1,5 +1,7 @@
 //! Steps 2 and 3 of a training: a bundle refined on an RGB-D recording.
 
+use super::outdated_checkpoints::LaterCheckpoints;
+use super::plan::Plan;
 use super::progress_lines::tell;
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
@@ -16,7 +18,7 @@ use deepsft_train::{
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Name of the file with the figures before and after, in a bundle.
 pub const FIGURES_FILE: &str = "refinement.json";
@@ -33,15 +35,8 @@ pub struct RefinedBundle {
     pub table: String,
 }
 
-/// Trains the blocks of `steps` of the network of `bundle` on the recording in `folder`.
-pub fn run(
-    bundle: &ModelBundle,
-    folder: &Path,
-    steps: &[RefinementStep],
-    config: &TrainConfig,
-    checkpoint: impl Fn(RefinementStep) -> PathBuf,
-    device: &Device,
-) -> Result<RefinedBundle> {
+/// Trains the blocks of the steps of `plan` of the network of `bundle` on the recording in `folder`.
+pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<RefinedBundle> {
     let recording = Recording::open(folder).blame("recording", folder)?;
     let canonical = training_camera();
     let mut network = bundle.network().clone();
@@ -51,7 +46,7 @@ pub fn run(
         &network,
         bundle.template(),
         &canonical,
-        config.held_out_share,
+        plan.config.held_out_share,
         device,
         || bar.inc(1),
     );
@@ -83,15 +78,20 @@ pub fn run(
         files: BTreeMap::new(),
         table: String::new(),
     };
-    for &step in steps {
+    for &step in &plan.steps {
         println!("step {}: {}", step.number(), step.block().name());
         let config = TrainConfig {
-            checkpoint: checkpoint(step),
-            ..config.clone()
+            checkpoint: plan.checkpoint(step),
+            ..plan.config.clone()
         };
         let bar = progress::share();
-        let done = refine(&network, step, data, &config, device, |told| tell(&bar, told))?;
+        let mut later = LaterCheckpoints::after(step.number(), plan);
+        let done = refine(&network, step, data, &config, device, |told| {
+            later.hear(&told, |line| bar.suspend(|| println!("{line}")));
+            tell(&bar, told);
+        })?;
         bar.finish_and_clear();
+        later.end()?;
         if rows.is_empty() {
             rows.push(("before".to_owned(), done.before));
         }

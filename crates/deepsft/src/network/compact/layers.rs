@@ -1,4 +1,4 @@
-//! Layers: weight-standardised convolutions, residual blocks, up-sampling.
+//! Layers: weight-standardised convolutions, residual blocks, bilinear up-sampling.
 
 use crate::network::description::Cost;
 use burn::module::{Module, Param};
@@ -160,20 +160,6 @@ impl ResidualBlock {
     }
 }
 
-/// Nearest up-sampling by two, cropped to `height` x `width`:
-/// [N, C, h, w] -> [N, C, height, width] with height <= 2 h, width <= 2 w.
-pub fn upsample_nearest(x: Tensor<4>, height: usize, width: usize) -> Tensor<4> {
-    let [n, c, h, w] = x.dims();
-    // [N, C, h, 1, w, 1] -> [N, C, h, 2, w, 2]
-    let spread: Tensor<6> = x.reshape([n, c, h, 1, w, 1]).expand([n, c, h, 2, w, 2]);
-    let doubled: Tensor<4> = spread.reshape([n, c, 2 * h, 2 * w]);
-    if (2 * h, 2 * w) == (height, width) {
-        doubled
-    } else {
-        doubled.slice([0..n, 0..c, 0..height, 0..width])
-    }
-}
-
 /// Bilinear up-sampling by an integer factor, cells' centres kept, edges repeated:
 /// [N, C, h, w] -> [N, C, factor h, factor w]. Two matrix products, the same on every device.
 pub fn upsample_bilinear(x: Tensor<4>, factor: usize) -> Tensor<4> {
@@ -271,14 +257,5 @@ mod tests {
             .unwrap();
         let row = [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0];
         assert_eq!(y, [row, row].concat());
-    }
-
-    #[test]
-    fn nearest_upsampling_repeats_and_crops() {
-        let y = upsample_nearest(ramp([1, 1, 2, 2]), 3, 4)
-            .into_data()
-            .try_to_vec::<f32>()
-            .unwrap();
-        assert_eq!(y, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
     }
 }

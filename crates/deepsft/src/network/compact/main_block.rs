@@ -1,10 +1,11 @@
 //! Main Block: an encoder-decoder over the image that finds the object (paper, section 3.2).
 
 use super::bins::expected_coordinate;
-use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear, upsample_nearest};
+use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
 use super::{CompactConfig, PATCH};
 use crate::network::description::{Cost, LayerTable};
 use crate::network::half_precision::widened;
+use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
@@ -142,8 +143,12 @@ impl MainBlock {
 }
 
 /// A lateral connection: 1x1 at the coarse stride (it commutes with nearest up-sampling), then
-/// up-sampled to the size of `like`.
+/// up-sampled by two and cropped to the size of `like`.
 fn up(lateral: &Convolution, coarse: Tensor<4>, like: &Tensor<4>) -> Tensor<4> {
-    let [_, _, height, width] = like.dims();
-    upsample_nearest(lateral.forward(scaled_relu(coarse)), height, width)
+    let [n, c, height, width] = like.dims();
+    let doubled = upsample_nearest(lateral.forward(scaled_relu(coarse)), 2);
+    if doubled.dims() == like.dims() {
+        return doubled;
+    }
+    doubled.slice([0..n, 0..c, 0..height, 0..width])
 }

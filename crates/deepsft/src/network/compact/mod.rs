@@ -17,10 +17,11 @@ use super::block::{Block, train_if_listed};
 use super::config::within;
 use super::description::LayerTable;
 use super::half_precision::widened;
+use super::upsampling::upsample_nearest;
 use super::{DepthRange, NetworkConfig, NetworkMaps};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
-use layers::{Convolution, depth_to_space, scaled_relu, upsample_bilinear, upsample_nearest};
+use layers::{Convolution, depth_to_space, scaled_relu, upsample_bilinear};
 use main_block::MainBlock;
 use planar::{PLANAR_CUES, planar_depth};
 use refinement::{ISOMETRIC_CUES, RefinementBlock, departures, isometric_depth, weighed};
@@ -77,8 +78,9 @@ impl Default for CompactConfig {
 impl CompactConfig {
     /// See [`NetworkConfig::check`].
     pub(super) fn check(&self) -> Result<(), String> {
-        self.channels.iter().try_for_each(|&c| within("channels", c, 1, 1024))?;
-        within("blocks_at_32", self.blocks_at_32, 0, 32)?;
+        // All at their most: 115 million weights, about as many as the paper's network has.
+        self.channels.iter().try_for_each(|&c| within("channels", c, 1, 512))?;
+        within("blocks_at_32", self.blocks_at_32, 0, 16)?;
         self.bins.iter().try_for_each(|&b| within("bins", b, 2, 512))?;
         within("refinement_channels", self.refinement_channels, 1, 512)?;
         within("mask_channels", self.mask_channels, 1, 512)
@@ -146,10 +148,10 @@ impl CompactNetwork {
 
     fn forward_at(&self, images: Tensor<4>, corners: Option<&Tensor<4>>) -> NetworkOutput {
         let main = self.main.forward((images - 0.5) * 4.0);
-        let [n, _, h, w] = main.coordinates.dims();
+        let [n, ..] = main.coordinates.dims();
         let features = scaled_relu(main.features);
 
-        let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2 * h, 2 * w);
+        let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2);
         let mask = coarse + self.mask_fine.forward(scaled_relu(main.patches));
         let mask = mask.clone() + self.mask_mix.forward(scaled_relu(mask));
         let mask = self.mask.forward(widened(scaled_relu(mask))); // [N, 16, H / 4, W / 4]

@@ -1,6 +1,7 @@
 //! Up-sampling where the registration jumps from one chart of the texture to another.
 
 use super::layers::upsample_bilinear;
+use crate::network::upsampling::upsample_nearest;
 use burn::tensor::Tensor;
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts. A surface whose charts
@@ -27,20 +28,13 @@ pub fn upsample_across_seams(coordinates: Tensor<4>, factor: usize) -> Tensor<4>
     let most = a.clone().max_pair(b.clone()).max_pair(c.clone().max_pair(d.clone()));
     let least = a.min_pair(b).min_pair(c.min_pair(d));
     let jump = (most - least).max_dim(1); // [N, 1, h + 1, w + 1]
-    let jump = repeated(jump, factor);
+    let jump = upsample_nearest(jump, factor);
     let half = factor / 2;
     let jump = jump.slice([0..n, 0..1, half..half + rows, half..half + columns]);
     let seam = jump.greater_elem(SEAM_JUMP).expand([n, 2, rows, columns]);
-    let nearest = repeated(registration, factor);
+    let nearest = upsample_nearest(registration, factor);
     let registration = smooth.clone().slice([0..n, 0..2]).mask_where(seam, nearest);
     Tensor::cat(vec![registration, smooth.slice([0..n, 2..3])], 1)
-}
-
-/// Each value `factor` times across and down, [N, C, h, w] -> [N, C, factor h, factor w].
-fn repeated(x: Tensor<4>, factor: usize) -> Tensor<4> {
-    let [n, c, h, w] = x.dims();
-    let spread: Tensor<6> = x.reshape([n, c, h, 1, w, 1]).expand([n, c, h, factor, w, factor]);
-    spread.reshape([n, c, factor * h, factor * w])
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Main Block: image -> depth and registration (paper, table "Main Block architecture").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool, upsample_nearest};
+use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool};
+use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
 

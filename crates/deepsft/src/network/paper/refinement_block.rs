@@ -1,7 +1,8 @@
 //! Depth and Registration Refinement Blocks (paper, table "Depth and Registration Refinement Block architectures").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool, upsample_nearest};
+use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
+use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
 

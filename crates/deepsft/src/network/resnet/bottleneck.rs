@@ -1,7 +1,8 @@
 //! Bottleneck blocks in the form of Keras' ResNet-50, which the paper builds on (figure "blocks"), and stacks of them.
 
-use super::{Making, NormalisedConvolution, crop_rows, upsample_nearest};
+use super::{Making, NormalisedConvolution, crop_rows};
 use crate::network::description::{Cost, LayerTable};
+use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
 

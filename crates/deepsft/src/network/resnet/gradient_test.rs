@@ -1,7 +1,8 @@
 //! Gradients through every kind of layer in training (batch statistics, strides, max pooling, up-sampling, cropping)
 //! against central differences, in double precision.
 
-use super::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool, upsample_nearest};
+use super::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool};
+use crate::network::upsampling::upsample_nearest;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, FloatDType, Gradients, Tensor, TensorData, activation::relu};
 
@@ -101,11 +102,7 @@ impl ModuleVisitor for Slopes<'_> {
 #[test]
 fn the_gradient_of_every_array_of_weights_is_what_central_differences_say() {
     let device = Device::flex().autodiff();
-    let making = Making {
-        device: &device,
-        drawn: true,
-        momentum: 0.1,
-    };
+    let making = Making::drawn(&device, 0.1);
     let moved = |network: &Small, chosen, step| {
         let mut weights = Weights {
             step,

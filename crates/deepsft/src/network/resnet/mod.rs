@@ -8,7 +8,7 @@ mod pooling;
 
 pub use bottleneck::{Stack, StackShape};
 pub use normalised_convolution::NormalisedConvolution;
-pub use pooling::{crop_rows, max_pool, upsample_nearest};
+pub use pooling::{crop_rows, max_pool};
 
 use burn::tensor::{Device, Distribution, Tensor};
 
@@ -23,7 +23,25 @@ pub struct Making<'a> {
     pub momentum: f64,
 }
 
-impl Making<'_> {
+impl<'a> Making<'a> {
+    /// Weights drawn for training.
+    pub fn drawn(device: &'a Device, momentum: f64) -> Self {
+        Self {
+            device,
+            drawn: true,
+            momentum,
+        }
+    }
+
+    /// Weights of a folded network, still to be loaded.
+    pub fn empty(device: &'a Device, momentum: f64) -> Self {
+        Self {
+            device,
+            drawn: false,
+            momentum,
+        }
+    }
+
     /// Weights of any shape by Glorot and Bengio (2010): uniform within sqrt(6 / (fan-in + fan-out)).
     pub fn glorot<const D: usize>(&self, shape: [usize; D], fan_in: usize, fan_out: usize) -> Tensor<D> {
         if !self.drawn {

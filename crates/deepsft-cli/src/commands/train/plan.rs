@@ -1,0 +1,203 @@
+//! What a training is to do, checked: its steps, its settings, and where their checkpoints lie.
+
+use super::arguments::{Preset, TrainArguments};
+use crate::failure::usage;
+use crate::network_choice::NetworkChoice;
+use anyhow::Result;
+use deepsft_train::{Budget, RefinementStep, TrainConfig};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// The steps to make, checked.
+pub struct Plan<'a> {
+    pub config: TrainConfig,
+    pub synthetic: bool,
+    pub steps: Vec<RefinementStep>,
+    pub recording: Option<&'a Path>,
+    pub out: &'a Path,
+}
+
+impl<'a> Plan<'a> {
+    pub fn new(arguments: &'a TrainArguments) -> Result<Self> {
+        let stages = &arguments.stages;
+        if stages.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(usage("--stages are to be in their order, each once"));
+        }
+        let synthetic = stages.contains(&1);
+        if synthetic != arguments.template.is_some() {
+            return Err(usage(if synthetic {
+                "step 1 starts from --template"
+            } else {
+                "steps 2 and 3 start from --model"
+            }));
+        }
+        let steps: Vec<RefinementStep> = [RefinementStep::Depth, RefinementStep::Registration]
+            .into_iter()
+            .filter(|step| stages.contains(&step.number()))
+            .collect();
+        if synthetic && !steps.is_empty() && arguments.network == NetworkChoice::R50f {
+            return Err(usage("steps 2 and 3 train refinement blocks: --network r50f has none"));
+        }
+        if steps.is_empty() == arguments.recording.is_some() {
+            return Err(usage(if steps.is_empty() {
+                "--recording is for steps 2 and 3: add them to --stages"
+            } else {
+                "steps 2 and 3 need --recording"
+            }));
+        }
+        Ok(Self {
+            config: config(arguments)?,
+            synthetic,
+            steps,
+            recording: arguments.recording.as_deref(),
+            out: &arguments.out,
+        })
+    }
+
+    /// The checkpoint of a step on a recording.
+    pub fn checkpoint(&self, step: RefinementStep) -> PathBuf {
+        beside(self.out, &format!(".step-{}.checkpoint", step.number()))
+    }
+
+    /// The checkpoints of all steps.
+    pub fn checkpoints(&self) -> Vec<PathBuf> {
+        let first = self.synthetic.then(|| self.config.checkpoint.clone());
+        first
+            .into_iter()
+            .chain(self.steps.iter().map(|&step| self.checkpoint(step)))
+            .collect()
+    }
+}
+
+fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
+    let defaults = match arguments.preset {
+        Preset::Ours => TrainConfig {
+            budget: Budget::Seconds(3600.0),
+            ..TrainConfig::default()
+        },
+        Preset::Paper => TrainConfig::paper(),
+    };
+    if arguments.seed == defaults.held_out_seed {
+        return Err(usage(format!(
+            "--seed {} is that of the held-out images: choose another one",
+            arguments.seed
+        )));
+    }
+    let budget = match (arguments.samples, arguments.minutes) {
+        (Some(samples), _) => Budget::Samples(samples),
+        (None, Some(minutes)) => Budget::Seconds(60.0 * minutes),
+        (None, None) => defaults.budget,
+    };
+    if arguments.out.file_name().is_none() {
+        return Err(usage(format!(
+            "--out {} is not the name of a folder",
+            arguments.out.display()
+        )));
+    }
+    let mut config = TrainConfig {
+        budget,
+        seed: arguments.seed,
+        resume: arguments.resume,
+        evaluate_every: arguments.evaluate_every,
+        checkpoint: beside(&arguments.out, ".checkpoint"),
+        held_out_share: arguments.held_out,
+        precision: arguments.precision,
+        ..defaults
+    };
+    if let Some(epochs) = arguments.epochs {
+        config.depth_steps.epochs = epochs;
+        config.registration_steps.epochs = epochs;
+    }
+    if let Some(lambda) = arguments.total_variation {
+        config.depth_loss.total_variation = lambda;
+        config.photo_consistency.total_variation = lambda;
+    }
+    Ok(config)
+}
+
+/// The path beside `out` with the same name and an ending.
+fn beside(out: &Path, ending: &str) -> PathBuf {
+    let mut name: OsString = out.file_name().unwrap_or_default().to_os_string();
+    name.push(ending);
+    out.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arguments::tests::arguments;
+    use super::*;
+
+    #[test]
+    fn checkpoints_lie_beside_the_bundle() {
+        for out in ["models/cover", "models/cover/"] {
+            let config = config(&arguments(out)).unwrap();
+            assert_eq!(config.checkpoint, Path::new("models/cover.checkpoint"));
+            assert_eq!(config.budget, Budget::Seconds(3600.0));
+        }
+        assert!(config(&arguments("..")).is_err());
+        let all = TrainArguments {
+            stages: vec![1, 2, 3],
+            recording: Some("r".into()),
+            ..arguments("models/cover")
+        };
+        let names = ["cover.checkpoint", "cover.step-2.checkpoint", "cover.step-3.checkpoint"];
+        let expected: Vec<PathBuf> = names.iter().map(|name| Path::new("models").join(name)).collect();
+        assert_eq!(Plan::new(&all).unwrap().checkpoints(), expected);
+    }
+
+    #[test]
+    fn stages_and_what_they_need_belong_together() {
+        let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
+        let steps = |stages: &[u8]| TrainArguments {
+            stages: stages.to_vec(),
+            ..arguments("a")
+        };
+        assert!(message(steps(&[2, 1])).contains("in their order"));
+        assert!(message(steps(&[2])).contains("--model"));
+        assert!(message(steps(&[1, 2])).contains("need --recording"));
+        let mut without_blocks = steps(&[1, 2]);
+        without_blocks.network = NetworkChoice::R50f;
+        assert!(message(without_blocks).contains("r50f has none"));
+        let mut unused = steps(&[1]);
+        unused.recording = Some("r".into());
+        assert!(message(unused).contains("add them to --stages"));
+    }
+
+    #[test]
+    fn the_papers_preset_ends_after_the_papers_epochs() {
+        let paper = TrainArguments {
+            preset: Preset::Paper,
+            epochs: Some(3),
+            ..arguments("a")
+        };
+        let config = config(&paper).unwrap();
+        assert_eq!(config.budget, Budget::Samples(40 * 47_000));
+        assert_eq!((config.depth_steps.epochs, config.registration_steps.epochs), (3, 3));
+        assert_eq!((config.depth_steps.batch, config.registration_steps.batch), (7, 6));
+    }
+
+    #[test]
+    fn the_weight_of_the_total_variation_is_that_of_both_steps() {
+        for (given, lambda) in [(None, 1e-9), (Some(0.0), 0.0), (Some(1e-6), 1e-6)] {
+            let config = config(&TrainArguments {
+                total_variation: given,
+                ..arguments("a")
+            });
+            let config = config.unwrap();
+            let weights = [
+                config.depth_loss.total_variation,
+                config.photo_consistency.total_variation,
+            ];
+            assert_eq!(weights, [lambda; 2]);
+        }
+    }
+
+    #[test]
+    fn the_seed_of_the_held_out_images_is_refused() {
+        let held_out = TrainArguments {
+            seed: TrainConfig::default().held_out_seed,
+            ..arguments("a")
+        };
+        assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
+    }
+}

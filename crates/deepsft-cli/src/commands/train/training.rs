@@ -1,0 +1,108 @@
+//! A training that runs: its steps one after another, and the bundle that each leaves behind.
+
+use super::arguments::TrainArguments;
+use super::bundle_folder::{MARKERS, companions, file_name};
+use super::outdated_checkpoints::LaterCheckpoints;
+use super::plan::Plan;
+use super::progress_lines::tell;
+use super::recording_steps::{self, RefinedBundle};
+use crate::output::{atomic, curve_plot, model_card};
+use crate::progress;
+use anyhow::Result;
+use deepsft::{DeviceDescription, ModelBundle, encode_png};
+use deepsft_synth::Synthesizer;
+use deepsft_train::{Checkpoint, CurvePoint, Device, Trained, export_bundle, train};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A training that runs.
+pub struct Training<'a> {
+    pub arguments: &'a TrainArguments,
+    pub plan: &'a Plan<'a>,
+    pub synthesizer: Arc<Synthesizer>,
+    pub device: Device,
+    pub description: DeviceDescription,
+}
+
+impl Training<'_> {
+    /// Step 1: a bundle from nothing, written.
+    pub fn step_one(&self) -> Result<ModelBundle> {
+        let (template, config) = (self.synthesizer.template(), &self.plan.config);
+        let mut network = self.arguments.network.config(
+            self.arguments.width_divisor.into(),
+            template.size_mm().to_array(),
+            &self.synthesizer.config().camera,
+        )?;
+        if !template.is_sheet() {
+            network = network.with_seams();
+        }
+        let bar = progress::share();
+        let mut later = LaterCheckpoints::after(1, self.plan);
+        let trained = train(&self.synthesizer, &network, config, &self.device, |told| {
+            later.hear(&told, |line| bar.suspend(|| println!("{line}")));
+            tell(&bar, told);
+        })?;
+        bar.finish_and_clear();
+        later.end()?;
+        let curve = trained.state.curve.clone();
+        self.write(trained, &curve, None)
+    }
+
+    /// Steps 2 and 3: a bundle from another one, written.
+    pub fn recording_steps(&self, bundle: ModelBundle, recording: &Path) -> Result<ModelBundle> {
+        let refined = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
+        println!("\n{}", refined.table);
+        let before = &bundle.card().provenance;
+        let trained = Trained {
+            network: refined.network.clone(),
+            state: Checkpoint {
+                samples: before.samples + refined.samples,
+                seconds: before.seconds + refined.seconds,
+                ..Checkpoint::default()
+            },
+        };
+        self.write(trained, &[], Some(refined))
+    }
+
+    /// Measures a network on synthetic images, and writes its bundle.
+    fn write(&self, trained: Trained, curve: &[CurvePoint], refined: Option<RefinedBundle>) -> Result<ModelBundle> {
+        println!("measuring on held-out synthetic images");
+        let arguments = self.arguments;
+        let name = arguments
+            .name
+            .clone()
+            .or_else(|| file_name(&arguments.out))
+            .unwrap_or_default();
+        let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
+        let mut extra = companions(&arguments.out)?;
+        let table = refined.as_ref().map(|refined| refined.table.as_str());
+        extra.insert(
+            model_card::CARD_FILE.to_owned(),
+            model_card::card(&bundle, &self.description, curve, table).into_bytes(),
+        );
+        if !curve.is_empty() {
+            extra.insert(
+                model_card::CURVE_FILE.to_owned(),
+                model_card::curve_csv(curve).into_bytes(),
+            );
+        }
+        if let Some(plot) = curve_plot::curve_plot(curve) {
+            extra.insert(curve_plot::PLOT_FILE.to_owned(), encode_png(&plot)?);
+        }
+        extra.extend(refined.into_iter().flat_map(|refined| refined.files));
+        extra.extend(bundle.to_files()?);
+        atomic::write_folder(&arguments.out, &MARKERS, &extra)?;
+        Ok(bundle)
+    }
+}
+
+/// The command as it was typed, for the record.
+fn command_line() -> String {
+    let words = std::env::args()
+        .skip(1)
+        .map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+    std::iter::once("deepsft".to_owned())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
+}

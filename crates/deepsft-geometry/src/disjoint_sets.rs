@@ -1,0 +1,73 @@
+//! Which things hang together, told pair by pair.
+
+/// Things 0, 1, 2, ... in sets that can be joined (union-find, ways to the root halved as they are walked): n joins and
+/// questions take hardly more than n steps.
+///
+/// ```
+/// use deepsft_geometry::DisjointSets;
+/// let mut sets = DisjointSets::new(4);
+/// sets.join(3, 1);
+/// assert_eq!((sets.first(3), sets.first(1), sets.first(2)), (1, 1, 2));
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct DisjointSets {
+    /// A smaller thing of the same set; the set's first has itself.
+    parent: Vec<usize>,
+}
+
+impl DisjointSets {
+    /// `count` things, each a set of its own.
+    pub fn new(count: usize) -> Self {
+        Self {
+            parent: (0..count).collect(),
+        }
+    }
+
+    /// Adds a thing, a set of its own; gives its number.
+    pub fn add(&mut self) -> usize {
+        self.parent.push(self.parent.len());
+        self.parent.len() - 1
+    }
+
+    /// The first (smallest) thing of the set that `thing` is in: equal for things of one set.
+    ///
+    /// # Panics
+    /// When there is no such thing.
+    pub fn first(&mut self, mut thing: usize) -> usize {
+        while self.parent[thing] != thing {
+            self.parent[thing] = self.parent[self.parent[thing]];
+            thing = self.parent[thing];
+        }
+        thing
+    }
+
+    /// Makes the sets of `a` and `b` one.
+    ///
+    /// # Panics
+    /// When there are no such things.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.first(a), self.first(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_those_of_a_flood_whatever_the_order_of_joins() {
+        // Things k and k + 7 (of 30) in an order that jumps: the sets are the remainders by 7.
+        let mut sets = DisjointSets::new(29);
+        assert_eq!(sets.add(), 29);
+        for k in (0..23).map(|k| k * 10 % 23) {
+            sets.join(k + 7, k);
+        }
+        for thing in 0..30 {
+            assert_eq!(sets.first(thing), thing % 7);
+        }
+        sets.join(29, 28);
+        sets.join(28, 29);
+        assert_eq!((sets.first(22), sets.first(0), sets.first(2)), (0, 0, 2));
+    }
+}
