@@ -59,10 +59,8 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         Precision::F32 => String::new(),
         precision => format!(", in {precision}"),
     };
-    println!(
-        "training on {} ({}){sharing}{precision}",
-        description.kind, description.adapter_name
-    );
+    let (kind, name) = (description.kind, &description.adapter_name);
+    println!("training on {kind} ({name}){sharing}{precision}");
     let training = Training {
         arguments,
         plan: &plan,

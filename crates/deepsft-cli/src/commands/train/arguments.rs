@@ -38,7 +38,8 @@ ones (ours, not the paper's) that a CPU can train to see that everything works.
 --devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.
 The loss is that of the whole batch; batch normalisation (paper, r50f) sees each share alone. On the cpu a device is a
 thread. --precision f16 or bf16 is mixed precision: layers in half precision; weights, optimiser, batch normalisation
-and loss in single precision. f16 scales the loss: steps that overflow are told, not made, and halve the scale.
+and loss in single precision. f16 scales the loss: steps that overflow are told, not made, and halve the scale. On the
+cpu both cost time; prefer bf16 there.
 
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
