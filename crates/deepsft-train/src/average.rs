@@ -4,7 +4,7 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Tensor, TensorData};
 
 /// The average of the weights over the last steps: what is evaluated and shipped. In the first
-/// steps the average is over all of them.
+/// steps it forgets faster, so that it does not hang on to the start: step k keeps (1 + k) / (10 + k) at most.
 #[derive(Clone)]
 pub struct WeightAverage {
     decay: f64,

@@ -32,8 +32,8 @@ pub enum TrainError {
         /// The recording.
         path: PathBuf,
     },
-    /// The loss is no longer a number.
-    #[error("loss is {loss} after {samples} samples; lower the learning rate")]
+    /// The loss is no longer a number, or it is and its gradients, which half precision looks at, are not.
+    #[error("{} after {samples} samples; lower the learning rate", no_number(*loss))]
     Diverged {
         /// The loss met.
         loss: f64,
@@ -68,4 +68,13 @@ pub enum TrainError {
     /// Maps of different sizes were compared.
     #[error(transparent)]
     Geometry(#[from] deepsft_geometry::GeometryError),
+}
+
+/// What is no longer a number when a training diverges with this loss.
+fn no_number(loss: f64) -> String {
+    if loss.is_finite() {
+        format!("the gradients of a loss of {loss} are not finite")
+    } else {
+        format!("loss is {loss}")
+    }
 }

@@ -3,7 +3,7 @@
 use crate::TrainError;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{Network, pictures_to_tensor};
-use deepsft_geometry::{Camera, Maps, Picture, mipmap_level};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, mipmap_level};
 use deepsft_synth::{RecordedFrame, Recording};
 
 /// Pixels by which a mask is taken in before depth is compared: where the sensor's edges fly and cameras differ.
@@ -76,11 +76,19 @@ impl TrainingFrame {
 
     /// The pixels on which networks are measured and compared: where the object is, and where it is by the `truth`, if
     /// that is known.
-    pub fn seen(&self, truth: Option<&Maps>) -> Vec<bool> {
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the truth is not of the image's size.
+    pub fn seen(&self, truth: Option<&Maps>) -> Result<Vec<bool>, GeometryError> {
+        let expected = (self.image.width(), self.image.height());
+        if let Some(actual) = truth.map(|truth| (truth.width(), truth.height()))
+            && actual != expected
+        {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
         let known = |pixel: usize| truth.is_none_or(|truth| truth.inside(pixel));
-        (0..self.inside.len())
-            .map(|pixel| self.inside[pixel] && known(pixel))
-            .collect()
+        let seen = (0..self.inside.len()).map(|pixel| self.inside[pixel] && known(pixel));
+        Ok(seen.collect())
     }
 
     /// The measured depth as maps with no registration, inside where it counts.

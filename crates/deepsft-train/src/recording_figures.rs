@@ -51,7 +51,7 @@ impl RecordingFigures {
         for frame in frames {
             // The same pixels before and after, whatever a step says of the depth that a network's mask is read from.
             let truth = truth.get(&frame.index).map(|sample| &sample.truth);
-            let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth), device))?;
+            let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth)?, device))?;
             figures.add(&maps, frame, template, canonical, truth)?;
         }
         Ok(figures.summary())
@@ -71,7 +71,7 @@ impl RecordingFigures {
         let mut figures = Figures::default();
         for frame in frames {
             if let Some(sample) = truth.get(&frame.index) {
-                let seen = frame.seen(Some(&sample.truth));
+                let seen = frame.seen(Some(&sample.truth))?;
                 let mut exact = sample.truth.clone();
                 (0..seen.len())
                     .filter(|&pixel| !seen[pixel])

@@ -210,12 +210,14 @@ pub fn refine(
             }
             state.samples += batch.len() as u64;
             state.seconds += clock.elapsed().as_secs_f64();
+            if loss.is_finite() {
+                (sum, count) = (sum + loss, count + 1);
+            }
             if let (false, Some(scale)) = (made, stepper.scale()) {
                 let samples = state.samples;
                 report(Progress::Skipped { samples, scale });
                 continue;
             }
-            (sum, count) = (sum + loss, count + 1);
             report(Progress::Step {
                 share: state.samples as f64 / total as f64,
                 samples: state.samples,
@@ -228,7 +230,8 @@ pub fn refine(
         let point = curve_point(&state, Some(sum / count.max(1) as f64), &after, steps);
         state.curve.push(point);
         state.loss_scale = stepper.scale();
-        folder.save(&state, &trained.valid(), Some(&averaged), &optimizer)?;
+        let averaged = (steps.average_decay > 0.0).then_some(&averaged);
+        folder.save(&state, &trained.valid(), averaged, &optimizer)?;
         report(Progress::Evaluated(point));
     }
     let refined = average.apply(trained.valid());

@@ -172,13 +172,14 @@ pub fn train(
         }
         state.samples += frames;
         state.seconds = before + clock.elapsed().as_secs_f64() - paused;
+        if loss.is_finite() {
+            (loss_sum, loss_count) = (loss_sum + loss, loss_count + 1);
+        }
         if let (false, Some(scale)) = (made, stepper.scale()) {
             let samples = state.samples;
             report(Progress::Skipped { samples, scale });
             continue;
         }
-        loss_sum += loss;
-        loss_count += 1;
         report(Progress::Step {
             share,
             samples: state.samples,

@@ -101,7 +101,8 @@ pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription
 }
 
 /// Starts the first `count` devices of a kind, for a training that shares its batches among them. One is that of
-/// [`start_device`]; several are those that burn lists for the kind, in its order.
+/// [`start_device`]; several are discrete GPUs in burn's order, started by their first tensor: integrated and software
+/// adapters beside them would hold every step up.
 ///
 /// The processor is one device to burn whatever its cores: `count` of [`DeviceKind::Cpu`] are `count` times that one, and
 /// what is shared is work among threads.
@@ -129,7 +130,7 @@ pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device
     devices.truncate(count);
     let description = DeviceDescription {
         kind,
-        adapter_name: format!("{count} devices"),
+        adapter_name: format!("{count} GPUs"),
         software: false,
     };
     Ok((devices, description))
@@ -139,8 +140,8 @@ pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device
 mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
     use crate::DeepSftError;
-    use burn::tensor::DeviceType;
     use burn::tensor::wgpu::{WgpuBackend, wgpu};
+    use burn::tensor::{DeviceKind as Adapter, DeviceType};
     use std::sync::{Mutex, PoisonError};
 
     /// The GPU devices of this process. burn can start each only once and never gives it up.
@@ -184,18 +185,26 @@ mod gpu {
         Ok((device, description))
     }
 
-    /// All adapters of a kind.
+    /// All discrete GPUs that are reached through a kind.
     pub(super) fn list(kind: DeviceKind) -> Result<Vec<Device>, DeepSftError> {
-        match kind {
+        let (listed, number): (_, fn(usize) -> Device) = match kind {
             #[cfg(feature = "webgpu")]
-            DeviceKind::WebGpu => Ok(Device::enumerate(DeviceType::Wgpu).into_vec()),
-            #[cfg(feature = "vulkan")]
-            DeviceKind::Vulkan => Ok(Device::enumerate(DeviceType::Vulkan).into_vec()),
-            _ => Err(DeepSftError::DeviceUnavailable {
-                device: kind,
-                reason: format!("this build of deepsft has no feature `{kind}`"),
+            DeviceKind::WebGpu => (Device::enumerate(DeviceType::Wgpu), |n| {
+                Device::wgpu(Adapter::DiscreteGpu(n))
             }),
-        }
+            #[cfg(feature = "vulkan")]
+            DeviceKind::Vulkan => (Device::enumerate(DeviceType::Vulkan), |n| {
+                Device::vulkan(Adapter::DiscreteGpu(n))
+            }),
+            _ => {
+                return Err(DeepSftError::DeviceUnavailable {
+                    device: kind,
+                    reason: format!("this build of deepsft has no feature `{kind}`"),
+                });
+            }
+        };
+        let listed = listed.into_vec();
+        Ok((0..).map(number).take_while(|gpu| listed.contains(gpu)).collect())
     }
 
     fn started(kind: DeviceKind) -> Option<(Device, DeviceDescription)> {

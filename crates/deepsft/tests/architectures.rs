@@ -5,7 +5,7 @@
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{Architecture, Block, Network, NetworkConfig, NetworkMaps, PaperConfig, R50FConfig};
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{Picture, training_camera};
 
 const SIZE_MM: [f64; 2] = [297.0, 210.0];
 
@@ -259,4 +259,27 @@ fn weights_are_drawn_as_glorot_and_bengio_say() {
     assert!((variance / expected - 1.0).abs() < 0.01, "{variance} {expected}");
     let largest = filters.values.iter().fold(0.0_f32, |m, w| m.max(w.abs()));
     assert!(f64::from(largest) <= (3.0 * expected).sqrt() && f64::from(largest) > 0.99 * (3.0 * expected).sqrt());
+}
+
+#[test]
+fn maps_at_given_pixels_are_the_network_s_own_there_and_nothing_elsewhere() {
+    let device = Device::flex();
+    device.seed(3);
+    let picture = Picture::from_fn(480, 270, |x, y| [(x / 2) as u8, (y % 256) as u8, ((x * y) % 251) as u8]);
+    for config in narrow() {
+        let network = config.init(&device).fold();
+        let own = pollster::block_on(network.infer(&[&picture], &device))
+            .unwrap()
+            .pop()
+            .unwrap();
+        // Stripes: half of what the network sees, and half of what it does not.
+        let seen: Vec<bool> = (0..480 * 270).map(|pixel| pixel / 480 % 2 == 0).collect();
+        let maps = pollster::block_on(network.infer_where(&picture, &seen, &device)).unwrap();
+        assert_eq!(maps.mask(), seen, "{}", config.architecture.name());
+        for pixel in (0..seen.len()).filter(|&pixel| seen[pixel] && own.inside(pixel)) {
+            assert_eq!(maps.depth()[pixel], own.depth()[pixel]);
+            assert_eq!(maps.registration()[pixel], own.registration()[pixel]);
+        }
+        assert!(pollster::block_on(network.infer_where(&picture, &seen[1..], &device)).is_err());
+    }
 }

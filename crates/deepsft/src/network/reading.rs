@@ -3,7 +3,7 @@
 use super::{INPUT_MULTIPLE, Network, NetworkMaps};
 use crate::DeepSftError;
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft_geometry::{Maps, Picture};
+use deepsft_geometry::{GeometryError, Maps, Picture};
 
 /// Pictures as the compact network's input, [N, 3, H, W] with values 0..=1: H and W are the pictures' sides
 /// (all the same) rounded up to multiples of 16, black below and to the right.
@@ -78,8 +78,13 @@ impl Network {
     /// network's own mask says there: for comparing networks over the same pixels.
     ///
     /// # Errors
-    /// As [`Network::infer`].
+    /// As [`Network::infer`], and [`GeometryError::MapSize`] when `seen` has another number of pixels than the picture.
     pub async fn infer_where(&self, picture: &Picture, seen: &[bool], device: &Device) -> Result<Maps, DeepSftError> {
+        let expected = (picture.width(), picture.height());
+        if seen.len() != expected.0 * expected.1 {
+            let actual = (seen.len(), 1);
+            return Err(GeometryError::MapSize { actual, expected }.into());
+        }
         let answer = [Stage::RegistrationRefinement];
         let stages = self.infer_at(&[picture], device, &answer, Some(seen)).await?;
         let nothing = || Maps::empty(picture.width(), picture.height());
