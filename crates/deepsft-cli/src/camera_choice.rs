@@ -1,7 +1,6 @@
 //! Which camera an image was taken by, and how reports tell it.
 
 use anyhow::{Result, bail};
-use deepsft::CameraFile;
 use deepsft_geometry::{Camera, Picture};
 use serde::Serialize;
 
@@ -11,8 +10,13 @@ const ROUNDING_PX: f64 = 1.0;
 /// A camera as reports have it: the fields of `camera.json` and where they come from.
 #[derive(Serialize)]
 pub struct CameraReport {
-    #[serde(flatten)]
-    camera: CameraFile,
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    distortion: [f64; 5],
     /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
     source: &'static str,
 }
@@ -20,8 +24,15 @@ pub struct CameraReport {
 impl CameraReport {
     /// The report of `camera`, which comes from `source`.
     pub fn new(camera: &Camera, source: &'static str) -> Self {
+        let (focal, principal) = (camera.focal(), camera.principal_point());
         Self {
-            camera: camera.into(),
+            width: camera.width(),
+            height: camera.height(),
+            fx: focal.x,
+            fy: focal.y,
+            cx: principal.x,
+            cy: principal.y,
+            distortion: camera.distortion(),
             source,
         }
     }
@@ -47,6 +58,17 @@ pub fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn reports_say_of_a_lens_without_distortion_that_it_has_none() {
+        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
+        let report = serde_json::to_value(CameraReport::new(&camera, "file")).unwrap();
+        let expected = serde_json::json!({
+            "width": 1920, "height": 1080, "fx": 1400.0, "fy": 1410.0, "cx": 950.0, "cy": 545.0,
+            "distortion": [0.0, 0.0, 0.0, 0.0, 0.0], "source": "file",
+        });
+        assert_eq!(report, expected);
+    }
 
     #[test]
     fn a_camera_serves_images_of_its_aspect_ratio_only() {

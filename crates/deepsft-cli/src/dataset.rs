@@ -65,7 +65,7 @@ pub fn parts(folder: &Path) -> Option<u64> {
 fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     let mut whole: Option<DatasetDescription> = None;
     let mut changes = EdgeLengthHistogram::default();
-    let mut shapes: Option<HandleShapeCounts> = None;
+    let mut shapes = Some(HandleShapeCounts::default());
     for part in 1..=of {
         let name = part_name(part, of);
         if !folder.join(&name).join(DATASET_FILE).exists() {
@@ -78,8 +78,11 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
         if let Some(summary) = &description.edge_length_change {
             changes.add(&summary.histogram);
         }
-        if let Some(counts) = &description.handle_shapes {
-            shapes.get_or_insert_default().add(counts);
+        if description.samples > 0 {
+            shapes = shapes.zip(description.handle_shapes).map(|(mut sum, counts)| {
+                sum.add(&counts);
+                sum
+            });
         }
         match &mut whole {
             None => whole = Some(description),
@@ -101,7 +104,8 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     }
     whole.part = None;
     whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
-    whole.handle_shapes = shapes;
+    // A part that does not say them: of the whole they are not known either.
+    whole.handle_shapes = shapes.filter(|shapes| shapes.shapes > 0);
     Ok(whole)
 }
 
@@ -231,6 +235,41 @@ mod tests {
                 .zip(&samples)
                 .all(|(read, sample)| read.image == sample.image)
         );
+    }
+
+    #[test]
+    fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
+        let counts = |shapes| HandleShapeCounts {
+            shapes,
+            weakened: 1,
+            at_rest: 0,
+        };
+        let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
+        for (shapes, sum) in [
+            ([(4, Some(counts(3))), (4, Some(counts(2)))], Some((5, 2))),
+            ([(4, Some(counts(3))), (4, None)], None),
+            ([(4, None), (4, Some(counts(3)))], None),
+            ([(4, None), (4, None)], None),
+            // A part without samples has nothing to say.
+            ([(4, Some(counts(3))), (0, None)], Some((3, 1))),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let mut first = 0;
+            for (number, (samples, handle_shapes)) in (1..).zip(shapes) {
+                let mut part = DatasetDescription::new(&template, &SynthConfig::default(), 3, samples, Vec::new());
+                (part.first, part.handle_shapes) = (first, handle_shapes);
+                first += samples;
+                let place = folder.path().join(part_name(number, 2));
+                fs::create_dir(&place).unwrap();
+                fs::write(place.join(DATASET_FILE), part.to_json().unwrap()).unwrap();
+            }
+            let whole = open(folder.path()).unwrap();
+            assert_eq!(
+                whole.handle_shapes.map(|all| (all.shapes, all.weakened)),
+                sum,
+                "{shapes:?}"
+            );
+        }
     }
 
     #[test]

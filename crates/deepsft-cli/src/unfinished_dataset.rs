@@ -42,8 +42,9 @@ struct FinishedShard {
     bytes: u64,
     samples: u64,
     edge_lengths: EdgeLengthHistogram,
+    /// Not known of shards of programs that did not count them.
     #[serde(default)]
-    handle_shapes: HandleShapeCounts,
+    handle_shapes: Option<HandleShapeCounts>,
 }
 
 /// A sample for a shard, and what is counted of it.
@@ -111,10 +112,12 @@ impl UnfinishedDataset {
         sum
     }
 
-    /// How strong the shapes of the finished shards are; `None` where handles made none.
+    /// How strong the shapes of the finished shards are; `None` where handles made none, or it is not known of all.
     pub fn handle_shapes(&self) -> Option<HandleShapeCounts> {
         let mut sum = HandleShapeCounts::default();
-        self.state.shards.iter().for_each(|shard| sum.add(&shard.handle_shapes));
+        for shard in &self.state.shards {
+            sum.add(shard.handle_shapes.as_ref()?);
+        }
         (sum.shapes > 0).then_some(sum)
     }
 
@@ -150,7 +153,7 @@ impl UnfinishedDataset {
             bytes,
             samples,
             edge_lengths,
-            handle_shapes,
+            handle_shapes: Some(handle_shapes),
         });
         self.save()
     }
@@ -245,6 +248,22 @@ mod tests {
         fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
         assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);
         assert!(!place.exists());
+    }
+
+    #[test]
+    fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
+        set.write_shard([sample(0)].into_iter()).unwrap();
+        assert!(set.handle_shapes().is_some());
+        let path = above.path().join("set.partial").join(STATE_FILE);
+        let mut state: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        state["shards"][0].as_object_mut().unwrap().remove("handle_shapes");
+        fs::write(&path, state.to_string()).unwrap();
+        let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
+        set.write_shard([sample(1)].into_iter()).unwrap();
+        assert_eq!((set.finished(), set.handle_shapes()), (2, None));
     }
 
     #[test]

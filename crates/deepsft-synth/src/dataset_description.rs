@@ -44,7 +44,7 @@ pub struct DatasetDescription {
     /// How isometric the deformations are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_length_change: Option<EdgeLengthSummary>,
-    /// How many shapes came out as they were drawn, where handles made them.
+    /// How many shapes came out as they were drawn, where handles made them and that is known of all of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub handle_shapes: Option<HandleShapeCounts>,
 }

@@ -42,7 +42,7 @@ pub struct Checkpoint {
     pub samples: u64,
     /// Seconds spent training, evaluation left out.
     pub seconds: f64,
-    /// Fingerprint of template, network and data configuration.
+    /// Fingerprint of template, network, configuration and, in steps 2 and 3, the frames.
     pub fingerprint: String,
     /// The seed.
     pub seed: u64,
@@ -88,23 +88,43 @@ impl CheckpointFolder {
         self.folder.with_file_name(name)
     }
 
-    /// The newest whole checkpoint, if there is one.
-    fn existing(&self) -> Option<PathBuf> {
+    /// Where a checkpoint is looked for: its place, and the one before it, which a kill may leave alone.
+    fn places(&self) -> [PathBuf; 2] {
         [self.folder.clone(), self.beside(".old")]
-            .into_iter()
-            .find(|f| f.join(STATE).is_file())
     }
 
-    /// Puts the newest whole checkpoint aside, under another name, so that the training it belongs to begins anew.
-    /// Returns where it is kept; `None` when there is none. One that was put aside before is replaced.
+    /// The newest whole checkpoint, if there is one.
+    fn existing(&self) -> Option<PathBuf> {
+        self.places().into_iter().find(|f| f.join(STATE).is_file())
+    }
+
+    /// Where the newest whole checkpoint is, and where its training stands; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] when its file cannot be read.
+    pub fn state(&self) -> Result<Option<(PathBuf, Checkpoint)>, TrainError> {
+        let Some(folder) = self.existing() else { return Ok(None) };
+        let path = folder.join(STATE);
+        let bytes = fs::read(&path).map_err(|e| failure("cannot read", &e, &path))?;
+        let state = serde_json::from_slice(&bytes).map_err(|e| TrainError::Checkpoint {
+            reason: e.to_string(),
+            path,
+        })?;
+        Ok(Some((folder, state)))
+    }
+
+    /// Puts the newest whole checkpoint aside, under a name that is free, so that the training it belongs to begins
+    /// anew. Returns where it is kept; `None` when there is none.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] names the file.
     pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
         let Some(newest) = self.existing() else { return Ok(None) };
-        let aside = self.beside(".outdated");
-        if aside.exists() {
-            fs::remove_dir_all(&aside).map_err(|e| failure("cannot remove", &e, &aside))?;
+        let mut aside = self.beside(".outdated");
+        let mut number = 1;
+        while aside.exists() {
+            number += 1;
+            aside = self.beside(&format!(".outdated-{number}"));
         }
         // The one before it is outdated too.
         let old = self.beside(".old");
@@ -176,7 +196,9 @@ impl CheckpointFolder {
         fingerprint: &str,
         seed: u64,
     ) -> Result<Option<Saved>, TrainError> {
-        let Some(folder) = self.existing() else { return Ok(None) };
+        let Some((folder, state)) = self.state()? else {
+            return Ok(None);
+        };
         let bytes = |name: &str| {
             let path = folder.join(name);
             fs::read(&path).map_err(|e| failure("cannot read", &e, &path))
@@ -185,10 +207,9 @@ impl CheckpointFolder {
             reason,
             path: folder.join(name),
         };
-        let state: Checkpoint = serde_json::from_slice(&bytes(STATE)?).map_err(|e| broken(STATE, e.to_string()))?;
         if state.fingerprint != fingerprint {
             return Err(TrainError::CheckpointMismatch {
-                what: "template or configuration",
+                what: "template, network, recording or configuration",
                 path: folder,
             });
         }
@@ -219,12 +240,11 @@ impl CheckpointFolder {
     }
 }
 
-/// Puts the checkpoint at `folder` aside, see [`CheckpointFolder::set_aside`].
-///
-/// # Errors
-/// [`TrainError::Checkpoint`] names the file.
-pub fn set_aside_checkpoint(folder: &Path) -> Result<Option<PathBuf>, TrainError> {
-    CheckpointFolder::new(folder).set_aside()
+/// What there is of a checkpoint at `folder`: the folder itself, and the checkpoint before it, which is the only one where
+/// a training was killed while it saved. A training that does not go on from them overwrites both.
+pub fn existing_checkpoints(folder: &Path) -> Vec<PathBuf> {
+    let places = CheckpointFolder::new(folder).places();
+    places.into_iter().filter(|place| place.exists()).collect()
 }
 
 fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
@@ -249,17 +269,34 @@ mod tests {
             fs::write(place.join(STATE), text).unwrap();
         };
         // Beside the newest lies the one before, or that one alone after a kill.
-        for (names, kept) in [
-            (&["model.checkpoint", "model.checkpoint.old"][..], "model.checkpoint"),
-            (&["model.checkpoint.old"], "model.checkpoint.old"),
+        for (names, kept, ending) in [
+            (
+                &["model.checkpoint", "model.checkpoint.old"][..],
+                "model.checkpoint",
+                "",
+            ),
+            (&["model.checkpoint.old"], "model.checkpoint.old", "-2"),
+            (&["model.checkpoint"], "model.checkpoint", "-3"),
         ] {
             for name in names {
                 write(name, name);
             }
             let aside = checkpoint.set_aside().unwrap().unwrap();
-            assert_eq!(aside, folder.path().join("model.checkpoint.outdated"));
+            assert_eq!(aside, folder.path().join(format!("model.checkpoint.outdated{ending}")));
             assert_eq!(fs::read_to_string(aside.join(STATE)).unwrap(), kept);
             assert_eq!(checkpoint.existing(), None);
         }
+    }
+
+    #[test]
+    fn what_a_kill_leaves_of_a_checkpoint_is_found() {
+        let above = tempfile::tempdir().unwrap();
+        let folder = above.path().join("model.checkpoint");
+        let old = above.path().join("model.checkpoint.old");
+        assert!(existing_checkpoints(&folder).is_empty());
+        fs::create_dir(&old).unwrap();
+        assert_eq!(existing_checkpoints(&folder), std::slice::from_ref(&old));
+        fs::create_dir(&folder).unwrap();
+        assert_eq!(existing_checkpoints(&folder), [folder, old]);
     }
 }

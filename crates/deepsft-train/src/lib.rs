@@ -19,6 +19,7 @@ mod precision;
 mod recorded_frames;
 mod recording_figures;
 mod refinement;
+mod refinement_fingerprint;
 mod refinement_site;
 mod schedule;
 mod shares;
@@ -31,7 +32,7 @@ mod trainer;
 pub use burn::tensor::Device;
 
 pub use batch::{Batch, BatchShape, BatchTensors};
-pub use checkpoint::{Checkpoint, CurvePoint, set_aside_checkpoint};
+pub use checkpoint::{Checkpoint, CurvePoint, existing_checkpoints};
 pub use config::{Budget, RefinementSteps, TrainConfig};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
@@ -47,6 +48,7 @@ pub use precision::{LossScale, Precision};
 pub use recorded_frames::TrainingFrame;
 pub use recording_figures::{MeanMedian, RecordingFigures};
 pub use refinement::{RecordedFrames, Refined, RefinementData, RefinementStep, refine};
+pub use refinement_fingerprint::set_aside_outdated;
 pub use schedule::Schedule;
 pub use study::{
     StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,

@@ -6,19 +6,19 @@ use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{RefinementSteps, TrainConfig};
 use crate::recorded_frames::TrainingFrame;
 use crate::recording_figures::{MeanMedian, RecordingFigures};
+use crate::refinement_fingerprint::fingerprint;
 use crate::refinement_site::{Site, shares};
 use crate::step::{Step, Stepper};
 use crate::trainer::Progress;
-use burn::module::{Module, ModuleVisitor, Param};
+use burn::module::Module;
 use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device, Tensor};
+use burn::tensor::{Bytes, Device};
 use deepsft::{Block, Network};
 use deepsft_geometry::{Camera, Template};
 use deepsft_synth::{Recording, Sample};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -287,38 +287,4 @@ fn curve_point(
         mask_iou: None,
         photometric_error: median(figures.photometric_error),
     }
-}
-
-/// What must be equal for a checkpoint to be continued: the network at the start, the step, its settings, the frames.
-fn fingerprint(network: &Network, step: RefinementStep, data: &RefinementData<'_>, config: &TrainConfig) -> String {
-    struct Weights(Sha256);
-    impl ModuleVisitor for Weights {
-        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            self.0.update(&param.val().into_data().bytes()[..]);
-        }
-    }
-    let mut hash = Weights(Sha256::new());
-    network.visit(&mut hash);
-    let mut hash = hash.0;
-    // More epochs go on with the same training: order and rate depend on the epoch and the step alone.
-    let whatever_long = |steps: RefinementSteps| RefinementSteps { epochs: 0, ..steps };
-    let settings = match step {
-        RefinementStep::Depth => format!("{:?} {:?}", whatever_long(config.depth_steps), config.depth_loss),
-        RefinementStep::Registration => format!(
-            "{:?} {:?}",
-            whatever_long(config.registration_steps),
-            config.photo_consistency
-        ),
-    };
-    hash.update(format!("{step:?} {settings} {:?}", network.config()));
-    for frame in &data.frames.training {
-        hash.update(frame.image.rgb());
-        hash.update(frame.index.to_le_bytes());
-        hash.update(frame.level.to_le_bytes());
-        frame.depth_mm.iter().for_each(|depth| hash.update(depth.to_le_bytes()));
-        for mask in [&frame.depth_counts, &frame.inside] {
-            mask.iter().for_each(|&counts| hash.update([u8::from(counts)]));
-        }
-    }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -8,7 +8,8 @@ use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Light, Optimizer, Progress, RecordedFrames, Reduction, Refined, RefinementData,
-    RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine, train,
+    RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine, set_aside_outdated,
+    train,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,6 +29,10 @@ fn camera() -> Camera {
 
 /// A small network with its first weights, folded as in a bundle.
 fn network() -> Network {
+    network_of_seed(5)
+}
+
+fn network_of_seed(seed: u64) -> Network {
     let shape = CompactConfig {
         channels: [8, 8, 8, 8],
         blocks_at_32: 1,
@@ -37,7 +42,7 @@ fn network() -> Network {
         seams: false,
     };
     let device = Device::flex();
-    device.seed(5);
+    device.seed(seed);
     NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &camera())
         .init(&device)
         .fold()
@@ -275,4 +280,52 @@ fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_
         let error = run(step, &frames(2), &resume, |_| {}).err().unwrap();
         assert!(matches!(error, TrainError::CheckpointMismatch { .. }), "{error}");
     }
+}
+
+#[test]
+fn a_checkpoint_of_another_network_alone_is_set_aside() {
+    let folder = tempfile::tempdir().unwrap();
+    let step = RefinementStep::Depth;
+    let config = TrainConfig {
+        resume: true,
+        ..config(&folder.path().join("checkpoint"), 1)
+    };
+    run(step, &frames(2), &config, |_| {}).unwrap();
+    let set_aside = |network: &Network, step, frames: &RecordedFrames, config: &TrainConfig| {
+        let data = RefinementData {
+            frames,
+            template: &template(),
+            canonical: &camera(),
+            truth: &BTreeMap::new(),
+        };
+        set_aside_outdated(network, step, data, config).unwrap()
+    };
+    let other = network_of_seed(6);
+    let mut settings = config.clone();
+    settings.depth_loss.total_variation *= 2.0;
+    let seed = TrainConfig {
+        seed: config.seed + 1,
+        ..config.clone()
+    };
+    assert_eq!(set_aside(&network(), step, &frames(2), &config), None);
+    assert_eq!(set_aside(&network(), step, &frames(3), &config), None);
+    assert_eq!(set_aside(&other, step, &frames(3), &config), None);
+    assert_eq!(
+        set_aside(&other, RefinementStep::Registration, &frames(2), &config),
+        None
+    );
+    assert_eq!(set_aside(&other, step, &frames(2), &settings), None);
+    assert_eq!(set_aside(&other, step, &frames(2), &seed), None);
+    // What differs is refused, and stays where it is.
+    let error = run(step, &frames(3), &config, |_| {}).err().unwrap();
+    assert!(matches!(error, TrainError::CheckpointMismatch { .. }), "{error}");
+    // More epochs are no other settings; another network may see the object in other pixels.
+    let mut longer = config.clone();
+    longer.depth_steps.epochs = 3;
+    let mut seen_elsewhere = frames(2);
+    seen_elsewhere.training[0].inside[0] ^= true;
+    let kept = set_aside(&other, step, &seen_elsewhere, &longer).unwrap();
+    assert_eq!(kept, folder.path().join("checkpoint.outdated"));
+    assert!(kept.join("state.json").is_file() && !config.checkpoint.exists());
+    assert_eq!(set_aside(&other, step, &frames(2), &config), None);
 }

@@ -4,10 +4,9 @@ use crate::DeepSftError;
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 
-/// The fields of a camera in a `camera.json` and in reports: pixels, the image's corner at (0, 0). Unknown ones are
-/// passed over: recordings keep more about their sensors there. Distortion is left out for a lens without.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct CameraFile {
+/// The file's fields. Unknown ones are passed over: recordings keep more about their sensors there.
+#[derive(Deserialize, Serialize)]
+struct CameraFile {
     width: u32,
     height: u32,
     fx: f64,
@@ -20,21 +19,6 @@ pub struct CameraFile {
 
 fn is_undistorted(distortion: &[f64; 5]) -> bool {
     *distortion == [0.0; 5]
-}
-
-impl From<&Camera> for CameraFile {
-    fn from(camera: &Camera) -> Self {
-        let (focal, principal) = (camera.focal(), camera.principal_point());
-        Self {
-            width: camera.width(),
-            height: camera.height(),
-            fx: focal.x,
-            fy: focal.y,
-            cx: principal.x,
-            cy: principal.y,
-            distortion: camera.distortion(),
-        }
-    }
 }
 
 /// Reads the content of a `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels (the image's corner
@@ -61,8 +45,18 @@ pub fn parse_camera(json: &[u8]) -> Result<Camera, DeepSftError> {
 /// The content of a `camera.json` that [`parse_camera`] reads as `camera`; `distortion` is left out for
 /// a lens without.
 pub fn camera_to_json(camera: &Camera) -> String {
+    let (focal, principal) = (camera.focal(), camera.principal_point());
+    let file = CameraFile {
+        width: camera.width(),
+        height: camera.height(),
+        fx: focal.x,
+        fy: focal.y,
+        cx: principal.x,
+        cy: principal.y,
+        distortion: camera.distortion(),
+    };
     // Numbers and fixed keys: there is nothing in it that JSON could not say.
-    serde_json::to_string_pretty(&CameraFile::from(camera)).unwrap_or_default()
+    serde_json::to_string_pretty(&file).unwrap_or_default()
 }
 
 #[cfg(test)]

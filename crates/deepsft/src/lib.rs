@@ -17,7 +17,7 @@ mod picture_file;
 mod template_file;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
-pub use camera_file::{CameraFile, camera_to_json, parse_camera};
+pub use camera_file::{camera_to_json, parse_camera};
 pub use deepsft_geometry as geometry;
 pub use device::{DeviceDescription, DeviceKind, start_device, start_devices};
 pub use error::DeepSftError;

@@ -2,7 +2,6 @@
 
 mod arguments;
 mod bundle_folder;
-mod outdated_checkpoints;
 mod plan;
 mod progress_lines;
 mod recording_steps;
@@ -15,7 +14,7 @@ use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
 use bundle_folder::MARKERS;
 use deepsft::{ModelBundle, start_devices};
-use deepsft_train::Precision;
+use deepsft_train::{Precision, existing_checkpoints};
 use plan::Plan;
 use std::sync::Arc;
 use training::Training;
@@ -24,10 +23,12 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let mut plan = Plan::new(arguments)?;
     atomic::check_folder(&arguments.out, &MARKERS)?;
     for checkpoint in plan.checkpoints() {
-        if !arguments.resume && checkpoint.exists() {
+        let found = existing_checkpoints(&checkpoint);
+        if !arguments.resume && !found.is_empty() {
+            let found: Vec<String> = found.iter().map(|folder| folder.display().to_string()).collect();
             bail!(
                 "there is a checkpoint of an earlier training: add --resume to go on with it, or remove it: {}",
-                checkpoint.display()
+                found.join(" and ")
             );
         }
     }
@@ -53,7 +54,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
     let sharing = match arguments.devices {
         1 => String::new(),
-        count => format!(", each batch in {count} shares"),
+        count => format!(", each batch in at most {count} shares"),
     };
     let precision = match arguments.precision {
         Precision::F32 => String::new(),

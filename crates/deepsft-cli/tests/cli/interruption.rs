@@ -110,31 +110,58 @@ fn train_until(folder: &Path, part: &str, arguments: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn step_two_goes_on_where_step_one_has_ended_and_begins_anew_where_step_one_goes_on() {
+fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    write_template(folder, "template");
-    let simulate = ["recording", "simulate", "--template", "template", "--frames", "4"];
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4");
+    let model = model.to_str().unwrap();
+    let simulate = ["recording", "simulate", "--model", model, "--frames", "4"];
     deepsft(folder, &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
-    let train = |samples| {
-        let object = ["train", "--template", "template", "--recording", "recording"];
-        let steps = ["--stages", "1,2", "--epochs", "1", "--samples", samples];
-        [&object[..], &steps, &["--out", "model", "--resume"]].concat()
+    let train = |stages, epochs, extra: &[&'static str]| {
+        let object = [
+            "train",
+            "--model",
+            model,
+            "--recording",
+            "recording",
+            "--out",
+            "refined",
+        ];
+        [&object[..], &["--stages", stages, "--epochs", epochs], extra].concat()
     };
-    let anew = "step 2 begins anew";
-    let outdated = folder.join("model.step-2.checkpoint.outdated/state.json");
-    // The table comes after the epoch, whose checkpoint is there by then.
-    let first = train_until(folder, "after step 2", &train("1"));
-    assert!(folder.join("model.step-2.checkpoint/state.json").is_file());
-    let second = train_until(folder, "after step 2", &train("1"));
-    for lines in [&first, &second] {
-        assert!(!lines.iter().any(|line| line.contains(anew)), "{lines:?}");
-    }
-    let resumed = |lines: &[String]| lines.iter().filter(|line| line.contains("going on after")).count();
-    assert_eq!((resumed(&first), resumed(&second)), (0, 2), "{second:?}");
-    assert!(!outdated.exists());
-    // A batch of samples more: step 2 would start from another network.
-    let third = train_until(folder, anew, &train("17"));
-    assert_eq!(resumed(&third), 1, "{third:?}");
-    assert!(outdated.is_file() && !folder.join("model.step-2.checkpoint").exists());
+    let state = |ending: &str| {
+        let path = folder.join(format!("refined.step-3.checkpoint{ending}/state.json"));
+        fs::read_to_string(path).ok()
+    };
+    let count = |lines: &[String], part: &str| lines.iter().filter(|line| line.contains(part)).count();
+    let (going_on, anew) = ("going on after", "step 3 begins anew");
+    // The row of the table comes after the epoch, whose checkpoint is there by then, and before the bundle.
+    let row = "| after step 3 |";
+    let first = train_until(folder, row, &train("2,3", "1", &["--resume"]));
+    let second = train_until(folder, row, &train("2,3", "1", &["--resume"]));
+    assert_eq!((count(&first, going_on), count(&first, anew)), (0, 0), "{first:?}");
+    assert_eq!((count(&second, going_on), count(&second, anew)), (2, 0), "{second:?}");
+    let short = state("").unwrap();
+
+    // Killed between the two renames of a save: the one before is all there is.
+    let place = |ending: &str| folder.join(format!("refined.step-3.checkpoint{ending}"));
+    fs::rename(place(""), place(".old")).unwrap();
+    deepsft(folder, &train("2,3", "1", &[])).fails(1, &["add --resume", "refined.step-2.checkpoint"]);
+    deepsft(folder, &train("3", "1", &[])).fails(1, &["add --resume", "refined.step-3.checkpoint.old"]);
+    fs::rename(place(".old"), place("")).unwrap();
+    // By itself, step 3 would start from another model than it did.
+    deepsft(folder, &train("3", "1", &["--resume"])).fails(1, &["checkpoint was made with another"]);
+    assert_eq!(state("").as_ref(), Some(&short));
+
+    // Another epoch of step 2: step 3 would start from another network.
+    let third = train_until(folder, row, &train("2,3", "2", &["--resume"]));
+    assert_eq!((count(&third, going_on), count(&third, anew)), (1, 1), "{third:?}");
+    assert_eq!(state(".outdated").as_ref(), Some(&short));
+    let longer = state("").unwrap();
+    train_until(folder, anew, &train("2,3", "3", &["--resume"]));
+    assert_eq!(state(".outdated").as_ref(), Some(&short), "it was overwritten");
+    assert_eq!(state(".outdated-2").as_ref(), Some(&longer));
+    // Fewer epochs than there are.
+    let told = "it has 3 epochs already, more than the 1 asked for";
+    train_until(folder, told, &train("2", "1", &["--resume"]));
 }

@@ -25,8 +25,10 @@ Step 1: ten minutes on two cores show that it works, an hour or more makes a mod
 minutes the model is measured on held-out images and a checkpoint is saved to BUNDLE.checkpoint, beside the bundle; steps
 2 and 3 save BUNDLE.step-2.checkpoint and BUNDLE.step-3.checkpoint after every epoch. The bundle is written at the end. A
 training that was stopped, in whatever way, goes on with --resume; one that has ended goes on with --resume and a larger
-budget. A step that goes on changes the network that later steps started from: they begin anew, and their checkpoints are
-kept beside with the ending .outdated. Files and folders of other kinds in BUNDLE (a poster to print) are kept.
+budget. A step that goes on changes the network that later steps of the same command had started from: they begin anew,
+and their checkpoints are kept beside with the ending .outdated, .outdated-2 and so on. --resume may use another --devices
+or --precision; the result is then not exactly what it would have been. Files and folders of other kinds in BUNDLE (a
+poster to print) are kept.
 
 --preset paper takes the paper's optimisers, learning rates, batches, epochs and losses; the default, ours, is what was
 measured to work on the compact network in the time of a CPU.

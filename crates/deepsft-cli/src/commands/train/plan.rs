@@ -59,6 +59,22 @@ impl<'a> Plan<'a> {
         beside(self.out, &format!(".step-{}.checkpoint", step.number()))
     }
 
+    /// Epochs of a step on a recording.
+    pub fn epochs(&self, step: RefinementStep) -> u64 {
+        match step {
+            RefinementStep::Depth => self.config.depth_steps.epochs,
+            RefinementStep::Registration => self.config.registration_steps.epochs,
+        }
+    }
+
+    /// Whether the checkpoint of a step on a recording may have begun with a network that is gone, because a step before
+    /// it, which is part of this training, has gone on. Of the first step it is not so: another --model is another
+    /// training.
+    pub fn may_be_outdated(&self, step: RefinementStep) -> bool {
+        let earlier = |other: &RefinementStep| other.number() < step.number();
+        self.config.resume && (self.synthetic || self.steps.iter().any(earlier))
+    }
+
     /// The checkpoints of all steps.
     pub fn checkpoints(&self) -> Vec<PathBuf> {
         let first = self.synthetic.then(|| self.config.checkpoint.clone());
@@ -143,6 +159,31 @@ mod tests {
         let names = ["cover.checkpoint", "cover.step-2.checkpoint", "cover.step-3.checkpoint"];
         let expected: Vec<PathBuf> = names.iter().map(|name| Path::new("models").join(name)).collect();
         assert_eq!(Plan::new(&all).unwrap().checkpoints(), expected);
+    }
+
+    #[test]
+    fn the_first_step_of_a_training_does_not_become_outdated() {
+        use RefinementStep::{Depth, Registration};
+        for (stages, resume, outdated) in [
+            (&[1, 2, 3][..], true, &[Depth, Registration][..]),
+            (&[1, 2, 3], false, &[]),
+            (&[1, 3], true, &[Registration]),
+            (&[2, 3], true, &[Registration]),
+            (&[3], true, &[]),
+        ] {
+            let arguments = TrainArguments {
+                stages: stages.to_vec(),
+                template: stages.contains(&1).then(|| "t".into()),
+                recording: Some("r".into()),
+                resume,
+                ..arguments("a")
+            };
+            let plan = Plan::new(&arguments).unwrap();
+            let found: Vec<_> = (plan.steps.iter().copied())
+                .filter(|&step| plan.may_be_outdated(step))
+                .collect();
+            assert_eq!(found, outdated, "{stages:?} {resume}");
+        }
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Steps 2 and 3 of a training: a bundle refined on an RGB-D recording.
 
-use super::outdated_checkpoints::LaterCheckpoints;
 use super::plan::Plan;
 use super::progress_lines::tell;
 use crate::clip_folder::TRUTH_FOLDER;
@@ -13,8 +12,8 @@ use deepsft::{ModelBundle, Network, encode_png};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
-    Checkpoint, Device, MeanMedian, RecordedFrames, RecordingFigures, RefinementData, RefinementStep, TrainConfig,
-    refine,
+    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingFigures, RefinementData, RefinementStep,
+    TrainConfig, refine, set_aside_outdated,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -84,14 +83,30 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
             checkpoint: plan.checkpoint(step),
             ..plan.config.clone()
         };
+        if plan.may_be_outdated(step)
+            && let Some(kept) = set_aside_outdated(&network, step, data, &config)?
+        {
+            println!(
+                "step {} begins anew: it had started from a network that has been trained further since; its checkpoint is kept as {}",
+                step.number(),
+                kept.display()
+            );
+        }
+        let (asked, frames_an_epoch) = (plan.epochs(step), frames.training.len() as u64);
         let bar = progress::share();
-        let mut later = LaterCheckpoints::after(step.number(), plan);
         let done = refine(&network, step, data, &config, device, |told| {
-            later.hear(&told, |line| bar.suspend(|| println!("{line}")));
+            let begun = match told {
+                Progress::Resumed { samples, .. } => samples / frames_an_epoch,
+                _ => 0,
+            };
             tell(&bar, told);
+            if begun > asked {
+                bar.suspend(|| {
+                    println!("it has {begun} epochs already, more than the {asked} asked for: all are kept")
+                });
+            }
         })?;
         bar.finish_and_clear();
-        later.end()?;
         if rows.is_empty() {
             rows.push(("before".to_owned(), done.before));
         }

@@ -2,7 +2,6 @@
 
 use super::arguments::TrainArguments;
 use super::bundle_folder::{MARKERS, companions, file_name};
-use super::outdated_checkpoints::LaterCheckpoints;
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, RefinedBundle};
@@ -37,13 +36,10 @@ impl Training<'_> {
             network = network.with_seams();
         }
         let bar = progress::share();
-        let mut later = LaterCheckpoints::after(1, self.plan);
         let trained = train(&self.synthesizer, &network, config, &self.device, |told| {
-            later.hear(&told, |line| bar.suspend(|| println!("{line}")));
-            tell(&bar, told);
+            tell(&bar, told)
         })?;
         bar.finish_and_clear();
-        later.end()?;
         let curve = trained.state.curve.clone();
         self.write(trained, &curve, None)
     }
