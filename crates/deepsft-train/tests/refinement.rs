@@ -11,6 +11,7 @@ use deepsft_train::{
     RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine, set_aside_outdated,
     train,
 };
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -32,7 +33,17 @@ fn network() -> Network {
     network_of_seed(5)
 }
 
+thread_local! {
+    /// Networks by their seeds, drawn once: the device's generator is one for all threads, and other tests draw from it at
+    /// the same time.
+    static NETWORKS: RefCell<BTreeMap<u64, Network>> = const { RefCell::new(BTreeMap::new()) };
+}
+
 fn network_of_seed(seed: u64) -> Network {
+    NETWORKS.with_borrow_mut(|networks| networks.entry(seed).or_insert_with(|| drawn(seed)).clone())
+}
+
+fn drawn(seed: u64) -> Network {
     let shape = CompactConfig {
         channels: [8, 8, 8, 8],
         blocks_at_32: 1,
