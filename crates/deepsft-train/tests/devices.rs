@@ -1,10 +1,12 @@
 //! Several devices: the step they make together is that of one, is the same every time, and goes on after a stop.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig, R50FConfig};
-use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+mod common;
+
+use burn::tensor::Device;
+use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
+use deepsft::{Architecture, NetworkConfig, R50FConfig};
+use deepsft_geometry::training_camera;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, RefinementData, RefinementStep,
@@ -12,52 +14,20 @@ use deepsft_train::{
 };
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-/// burn's random numbers are one stream for all threads: a test at a time, so that each starts from the same weights.
-fn alone() -> MutexGuard<'static, ()> {
-    static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-const SIZE: [usize; 2] = [96, 64];
-
-/// A texture whose red tells u and whose green tells v.
-fn template() -> Template {
-    let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
-    Template::thin_shell(texture, 180.0, 120.0).unwrap()
-}
-
-fn compact(camera: &Camera) -> NetworkConfig {
-    let shape = CompactConfig {
-        channels: [8, 8, 8, 8],
-        blocks_at_32: 1,
-        bins: [8, 8, 8],
-        refinement_channels: 16,
-        mask_channels: 8,
-        seams: false,
-    };
-    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], camera)
+/// A frame in which a part of the template is seen, the smaller the higher the index.
+fn frame(index: usize) -> TrainingFrame {
+    let mut frame = frame_of(index, &plane(0.01 * index as f32, [8 * index, 5 * index]));
+    let inside = frame.inside.iter();
+    (frame.depth_mm.iter_mut().zip(inside))
+        .for_each(|(depth, &inside)| *depth += f32::from(inside) * 9.0 * index as f32);
+    frame
 }
 
 /// `count` devices beside the first.
 fn more(count: usize) -> Vec<Device> {
     vec![Device::flex(); count]
-}
-
-struct Weights(Vec<f32>);
-
-impl ModuleVisitor for Weights {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.0.extend(param.val().into_data().try_to_vec::<f32>().unwrap());
-    }
-}
-
-fn weights(network: &Network) -> Vec<f32> {
-    let mut weights = Weights(Vec::new());
-    network.visit(&mut weights);
-    assert!(weights.0.len() > 1000, "the network's weights were not visited");
-    weights.0
 }
 
 /// How far `a` and `b` lie apart, as a share of the way from `start` to `a`.
@@ -71,32 +41,12 @@ fn apart(start: &[f32], a: &[f32], b: &[f32]) -> f64 {
     length(a, b) / moved
 }
 
-/// A frame in which a part of the template is seen, the smaller the higher the index.
-fn frame(index: usize) -> TrainingFrame {
-    let [width, height] = SIZE;
-    let mut maps = Maps::empty(width, height);
-    for y in 8..height - 8 - 5 * index {
-        for x in 10..width - 10 - 8 * index {
-            let uv = [0.2 + 0.01 * index as f32 + x as f32 / 200.0, 0.3 + y as f32 / 160.0];
-            maps.set(y * width + x, 500.0 + x as f32 + 9.0 * index as f32, uv);
-        }
-    }
-    TrainingFrame {
-        index,
-        image: draw_template(template().texture(), &maps),
-        depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
-        inside: maps.mask(),
-        depth_counts: maps.mask(),
-        level: 0,
-    }
-}
-
 #[test]
 fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on_two() {
     let _alone = alone();
-    let camera = training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap();
+    let camera = small_camera();
     Device::flex().seed(5);
-    let network = compact(&camera).init(&Device::flex()).fold();
+    let network = small_compact(&camera).init(&Device::flex()).fold();
     let frames = RecordedFrames {
         training: (0..7).map(frame).collect(),
         held_out: vec![frame(1)],
@@ -195,15 +145,6 @@ fn step_one(
     train(&synthesizer, network, &config, &Device::flex(), report).unwrap()
 }
 
-/// Copies a checkpoint as a kill would leave it.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-    }
-}
-
 /// A narrow network with batch normalisation.
 fn normalised() -> NetworkConfig {
     // Sixteen neurons: fewer may all be silent at first.
@@ -218,7 +159,7 @@ fn normalised() -> NetworkConfig {
 fn a_step_of_step_one_is_that_of_one_device() {
     let _alone = alone();
     // Batch normalisation sees each share alone. Where both shares are the same sample, that is the same again.
-    for (network, batch, epoch_samples) in [(compact(&training_camera()), 5, None), (normalised(), 2, Some(1))] {
+    for (network, batch, epoch_samples) in [(small_compact(&training_camera()), 5, None), (normalised(), 2, Some(1))] {
         let folder = tempfile::tempdir().unwrap();
         let start = folder.path().join("start");
         let before = weights(&step_one(&network, &start, 1, batch, epoch_samples, |_| {}).network);
@@ -250,7 +191,7 @@ fn a_step_of_step_one_is_that_of_one_device() {
 #[test]
 fn two_devices_give_the_same_weights_again_and_after_a_stop() {
     let _alone = alone();
-    for (network, batch) in [(compact(&training_camera()), 5), (normalised(), 2)] {
+    for (network, batch) in [(small_compact(&training_camera()), 5), (normalised(), 2)] {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         step_one(&network, &at("start"), 1, batch, None, |_| {});

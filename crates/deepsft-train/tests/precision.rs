@@ -1,44 +1,20 @@
 //! Mixed precision: training learns as in single precision, skips what overflows, and goes on after a stop.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig, R50FConfig};
-use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+mod common;
+
+use burn::tensor::Device;
+use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
+use deepsft::{Architecture, NetworkConfig, R50FConfig};
+use deepsft_geometry::training_camera;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, RefinementData,
-    RefinementStep, RefinementSteps, Schedule, TrainConfig, Trained, TrainingFrame, refine, train,
+    RefinementStep, RefinementSteps, Schedule, TrainConfig, Trained, refine, train,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-/// burn's random numbers are one stream for all threads: a test at a time, so that each starts from the same weights.
-fn alone() -> MutexGuard<'static, ()> {
-    static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-const SIZE: [usize; 2] = [96, 64];
-
-/// A texture whose red tells u and whose green tells v.
-fn template() -> Template {
-    let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
-    Template::thin_shell(texture, 180.0, 120.0).unwrap()
-}
-
-fn compact(camera: &Camera) -> NetworkConfig {
-    let shape = CompactConfig {
-        channels: [8, 8, 8, 8],
-        blocks_at_32: 1,
-        bins: [8, 8, 8],
-        refinement_channels: 16,
-        mask_channels: 8,
-        seams: false,
-    };
-    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], camera)
-}
+use std::sync::Arc;
 
 /// A narrow network with batch normalisation.
 fn normalised() -> NetworkConfig {
@@ -52,21 +28,6 @@ fn normalised() -> NetworkConfig {
 
 /// Seconds between checkpoints of a run that ends before.
 const RARELY: f64 = 1e9;
-
-struct Weights(Vec<f32>);
-
-impl ModuleVisitor for Weights {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.0.extend(param.val().into_data().try_to_vec::<f32>().unwrap());
-    }
-}
-
-fn weights(network: &Network) -> Vec<f32> {
-    let mut weights = Weights(Vec::new());
-    network.visit(&mut weights);
-    assert!(weights.0.len() > 1000, "the network's weights were not visited");
-    weights.0
-}
 
 /// What a run told.
 #[derive(Default)]
@@ -131,15 +92,6 @@ fn step_one(
     (trained.unwrap(), told)
 }
 
-/// Copies a checkpoint as a kill would leave it.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-    }
-}
-
 /// Largest difference of two courses of the loss, as a share of the first loss.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -153,7 +105,7 @@ const TOLERANCES: [(Precision, f64); 2] = [(Precision::F16, 0.05), (Precision::B
 #[test]
 fn step_one_in_half_precision_learns_as_in_single_precision() {
     let _alone = alone();
-    for (network, steps) in [(compact(&training_camera()), 30), (normalised(), 6)] {
+    for (network, steps) in [(small_compact(&training_camera()), 30), (normalised(), 6)] {
         let folder = tempfile::tempdir().unwrap();
         let start = folder.path().join("start");
         step_one(&network, Precision::F32, &start, 1, RARELY, |_| {});
@@ -198,35 +150,17 @@ fn step_one_in_half_precision_learns_as_in_single_precision() {
     }
 }
 
-/// A frame in which a part of the template is seen.
-fn frame(index: usize) -> TrainingFrame {
-    let [width, height] = SIZE;
-    let mut maps = Maps::empty(width, height);
-    for y in 8..height - 8 {
-        for x in 10..width - 10 {
-            let uv = [0.2 + 0.02 * index as f32 + x as f32 / 200.0, 0.3 + y as f32 / 160.0];
-            maps.set(y * width + x, 500.0 + x as f32, uv);
-        }
-    }
-    TrainingFrame {
-        index,
-        image: draw_template(template().texture(), &maps),
-        depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
-        inside: maps.mask(),
-        depth_counts: maps.mask(),
-        level: 0,
-    }
-}
-
 #[test]
 fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
     let _alone = alone();
-    let camera = training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap();
+    let camera = small_camera();
     Device::flex().seed(5);
-    let network = compact(&camera).init(&Device::flex()).fold();
+    let network = small_compact(&camera).init(&Device::flex()).fold();
     let frames = RecordedFrames {
-        training: (0..3).map(frame).collect(),
-        held_out: vec![frame(1)],
+        training: (0..3)
+            .map(|index| frame_of(index, &plane(0.02 * index as f32, [0; 2])))
+            .collect(),
+        held_out: vec![frame_of(1, &plane(0.02, [0; 2]))],
         left_out: 0,
     };
     for step in [RefinementStep::Depth, RefinementStep::Registration] {
@@ -290,7 +224,7 @@ fn inject(folder: &Path, scale: LossScale) {
 fn a_step_that_overflows_is_not_made_and_halves_the_scale_and_a_stopped_run_goes_on_with_it() {
     const STEPS: u64 = 22;
     let _alone = alone();
-    for network in [compact(&training_camera()), normalised()] {
+    for network in [small_compact(&training_camera()), normalised()] {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let precision = Precision::F16;

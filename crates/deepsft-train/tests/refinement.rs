@@ -1,10 +1,12 @@
 //! Training steps 2 and 3: each learns a frame by heart, moves its own block alone, and goes on where it was stopped.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod common;
+
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig};
-use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+use common::{copy, frame_of, plane, small_camera, small_compact, template};
+use deepsft::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Light, Optimizer, Progress, RecordedFrames, Reduction, Refined, RefinementData,
@@ -15,18 +17,6 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
-
-const SIZE: [usize; 2] = [96, 64];
-
-/// A texture whose red tells u and whose green tells v: photo-consistency has one minimum.
-fn template() -> Template {
-    let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
-    Template::thin_shell(texture, 180.0, 120.0).unwrap()
-}
-
-fn camera() -> Camera {
-    training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap()
-}
 
 /// A small network with its first weights, folded as in a bundle.
 fn network() -> Network {
@@ -44,40 +34,14 @@ fn network_of_seed(seed: u64) -> Network {
 }
 
 fn drawn(seed: u64) -> Network {
-    let shape = CompactConfig {
-        channels: [8, 8, 8, 8],
-        blocks_at_32: 1,
-        bins: [8, 8, 8],
-        refinement_channels: 16,
-        mask_channels: 8,
-        seams: false,
-    };
     let device = Device::flex();
     device.seed(seed);
-    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &camera())
-        .init(&device)
-        .fold()
+    small_compact(&small_camera()).init(&device).fold()
 }
 
-/// A frame in which a part of the template is seen: a tilted plane, drawn through its own registration, with the offset
-/// `shift` of the texture.
+/// A frame in which a part of the template is seen, with the offset `shift` of the texture.
 fn frame(index: usize, shift: f32) -> TrainingFrame {
-    let [width, height] = SIZE;
-    let mut maps = Maps::empty(width, height);
-    for y in 8..height - 8 {
-        for x in 10..width - 10 {
-            let uv = [0.2 + shift + x as f32 / 200.0, 0.3 + y as f32 / 160.0];
-            maps.set(y * width + x, 500.0 + x as f32, uv);
-        }
-    }
-    TrainingFrame {
-        index,
-        image: draw_template(template().texture(), &maps),
-        depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
-        inside: maps.mask(),
-        depth_counts: maps.mask(),
-        level: 0,
-    }
+    frame_of(index, &plane(shift, [0; 2]))
 }
 
 fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
@@ -110,7 +74,7 @@ fn run(
     let data = RefinementData {
         frames,
         template: &template(),
-        canonical: &camera(),
+        canonical: &small_camera(),
         truth: &BTreeMap::new(),
     };
     refine(&network(), step, data, config, &Device::flex(), report)
@@ -239,15 +203,6 @@ fn the_papers_optimiser_lowers_the_loss_too() {
     assert!(losses[losses.len() - 1] < losses[0], "{losses:?}");
 }
 
-/// Copies a checkpoint as a kill would leave it.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-    }
-}
-
 #[test]
 fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_same_weights() {
     for step in [RefinementStep::Depth, RefinementStep::Registration] {
@@ -306,7 +261,7 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
         let data = RefinementData {
             frames,
             template: &template(),
-            canonical: &camera(),
+            canonical: &small_camera(),
             truth: &BTreeMap::new(),
         };
         set_aside_outdated(network, step, data, config).unwrap()

@@ -1,9 +1,11 @@
 //! A training that is killed and resumed ends where an uninterrupted one does.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig, R50FConfig};
+mod common;
+
+use burn::tensor::Device;
+use common::{copy, small_compact, weights};
+use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainError, train};
@@ -16,18 +18,6 @@ fn synthesizer() -> Arc<Synthesizer> {
     });
     let template = Template::thin_shell(texture, 180.0, 120.0).unwrap();
     Arc::new(Synthesizer::new(&template, SynthConfig::default()).unwrap())
-}
-
-fn tiny() -> NetworkConfig {
-    let shape = CompactConfig {
-        channels: [8, 8, 8, 8],
-        blocks_at_32: 1,
-        bins: [8, 8, 8],
-        refinement_channels: 8,
-        mask_channels: 8,
-        seams: false,
-    };
-    NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], &training_camera())
 }
 
 fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
@@ -53,31 +43,6 @@ fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
     }
 }
 
-/// All weights in the module's order (their identities are drawn anew when a network is folded).
-struct Weights(Vec<Vec<f32>>);
-
-impl ModuleVisitor for Weights {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.0.push(param.val().into_data().try_to_vec().unwrap());
-    }
-}
-
-fn weights(network: &Network) -> Vec<Vec<f32>> {
-    let mut weights = Weights(Vec::new());
-    network.visit(&mut weights);
-    assert!(weights.0.len() > 20, "the network's weights were not visited");
-    weights.0
-}
-
-/// Copies a checkpoint as a kill would leave it.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-    }
-}
-
 /// A network with batch normalisation, whose running statistics must come back, too.
 fn normalised() -> NetworkConfig {
     let shape = R50FConfig::narrow(32);
@@ -86,7 +51,7 @@ fn normalised() -> NetworkConfig {
 
 #[test]
 fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
-    for network in [tiny(), normalised()] {
+    for network in [small_compact(&training_camera()), normalised()] {
         resumed_as_uninterrupted(&network);
     }
 }
@@ -139,13 +104,28 @@ fn a_checkpoint_of_another_seed_is_refused_and_kept() {
     let device = Device::flex();
     let mut first = config(&checkpoint, false);
     first.budget = Budget::Samples(2);
-    train(&synthesizer(), &tiny(), &first, &device, |_| {}).unwrap();
+    train(
+        &synthesizer(),
+        &small_compact(&training_camera()),
+        &first,
+        &device,
+        |_| {},
+    )
+    .unwrap();
     let second = TrainConfig {
         seed: 2,
         resume: true,
         ..first
     };
-    let error = train(&synthesizer(), &tiny(), &second, &device, |_| {}).err().unwrap();
+    let error = train(
+        &synthesizer(),
+        &small_compact(&training_camera()),
+        &second,
+        &device,
+        |_| {},
+    )
+    .err()
+    .unwrap();
     assert!(
         matches!(error, TrainError::CheckpointMismatch { what: "seed", .. }),
         "{error}"
@@ -160,10 +140,25 @@ fn a_truncated_checkpoint_is_refused_by_the_name_of_the_file() {
     let device = Device::flex();
     let mut config = config(&checkpoint, true);
     config.budget = Budget::Samples(2);
-    train(&synthesizer(), &tiny(), &config, &device, |_| {}).unwrap();
+    train(
+        &synthesizer(),
+        &small_compact(&training_camera()),
+        &config,
+        &device,
+        |_| {},
+    )
+    .unwrap();
     let optimizer = checkpoint.join("optimizer.bpk");
     let bytes = std::fs::read(&optimizer).unwrap();
     std::fs::write(&optimizer, &bytes[..bytes.len() / 2]).unwrap();
-    let error = train(&synthesizer(), &tiny(), &config, &device, |_| {}).err().unwrap();
+    let error = train(
+        &synthesizer(),
+        &small_compact(&training_camera()),
+        &config,
+        &device,
+        |_| {},
+    )
+    .err()
+    .unwrap();
     assert!(error.to_string().contains("optimizer.bpk"), "{error}");
 }
