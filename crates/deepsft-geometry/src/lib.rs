@@ -22,6 +22,7 @@
 
 mod camera;
 mod canonical;
+mod color_response;
 mod completion;
 mod disjoint_sets;
 mod error;
@@ -44,6 +45,7 @@ mod welding;
 
 pub use camera::{Camera, PAPER_CAMERAS};
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
+pub use color_response::{ColorMatch, ColorResponse};
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,

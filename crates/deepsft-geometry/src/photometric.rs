@@ -96,7 +96,7 @@ impl ColorMoments {
 }
 
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
-fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
+pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
     let mut texture = texture.clone();
     // Texels in the template's width and height; halving leaves the last of an odd number out, they count here.
     let mut size = DVec2::new(texture.width() as f64, texture.height() as f64);

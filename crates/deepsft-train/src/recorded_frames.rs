@@ -34,8 +34,8 @@ pub struct TrainingFrame {
 }
 
 impl TrainingFrame {
-    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`; `None` when it does not see the
-    /// object there.
+    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`, and returns with it what the
+    /// network says there; `None` when it does not see the object.
     ///
     /// The object is where the network's mask has it before the refinement, which is trained together with the main block
     /// and frozen here, and where the recording's own mask has it, if it comes with masks. Depth counts two pixels further
@@ -51,7 +51,7 @@ impl TrainingFrame {
         canonical: &Camera,
         texture: &Picture,
         device: &Device,
-    ) -> Result<Option<Self>, TrainError> {
+    ) -> Result<Option<(Self, Maps)>, TrainError> {
         let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
         let mut found = pollster::block_on(network.infer(&[&image], device))?;
         let Some(mut maps) = found.pop() else { return Ok(None) };
@@ -64,14 +64,15 @@ impl TrainingFrame {
             return Ok(None);
         }
         let depth_counts = depth_counts(&maps, &depth_mm);
-        Ok(Some(Self {
+        let frame = Self {
             index,
             level: mipmap_level(texture, &maps) as usize,
             inside: maps.mask(),
             depth_counts,
             image,
             depth_mm,
-        }))
+        };
+        Ok(Some((frame, maps)))
     }
 
     /// The pixels on which networks are measured and compared: where the object is, and where it is by the `truth`, if

@@ -2,22 +2,24 @@
 
 use crate::TrainError;
 use crate::recorded_frames::TrainingFrame;
+use crate::refinement::RefinementData;
 use burn::tensor::Device;
 use deepsft::Network;
 use deepsft_geometry::metrics::{Summary, frame_metrics};
-use deepsft_geometry::{Camera, Maps, Template, photometric_error, relit_photometric_error};
-use deepsft_synth::Sample;
+use deepsft_geometry::{Maps, Picture, photometric_error, relit_photometric_error};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// How a network does on the held-out frames of a recording: means and medians over frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingFigures {
     /// RMSE of the depth against the measured one where it counts, mm.
     pub measured_depth_rmse_mm: Option<MeanMedian>,
-    /// E_pr of the paper, intensities in 0..=1.
+    /// E_pr of the paper, intensities in 0..=1, with the template's texture in the colours in which the recording's camera
+    /// shows them ([`RefinementData::texture_as_recorded`]), as the paper's textures were taken by the camera.
     pub photometric_error: Option<MeanMedian>,
-    /// The same with the light fitted, see [`relit_photometric_error`].
+    /// E_pr with the texture's own colours, those of the file that was printed.
+    pub own_colors_photometric_error: Option<MeanMedian>,
+    /// E_pr with the light fitted to each image, see [`relit_photometric_error`].
     pub relit_photometric_error: Option<MeanMedian>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
     pub depth_rmse_mm: Option<MeanMedian>,
@@ -35,24 +37,17 @@ pub struct MeanMedian {
 }
 
 impl RecordingFigures {
-    /// Measures `network`, which is on `device`, on `frames`. `truth` as in [`RefinementData`].
+    /// Measures `network`, which is on `device`, on the held-out frames of `data`.
     ///
     /// # Errors
     /// [`TrainError`] when the device fails or the truth is not of the canonical size.
-    pub fn measure(
-        network: &Network,
-        frames: &[TrainingFrame],
-        template: &Template,
-        canonical: &Camera,
-        truth: &BTreeMap<usize, Sample>,
-        device: &Device,
-    ) -> Result<Self, TrainError> {
-        let mut figures = Figures::default();
-        for frame in frames {
+    pub fn measure(network: &Network, data: RefinementData<'_>, device: &Device) -> Result<Self, TrainError> {
+        let mut figures = Figures::of(data);
+        for frame in &data.frames.held_out {
             // The same pixels before and after, whatever a step says of the depth that a network's mask is read from.
-            let truth = truth.get(&frame.index).map(|sample| &sample.truth);
+            let truth = data.truth.get(&frame.index).map(|sample| &sample.truth);
             let maps = pollster::block_on(network.infer_where(&frame.image, &frame.seen(truth)?, device))?;
-            figures.add(&maps, frame, template, canonical, truth)?;
+            figures.add(&maps, frame, truth)?;
         }
         Ok(figures.summary())
     }
@@ -62,21 +57,16 @@ impl RecordingFigures {
     ///
     /// # Errors
     /// [`TrainError::Geometry`] when the truth is not of the canonical size.
-    pub fn of_truth(
-        frames: &[TrainingFrame],
-        template: &Template,
-        canonical: &Camera,
-        truth: &BTreeMap<usize, Sample>,
-    ) -> Result<Option<Self>, TrainError> {
-        let mut figures = Figures::default();
-        for frame in frames {
-            if let Some(sample) = truth.get(&frame.index) {
+    pub fn of_truth(data: RefinementData<'_>) -> Result<Option<Self>, TrainError> {
+        let mut figures = Figures::of(data);
+        for frame in &data.frames.held_out {
+            if let Some(sample) = data.truth.get(&frame.index) {
                 let seen = frame.seen(Some(&sample.truth))?;
                 let mut exact = sample.truth.clone();
                 (0..seen.len())
                     .filter(|&pixel| !seen[pixel])
                     .for_each(|pixel| exact.clear(pixel));
-                figures.add(&exact, frame, template, canonical, Some(&sample.truth))?;
+                figures.add(&exact, frame, Some(&sample.truth))?;
             }
         }
         Ok((!figures.photometric_error.is_empty()).then(|| figures.summary()))
@@ -84,30 +74,44 @@ impl RecordingFigures {
 }
 
 /// The figures of frames, as [`RecordingFigures`] has their means.
-#[derive(Default)]
-struct Figures {
+struct Figures<'a> {
+    data: RefinementData<'a>,
+    texture_as_recorded: Picture,
     measured_depth_rmse_mm: Vec<Option<f64>>,
     photometric_error: Vec<Option<f64>>,
+    own_colors_photometric_error: Vec<Option<f64>>,
     relit_photometric_error: Vec<Option<f64>>,
     depth_rmse_mm: Vec<Option<f64>>,
     registration_rmse_px: Vec<Option<f64>>,
 }
 
-impl Figures {
-    fn add(
-        &mut self,
-        maps: &Maps,
-        frame: &TrainingFrame,
-        template: &Template,
-        canonical: &Camera,
-        truth: Option<&Maps>,
-    ) -> Result<(), TrainError> {
-        let texture = template.texture();
+impl<'a> Figures<'a> {
+    /// None yet.
+    fn of(data: RefinementData<'a>) -> Self {
+        Self {
+            data,
+            texture_as_recorded: data.texture_as_recorded(),
+            measured_depth_rmse_mm: Vec::new(),
+            photometric_error: Vec::new(),
+            own_colors_photometric_error: Vec::new(),
+            relit_photometric_error: Vec::new(),
+            depth_rmse_mm: Vec::new(),
+            registration_rmse_px: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, maps: &Maps, frame: &TrainingFrame, truth: Option<&Maps>) -> Result<(), TrainError> {
+        let RefinementData {
+            template, canonical, ..
+        } = self.data;
+        let texture = &self.texture_as_recorded;
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
         self.measured_depth_rmse_mm
             .push(against(&frame.measured())?.depth_rmse_mm);
         self.photometric_error
             .push(photometric_error(&frame.image, texture, maps));
+        self.own_colors_photometric_error
+            .push(photometric_error(&frame.image, template.texture(), maps));
         self.relit_photometric_error
             .push(relit_photometric_error(&frame.image, texture, maps));
         if let Some(truth) = truth {
@@ -128,6 +132,7 @@ impl Figures {
         RecordingFigures {
             measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
             photometric_error: over_frames(self.photometric_error),
+            own_colors_photometric_error: over_frames(self.own_colors_photometric_error),
             relit_photometric_error: over_frames(self.relit_photometric_error),
             depth_rmse_mm: over_frames(self.depth_rmse_mm),
             registration_rmse_px: over_frames(self.registration_rmse_px),

@@ -14,7 +14,7 @@ use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
 use deepsft::{Block, Network};
-use deepsft_geometry::{Camera, Template};
+use deepsft_geometry::{Camera, ColorMatch, ColorResponse, Picture, Template};
 use deepsft_synth::{Recording, Sample};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -58,6 +58,9 @@ pub struct RecordedFrames {
     pub held_out: Vec<TrainingFrame>,
     /// Frames in which the network did not see the object.
     pub left_out: usize,
+    /// How the camera shows the template's colours: what brings the template, drawn through the network's registrations of
+    /// the frames that are trained on, to their images.
+    pub colors: ColorResponse,
 }
 
 impl RecordedFrames {
@@ -82,11 +85,16 @@ impl RecordedFrames {
             training: Vec::new(),
             held_out: Vec::new(),
             left_out: 0,
+            colors: ColorResponse::IDENTITY,
         };
+        let mut colors = ColorMatch::default();
         for index in 0..count {
             match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
-                Some(frame) if index < first_held_out => frames.training.push(frame),
-                Some(frame) => frames.held_out.push(frame),
+                Some((frame, maps)) if index < first_held_out => {
+                    colors.add(&frame.image, template.texture(), &maps);
+                    frames.training.push(frame);
+                }
+                Some((frame, _)) => frames.held_out.push(frame),
                 None => frames.left_out += 1,
             }
             each();
@@ -99,6 +107,7 @@ impl RecordedFrames {
                 });
             }
         }
+        frames.colors = colors.response();
         Ok(frames)
     }
 }
@@ -128,6 +137,13 @@ pub struct RefinementData<'a> {
     pub truth: &'a BTreeMap<usize, Sample>,
 }
 
+impl RefinementData<'_> {
+    /// The template's texture in the colours in which the recording's camera shows it, see [`RecordedFrames::colors`].
+    pub fn texture_as_recorded(&self) -> Picture {
+        self.frames.colors.apply(self.template.texture())
+    }
+}
+
 /// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched on here)
 /// and [`TrainConfig::more_devices`], and reports through
 /// `report`. After every epoch the held-out frames are measured and a checkpoint is saved, from which a training that
@@ -144,16 +160,14 @@ pub fn refine(
     device: &Device,
     mut report: impl FnMut(Progress),
 ) -> Result<Refined, TrainError> {
-    let RefinementData { frames, template, .. } = data;
+    let frames = data.frames;
     let steps = match step {
         RefinementStep::Depth => config.depth_steps,
         RefinementStep::Registration => config.registration_steps,
     };
     let mut stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let differentiable = device.clone().autodiff();
-    let measure = |network: &Network| {
-        RecordingFigures::measure(network, &frames.held_out, template, data.canonical, data.truth, device)
-    };
+    let measure = |network: &Network| RecordingFigures::measure(network, data, device);
     let network = &network.clone().fork(device);
     let before = measure(network)?;
     let make_network =
@@ -162,8 +176,9 @@ pub fn refine(
     let mut optimizer = steps.optimizer.init();
     let mut average = WeightAverage::new(&trained, steps.average_decay);
     let dtype = stepper.dtype();
+    let texture = data.texture_as_recorded();
     let sites: Vec<Site> = (stepper.devices().iter())
-        .map(|device| Site::new(template, device, dtype))
+        .map(|device| Site::new(&texture, device, dtype))
         .collect();
     let folder = CheckpointFolder::new(&config.checkpoint);
     let fingerprint = fingerprint(network, step, &data, config);

@@ -7,7 +7,7 @@ use crate::refinement::RefinementStep;
 use crate::shares::FrameShare;
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkMaps};
-use deepsft_geometry::Template;
+use deepsft_geometry::Picture;
 
 /// A device and what it needs for its shares.
 pub struct Site {
@@ -19,10 +19,10 @@ pub struct Site {
 }
 
 impl Site {
-    /// `device`, a differentiable one, with the texture of `template`; the network sees images in `dtype`.
-    pub fn new(template: &Template, device: &Device, dtype: FloatDType) -> Self {
+    /// `device`, a differentiable one, with the template's `texture`; the network sees images in `dtype`.
+    pub fn new(texture: &Picture, device: &Device, dtype: FloatDType) -> Self {
         Self {
-            texture: TexturePyramid::new(template.texture(), device),
+            texture: TexturePyramid::new(texture, device),
             device: device.clone(),
             dtype,
         }

@@ -6,7 +6,7 @@ mod common;
 use burn::tensor::Device;
 use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, RefinementData, RefinementStep,
@@ -51,6 +51,7 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
         training: (0..7).map(frame).collect(),
         held_out: vec![frame(1)],
         left_out: 0,
+        colors: ColorResponse::IDENTITY,
     };
     for step in [RefinementStep::Depth, RefinementStep::Registration] {
         let run = |devices: usize| {

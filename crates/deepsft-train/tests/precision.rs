@@ -6,7 +6,7 @@ mod common;
 use burn::tensor::Device;
 use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, RefinementData,
@@ -162,6 +162,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
             .collect(),
         held_out: vec![frame_of(1, &plane(0.02, [0; 2]))],
         left_out: 0,
+        colors: ColorResponse::IDENTITY,
     };
     for step in [RefinementStep::Depth, RefinementStep::Registration] {
         let run = |precision: Precision| {

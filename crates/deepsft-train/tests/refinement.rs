@@ -7,11 +7,12 @@ use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use common::{copy, frame_of, plane, small_camera, small_compact, template};
 use deepsft::Network;
+use deepsft_geometry::ColorResponse;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, Optimizer, Progress, RecordedFrames, Reduction, Refined, RefinementData,
-    RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine, set_aside_outdated,
-    train,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Refined,
+    RefinementData, RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine,
+    set_aside_outdated, train,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -85,6 +86,7 @@ fn frames(training: usize) -> RecordedFrames {
         training: (0..training).map(|index| frame(index, 0.02 * index as f32)).collect(),
         held_out: vec![frame(9, 0.03)],
         left_out: 0,
+        colors: ColorResponse::IDENTITY,
     }
 }
 
@@ -181,6 +183,36 @@ fn steps_two_and_three_learn_a_frame_by_heart_and_leave_all_other_blocks_bit_for
         }
         assert_eq!(moved, 6, "{step:?}: weights and biases of three convolutions move");
     }
+}
+
+#[test]
+fn step_three_compares_with_the_template_in_the_cameras_colours() {
+    let dull = ColorResponse {
+        gain: [0.5; 3],
+        offset: [60.0; 3],
+    };
+    let mut frames = frames(1);
+    frames.training[0].image = dull.apply(&frames.training[0].image);
+    frames.held_out = frames.training.clone();
+    let mut refined = |colors: ColorResponse| {
+        let folder = tempfile::tempdir().unwrap();
+        frames.colors = colors;
+        let refined = run(
+            RefinementStep::Registration,
+            &frames,
+            &config(folder.path(), 120),
+            |_| {},
+        );
+        refined.unwrap().after
+    };
+    let of = |figure: Option<MeanMedian>| figure.unwrap().mean;
+    let (own, dulled) = (refined(ColorResponse::IDENTITY), refined(dull));
+    assert!(of(dulled.photometric_error) < 0.01, "{dulled:?}");
+    assert!(of(dulled.own_colors_photometric_error) > 0.03, "{dulled:?}");
+    // In the file's colours a wrong registration is nearest, that of duller texels.
+    assert_eq!(own.photometric_error, own.own_colors_photometric_error);
+    let nearest = of(own.own_colors_photometric_error);
+    assert!(nearest < 0.5 * of(dulled.own_colors_photometric_error), "{own:?}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::output::{curve_plot, model_card};
 use crate::progress;
 use anyhow::{Context, Result};
 use deepsft::{ModelBundle, Network, encode_png};
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
     Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingFigures, RefinementData, RefinementStep,
@@ -63,6 +63,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         frames.held_out.len(),
         frames.left_out
     );
+    println!("{}", told(&frames.colors));
     let data = RefinementData {
         frames: &frames,
         template: bundle.template(),
@@ -114,7 +115,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         refined.add(step, &done.state)?;
         network = done.network;
     }
-    if let Some(exact) = RecordingFigures::of_truth(&frames.held_out, data.template, &canonical, &truth)? {
+    if let Some(exact) = RecordingFigures::of_truth(data)? {
         rows.push(("the truth itself".to_owned(), exact));
     }
     refined.network = network;
@@ -139,6 +140,16 @@ impl RefinedBundle {
     }
 }
 
+/// How the camera shows colours, for people.
+fn told(colors: &ColorResponse) -> String {
+    let of = |values: [f64; 3], digits: usize| values.map(|value| format!("{value:.digits$}")).join(" / ");
+    format!(
+        "the camera shows the template's red / green / blue times {}, plus {} of 255",
+        of(colors.gain, 2),
+        of(colors.offset, 0)
+    )
+}
+
 /// The truth of the held-out frames, where the recording comes with a truth.
 fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sample>> {
     let truth = folder.join(TRUTH_FOLDER);
@@ -160,10 +171,11 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
 type Figure = fn(&RecordingFigures) -> Option<MeanMedian>;
 
 /// The figures by their names, with their digits.
-const FIGURES: [(&str, Figure, usize); 5] = [
+const FIGURES: [(&str, Figure, usize); 6] = [
     ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
     ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
     ("E_pr", |f| f.photometric_error, 4),
+    ("E_pr, the template's own colours", |f| f.own_colors_photometric_error, 4),
     ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
     ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
 ];
@@ -202,6 +214,7 @@ fn figures(kind: &str, frames: &RecordedFrames, rows: &[(String, RecordingFigure
         "recording": kind,
         "frames_trained_on": frames.training.len(),
         "frames_held_out": frames.held_out.len(),
+        "colors": {"gain": frames.colors.gain, "offset": frames.colors.offset},
         "rows": rows,
     });
     serde_json::to_vec_pretty(&value).context("could not write the figures")
@@ -219,6 +232,7 @@ mod tests {
                 mean: 0.125,
                 median: 0.1,
             }),
+            own_colors_photometric_error: None,
             relit_photometric_error: None,
             depth_rmse_mm: None,
             registration_rmse_px: None,
