@@ -22,7 +22,7 @@ pub enum Budget {
 /// |---|---|---|
 /// | step 1 | Adam 1e-3, betas 0.9, batches of 7 whole frames, 40 epochs of 47,000 | AdamW with clipping, warm-up and cosine from 2e-3, windows before frames, averaged weights, never the same sample twice |
 /// | step 2 | SGD 1e-5, batches of 7, 10 epochs | AdamW 1e-4, averaged weights |
-/// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference | AdamW from 1e-3, falling, averaged weights, c = 20 of the difference, light fitted |
+/// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference | AdamW from 1e-3, falling, averaged weights, c = 60 of the difference, the template in the camera's colours |
 ///
 /// lambda = 1e-9 and mu = 0.5 are the same in both, and both divide the losses of steps 2 and 3 by the number of pixels, as
 /// the paper's Keras does by default. The paper prints sums; with them its rates diverge on the compact network (step 2:
@@ -168,11 +168,11 @@ impl Default for TrainConfig {
             },
             registration_steps: steps(1e-3, 0.02, 6),
             photo_consistency: PhotoConsistencyLoss {
-                cauchy_scale: 20.0,
+                cauchy_scale: 60.0,
                 residual: Residual::Plain,
                 half_size: 0.5,
                 total_variation: 1e-9,
-                light: Light::Fitted,
+                light: Light::Recorded,
                 reduction: Reduction::Mean,
             },
         }

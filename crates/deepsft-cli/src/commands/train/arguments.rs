@@ -5,7 +5,7 @@ use crate::synthesis::SynthesisOptions;
 use anyhow::Result;
 use clap::{ArgGroup, Args, ValueEnum};
 use deepsft::DeviceKind;
-use deepsft_train::{Precision, TrainConfig};
+use deepsft_train::{Light, Precision, TrainConfig};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -89,6 +89,9 @@ pub struct TrainArguments {
     /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
     #[arg(long, value_name = "LAMBDA", value_parser = weight)]
     pub total_variation: Option<f64>,
+    /// What step 3 does about light and colours before it compares [default: recorded; ignored with --preset paper]
+    #[arg(long, value_name = "LIGHT", value_enum)]
+    pub light: Option<LightChoice>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
     #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::default().held_out_share, value_parser = share)]
     pub held_out: f64,
@@ -124,6 +127,27 @@ pub enum Preset {
     Ours,
     /// The paper's values
     Paper,
+}
+
+/// What step 3 does about light and colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightChoice {
+    /// Nothing, as the paper: for a template in the colours of the camera that recorded
+    Ignored,
+    /// The template in the camera's colours, found once for the recording: made in one place, of a print
+    Recorded,
+    /// A gain and an offset fitted to each image and colour: light that changes within a recording
+    Fitted,
+}
+
+impl From<LightChoice> for Light {
+    fn from(choice: LightChoice) -> Self {
+        match choice {
+            LightChoice::Ignored => Self::Ignored,
+            LightChoice::Recorded => Self::Recorded,
+            LightChoice::Fitted => Self::Fitted,
+        }
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -166,6 +190,7 @@ pub mod tests {
             samples: None,
             epochs: None,
             total_variation: None,
+            light: None,
             held_out: 0.25,
             evaluate_every: 120.0,
             resume: false,

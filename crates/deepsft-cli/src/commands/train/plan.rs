@@ -128,6 +128,9 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         config.depth_loss.total_variation = lambda;
         config.photo_consistency.total_variation = lambda;
     }
+    if let Some(light) = arguments.light {
+        config.photo_consistency.light = light.into();
+    }
     Ok(config)
 }
 
@@ -140,8 +143,10 @@ fn beside(out: &Path, ending: &str) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::super::arguments::LightChoice;
     use super::super::arguments::tests::arguments;
     use super::*;
+    use deepsft_train::Light;
 
     #[test]
     fn checkpoints_lie_beside_the_bundle() {
@@ -230,6 +235,24 @@ mod tests {
                 config.photo_consistency.total_variation,
             ];
             assert_eq!(weights, [lambda; 2]);
+        }
+    }
+
+    #[test]
+    fn light_is_as_the_preset_has_it_unless_it_is_asked_for() {
+        for (preset, given, light) in [
+            (Preset::Ours, None, Light::Recorded),
+            (Preset::Paper, None, Light::Ignored),
+            (Preset::Ours, Some(LightChoice::Fitted), Light::Fitted),
+            (Preset::Paper, Some(LightChoice::Recorded), Light::Recorded),
+            (Preset::Ours, Some(LightChoice::Ignored), Light::Ignored),
+        ] {
+            let config = config(&TrainArguments {
+                preset,
+                light: given,
+                ..arguments("a")
+            });
+            assert_eq!(config.unwrap().photo_consistency.light, light, "{preset:?} {given:?}");
         }
     }
 
