@@ -30,10 +30,12 @@ and their checkpoints are kept beside with the ending .outdated, .outdated-2 and
 or --precision; the result is then not exactly what it would have been. Files and folders of other kinds in BUNDLE (a
 poster to print) are kept.
 
---preset paper takes the paper's optimisers, learning rates, batches, epochs and losses; the default, ours, is what was
-measured to work on the compact network in the time of a CPU.
+--preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
+over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
+L1 and bins), nor the images: the paper's are --network paper and --images paper. The default, ours, is what was measured
+to work on the compact network in the time of a CPU.
 
---network paper and r50f learn by the paper's loss on full-resolution maps of whole frames. In full width they are for
+--network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
 ones (ours, not the paper's) that a CPU can train to see that everything works.
 
@@ -48,7 +50,7 @@ Examples:
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
-  deepsft train --network paper --preset paper --template cover --out cover-paper --device vulkan
+  deepsft train --network paper --preset paper --images paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
@@ -125,7 +127,7 @@ pub struct TrainArguments {
 pub enum Preset {
     /// Beyond the paper: AdamW, warm-up and cosine, averaged weights, windows; AdamW in steps 2 and 3
     Ours,
-    /// The paper's values
+    /// The paper's optimisers, rates, batches, epochs; its losses in steps 2 and 3, as means
     Paper,
 }
 
