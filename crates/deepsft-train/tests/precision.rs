@@ -82,7 +82,7 @@ fn step_one(
         epoch_samples: Some(1),
         average_decay: 0.0,
         precision,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let mut told = Told::default();
     let trained = train(&synthesizer, network, &config, &Device::flex(), |progress| {
@@ -184,7 +184,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
                 precision,
                 // Half precision and two devices at once.
                 more_devices: vec![Device::flex()],
-                ..TrainConfig::default()
+                ..TrainConfig::ours()
             };
             let data = RefinementData {
                 frames: &frames,

@@ -60,7 +60,7 @@ fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
         checkpoint: checkpoint.to_path_buf(),
         depth_steps: steps(5e-3),
         registration_steps: steps(5e-3),
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     config.photo_consistency.light = Light::Ignored;
     config
@@ -140,7 +140,7 @@ fn step_one_learns_a_sample_by_heart() {
             ..Schedule::default()
         },
         seed: 3,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let mut losses = Vec::new();
     train(&synthesizer, network().config(), &config, &Device::flex(), |progress| {

@@ -32,8 +32,8 @@ poster to print) are kept.
 
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
 over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
-L1 and bins), nor the images: the paper's are --network paper and --images paper. The default, ours, is what was measured
-to work on the compact network in the time of a CPU.
+L1 and bins), nor the images: the paper's are --network paper and --images paper. --preset ours is what was measured to
+work on the compact network in the time of a CPU.
 
 --network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
@@ -50,7 +50,7 @@ Examples:
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
-  deepsft train --network paper --preset paper --images paper --template cover --out cover-paper --device vulkan
+  deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
@@ -70,9 +70,9 @@ pub struct TrainArguments {
     /// Folder of the RGB-D recording for steps 2 and 3 (its layout: `deepsft recording simulate --help`)
     #[arg(long, value_name = "DIR")]
     pub recording: Option<PathBuf>,
-    /// Whose settings to train with
-    #[arg(long, value_name = "PRESET", value_enum, default_value_t = Preset::Ours)]
-    pub preset: Preset,
+    /// Whose settings to train with [default: paper with --network paper, else ours]
+    #[arg(long, value_name = "PRESET", value_enum)]
+    pub preset: Option<Preset>,
     /// Network that step 1 trains
     #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact)]
     pub network: NetworkChoice,
@@ -95,10 +95,10 @@ pub struct TrainArguments {
     #[arg(long, value_name = "LIGHT", value_enum)]
     pub light: Option<LightChoice>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
-    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::default().held_out_share, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::ours().held_out_share, value_parser = share)]
     pub held_out: f64,
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
-    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::default().evaluate_every, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
     pub evaluate_every: f64,
     /// Go on from the checkpoints beside the bundle
     #[arg(long)]
@@ -120,6 +120,16 @@ pub struct TrainArguments {
     /// Name of the model for people [default: the name of BUNDLE]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
+}
+
+impl TrainArguments {
+    /// The preset that was asked for, or the one that belongs to the network.
+    pub fn preset(&self) -> Preset {
+        self.preset.unwrap_or(match self.network {
+            NetworkChoice::Paper => Preset::Paper,
+            NetworkChoice::Compact | NetworkChoice::R50f => Preset::Ours,
+        })
+    }
 }
 
 /// Whose settings a training has.
@@ -185,7 +195,7 @@ pub mod tests {
             out: out.into(),
             stages: vec![1],
             recording: None,
-            preset: Preset::Ours,
+            preset: None,
             network: NetworkChoice::Compact,
             width_divisor: 1,
             minutes: None,

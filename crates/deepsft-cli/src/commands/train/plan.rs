@@ -86,10 +86,10 @@ impl<'a> Plan<'a> {
 }
 
 fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
-    let defaults = match arguments.preset {
+    let defaults = match arguments.preset() {
         Preset::Ours => TrainConfig {
             budget: Budget::Seconds(3600.0),
-            ..TrainConfig::default()
+            ..TrainConfig::ours()
         },
         Preset::Paper => TrainConfig::paper(),
     };
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn the_papers_preset_ends_after_the_papers_epochs() {
         let paper = TrainArguments {
-            preset: Preset::Paper,
+            preset: Some(Preset::Paper),
             epochs: Some(3),
             ..arguments("a")
         };
@@ -239,6 +239,24 @@ mod tests {
     }
 
     #[test]
+    fn the_papers_network_has_the_papers_settings_unless_others_are_asked_for() {
+        for (network, preset, expected) in [
+            (NetworkChoice::Compact, None, Preset::Ours),
+            (NetworkChoice::R50f, None, Preset::Ours),
+            (NetworkChoice::Paper, None, Preset::Paper),
+            (NetworkChoice::Paper, Some(Preset::Ours), Preset::Ours),
+            (NetworkChoice::Compact, Some(Preset::Paper), Preset::Paper),
+        ] {
+            let arguments = TrainArguments {
+                network,
+                preset,
+                ..arguments("a")
+            };
+            assert_eq!(arguments.preset(), expected, "{network:?} {preset:?}");
+        }
+    }
+
+    #[test]
     fn light_is_as_the_preset_has_it_unless_it_is_asked_for() {
         for (preset, given, light) in [
             (Preset::Ours, None, Light::Recorded),
@@ -248,7 +266,7 @@ mod tests {
             (Preset::Ours, Some(LightChoice::Ignored), Light::Ignored),
         ] {
             let config = config(&TrainArguments {
-                preset,
+                preset: Some(preset),
                 light: given,
                 ..arguments("a")
             });
@@ -259,7 +277,7 @@ mod tests {
     #[test]
     fn the_seed_of_the_held_out_images_is_refused() {
         let held_out = TrainArguments {
-            seed: TrainConfig::default().held_out_seed,
+            seed: TrainConfig::ours().held_out_seed,
             ..arguments("a")
         };
         assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
