@@ -15,37 +15,37 @@ use deepsft_train::{
     RefinementData, RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine,
     set_aside_outdated, train,
 };
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-/// A small network with its first weights, folded as in a bundle.
+/// A small network with its first weights, another one, and one for a template whose texture has seams; all folded as in
+/// bundles. They are drawn together when a test first asks for one, before any of these tests trains: the device's
+/// generator is one for all threads.
+static NETWORKS: LazyLock<Mutex<[Network; 3]>> = LazyLock::new(|| {
+    let config = small_compact(&small_camera());
+    let drawn = [(5, config.clone()), (6, config.clone()), (5, config.with_seams())].map(|(seed, config)| {
+        let device = Device::flex();
+        device.seed(seed);
+        config.init(&device).fold()
+    });
+    Mutex::new(drawn)
+});
+
+fn drawn(number: usize) -> Network {
+    NETWORKS.lock().unwrap_or_else(PoisonError::into_inner)[number].clone()
+}
+
 fn network() -> Network {
-    network_of_seed(5)
+    drawn(0)
 }
 
-thread_local! {
-    /// Networks by their seeds, drawn once: the device's generator is one for all threads, and other tests draw from it at
-    /// the same time.
-    static NETWORKS: RefCell<BTreeMap<u64, Network>> = const { RefCell::new(BTreeMap::new()) };
+fn another_network() -> Network {
+    drawn(1)
 }
 
-fn network_of_seed(seed: u64) -> Network {
-    NETWORKS.with_borrow_mut(|networks| networks.entry(seed).or_insert_with(|| drawn(seed)).clone())
-}
-
-fn drawn(seed: u64) -> Network {
-    let device = Device::flex();
-    device.seed(seed);
-    small_compact(&small_camera()).init(&device).fold()
-}
-
-/// A network with the same weights for a template whose texture has seams: its depth refinement does without planes.
 fn network_with_seams() -> Network {
-    let device = Device::flex();
-    device.seed(5);
-    small_compact(&small_camera()).with_seams().init(&device).fold()
+    drawn(2)
 }
 
 /// A frame in which a part of the template is seen, with the offset `shift` of the texture.
@@ -249,12 +249,11 @@ fn steps_two_and_three_train_the_network_of_a_template_with_seams() {
 fn frames_between_others() -> RecordedFrames {
     let seen = |index: usize, shift: f32| {
         let mut maps = plane(shift, [0; 2]);
-        for pixel in 0..maps.depth().len() {
-            if !maps.inside(pixel) {
-                continue;
+        for (pixel, inside) in maps.mask().into_iter().enumerate() {
+            if inside {
+                let [u, v] = maps.registration()[pixel];
+                maps.set(pixel, 400.0 + 400.0 * u, [u, v]);
             }
-            let [u, v] = maps.registration()[pixel];
-            maps.set(pixel, 400.0 + 400.0 * u, [u, v]);
         }
         frame_of(index, &maps)
     };
@@ -397,7 +396,7 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
         };
         set_aside_outdated(network, step, data, config).unwrap()
     };
-    let other = network_of_seed(6);
+    let other = another_network();
     let mut settings = config.clone();
     settings.depth_loss.total_variation *= 2.0;
     let seed = TrainConfig {
