@@ -16,6 +16,13 @@ pub enum Budget {
     Samples(u64),
 }
 
+impl Budget {
+    /// The paper's 40 epochs of a set of so many samples to train on.
+    pub fn paper_epochs(samples: u64) -> Self {
+        Self::Samples(PAPER_EPOCHS.saturating_mul(samples))
+    }
+}
+
 /// How to train.
 ///
 /// The default is the paper's.
@@ -52,9 +59,9 @@ pub struct TrainConfig {
     pub precision: Precision,
     /// Step 1: when to end.
     pub budget: Budget,
-    /// Step 1: seed of the held-out set; never trained on.
+    /// Step 1: seed of the held-out frames that are made on the fly; never trained on.
     pub held_out_seed: u64,
-    /// Step 1: frames of the held-out set.
+    /// Step 1: held-out frames; of a data set at most a tenth, its end.
     pub held_out_frames: u64,
     /// Step 1: seconds between two evaluations, each of which saves a checkpoint.
     pub evaluate_every: f64,
@@ -66,9 +73,10 @@ pub struct TrainConfig {
     pub loss: LossWeights,
     /// Step 1: decay a step of the average of the weights; 0 for the weights themselves.
     pub average_decay: f64,
-    /// Step 1: samples of an epoch, after which the same come again; `None` for ever new ones.
+    /// Step 1: samples of an epoch, after which the same come again; `None` for ever new ones. Of a data set it is always
+    /// all that there is to train on.
     pub epoch_samples: Option<u64>,
-    /// Step 1: threads that make samples.
+    /// Step 1: threads that make or read samples.
     pub workers: usize,
     /// Steps 2 and 3: share of the recording, its end, that is not trained on.
     pub held_out_share: f64,
@@ -97,7 +105,7 @@ pub struct RefinementSteps {
     pub average_decay: f64,
 }
 
-/// Samples of the paper's training sets and its epochs.
+/// Samples of the paper's training sets, and its epochs.
 const PAPER_SAMPLES: u64 = 47_000;
 const PAPER_EPOCHS: u64 = 40;
 
@@ -113,7 +121,7 @@ impl TrainConfig {
             average_decay: 0.0,
         };
         Self {
-            budget: Budget::Samples(PAPER_EPOCHS * PAPER_SAMPLES),
+            budget: Budget::paper_epochs(PAPER_SAMPLES),
             epoch_samples: Some(PAPER_SAMPLES),
             optimizer: Optimizer::Adam { betas: [0.9, 0.9] },
             schedule: Schedule::constant(1e-3, 7),

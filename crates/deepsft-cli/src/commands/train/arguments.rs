@@ -14,7 +14,7 @@ use std::path::PathBuf;
     group = ArgGroup::new("start").args(["template", "model"]).required(true),
     after_help = "\
 The paper's three steps (section 4):
-  1  all blocks, on synthetic images made on the fly; needs nothing but the template
+  1  all blocks, on synthetic images made on the fly, which needs nothing but the template, or on data sets (--data)
   2  the depth refinement block alone, against the depth that an RGB-D camera measured
   3  the registration refinement block alone, by photo-consistency: the template, seen through the registration, is to
      look like the colour pictures. Nobody has to label anything
@@ -29,6 +29,11 @@ budget. A step that goes on changes the network that later steps of the same com
 and their checkpoints are kept beside with the ending .outdated, .outdated-2 and so on. --resume may use another --devices
 or --precision; the result is then not exactly what it would have been. Files and folders of other kinds in BUNDLE (a
 poster to print) are kept.
+
+--data DIR trains step 1 on data sets that `deepsft synth` wrote, instead of new images: where images are dear to make or
+several trainings are to see the same ones. All samples come once an epoch, in another order each time; windows are cut
+anew. The end of the last set is never trained on but measured on: a tenth of all samples, at most 48. Samples are read
+when they are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
 
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
 over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
@@ -48,6 +53,8 @@ cpu both cost time; prefer bf16 there.
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
+  deepsft synth --template cover --count 5000 --seed 5 --images paper --out cover-data
+  deepsft train --template cover --data cover-data --out cover-model --minutes 60
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
   deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
@@ -63,6 +70,9 @@ pub struct TrainArguments {
     /// Folder of the model bundle to write
     #[arg(long, value_name = "BUNDLE")]
     pub out: PathBuf,
+    /// Train step 1 on this data set (as `deepsft synth` writes), not on images made on the fly; may be given several times
+    #[arg(long, value_name = "DIR")]
+    pub data: Vec<PathBuf>,
     /// Steps to train, in their order
     #[arg(long, alias = "stage", value_name = "1,2,3", value_delimiter = ',', default_value = "1",
           value_parser = clap::value_parser!(u8).range(1..=3))]
@@ -82,7 +92,7 @@ pub struct TrainArguments {
     /// Minutes of step 1 in all, resumed ones included [default: 60]
     #[arg(long, value_name = "M", value_parser = positive)]
     pub minutes: Option<f64>,
-    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default of --preset paper: 1880000]
+    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default of --preset paper: 1880000, or 40 times what --data has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub samples: Option<u64>,
     /// Epochs of steps 2 and 3 [default: 10]
@@ -193,6 +203,7 @@ pub mod tests {
             template: Some("t".into()),
             model: None,
             out: out.into(),
+            data: Vec::new(),
             stages: vec![1],
             recording: None,
             preset: None,

@@ -31,6 +31,16 @@ impl<'a> Plan<'a> {
                 "steps 2 and 3 start from --model"
             }));
         }
+        if !arguments.data.is_empty() {
+            if !synthetic {
+                return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
+            }
+            if !arguments.images.note().is_empty() {
+                return Err(usage(
+                    "--images, --camera-effects and --backgrounds are for images made on the fly: those of --data are as they are",
+                ));
+            }
+        }
         let steps: Vec<RefinementStep> = [RefinementStep::Depth, RefinementStep::Registration]
             .into_iter()
             .filter(|step| stages.contains(&step.number()))
@@ -52,6 +62,13 @@ impl<'a> Plan<'a> {
             recording: arguments.recording.as_deref(),
             out: &arguments.out,
         })
+    }
+
+    /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.
+    pub fn take_training_samples(&mut self, arguments: &TrainArguments, samples: u64) {
+        if arguments.preset == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
+            self.config.budget = Budget::paper_epochs(samples);
+        }
     }
 
     /// The checkpoint of a step on a recording.
@@ -220,6 +237,46 @@ mod tests {
         assert_eq!(config.budget, Budget::Samples(40 * 47_000));
         assert_eq!((config.depth_steps.epochs, config.registration_steps.epochs), (3, 3));
         assert_eq!((config.depth_steps.batch, config.registration_steps.batch), (7, 6));
+    }
+
+    #[test]
+    fn the_papers_epochs_are_those_of_the_data_set_unless_a_budget_is_given() {
+        let budget = |preset, samples, minutes| {
+            let arguments = TrainArguments {
+                data: vec!["d".into()],
+                preset,
+                samples,
+                minutes,
+                ..arguments("a")
+            };
+            let mut plan = Plan::new(&arguments).unwrap();
+            plan.take_training_samples(&arguments, 90);
+            plan.config.budget
+        };
+        assert_eq!(budget(Preset::Paper, None, None), Budget::Samples(3600));
+        assert_eq!(budget(Preset::Paper, Some(7), None), Budget::Samples(7));
+        assert_eq!(budget(Preset::Paper, None, Some(2.0)), Budget::Seconds(120.0));
+        assert_eq!(budget(Preset::Ours, None, None), Budget::Seconds(3600.0));
+    }
+
+    #[test]
+    fn data_sets_are_for_step_one_and_are_as_they_are() {
+        let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
+        let with_data = || TrainArguments {
+            data: vec!["d".into()],
+            ..arguments("a")
+        };
+        let without_step_one = TrainArguments {
+            template: None,
+            model: Some("m".into()),
+            stages: vec![2],
+            recording: Some("r".into()),
+            ..with_data()
+        };
+        assert!(message(without_step_one).contains("--data is for step 1"));
+        let mut with_effects = with_data();
+        with_effects.images.camera_effects = true;
+        assert!(message(with_effects).contains("made on the fly"));
     }
 
     #[test]
