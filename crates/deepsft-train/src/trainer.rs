@@ -126,6 +126,13 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     }
 
     let validation = source.held_out(config.held_out_seed, config.held_out_frames)?;
+    if state.curve.is_empty() {
+        // What the figures to come are to be better than.
+        let watched = watch(&average.apply(network.valid()), &validation, device)?;
+        let point = curve_point(&state, f64::NAN, config.schedule.learning_rate(0, 0.0), &watched);
+        state.curve.push(point);
+        report(Progress::Evaluated(point));
+    }
     let mut loader = Loader::start(source, targets, config.seed, epoch_samples, config.workers);
     let mut asked_samples = state.samples;
     let (mut loss_sum, mut loss_count) = (0.0, 0_u64);

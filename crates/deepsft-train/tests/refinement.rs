@@ -177,12 +177,15 @@ fn step_one_learns_a_sample_by_heart() {
         ..TrainConfig::ours()
     };
     let mut losses = Vec::new();
-    train(&synthesizer, network().config(), &config, &Device::flex(), |progress| {
+    let trained = train(&synthesizer, network().config(), &config, &Device::flex(), |progress| {
         if let Progress::Step { loss, .. } = progress {
             losses.push(loss);
         }
     })
     .unwrap();
+    // Measured before the first step, too.
+    let curve = trained.state.curve;
+    assert!(curve[0].samples == 0 && curve[0].loss.is_nan() && curve.len() > 1);
     let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
     let (first, last) = (mean(&losses[..5]), mean(&losses[losses.len() - 5..]));
     assert!(last < 0.5 * first, "{first} -> {last}");
