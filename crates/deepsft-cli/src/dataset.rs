@@ -3,11 +3,12 @@
 use crate::failure::BlameInput;
 use crate::output::atomic::StagedFolder;
 use anyhow::{Context, Result, anyhow, bail};
-use deepsft_geometry::Camera;
+use deepsft_geometry::{Camera, Template};
 use deepsft_synth::{
     DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, HandleShapeCounts, Sample, SampleRecord, ShardReader,
     write_shard,
 };
+use std::ffi::OsString;
 use std::fs;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
@@ -43,13 +44,42 @@ pub fn part_name(part: u64, of: u64) -> String {
     format!("part-{part}-of-{of}")
 }
 
+/// The folder beside `folder` in which a data set is made that is to stand there.
+pub fn unfinished(folder: &Path) -> PathBuf {
+    let mut name = folder.file_name().map_or_else(OsString::new, OsString::from);
+    name.push(".partial");
+    folder.with_file_name(name)
+}
+
 /// Reads and checks the description of the data set in `folder`. One that was made in parts is put together, and all of
 /// them have to be there.
 pub fn open(folder: &Path) -> Result<DatasetDescription> {
     match (folder.join(DATASET_FILE).exists(), parts(folder)) {
         (false, Some(of)) => merged(folder, of).blame("data set", folder),
+        (false, None) if unfinished(folder).is_dir() => {
+            let what_there_is = unfinished(folder);
+            Err(anyhow!(
+                "it is not finished, what there is of it is in {}: give `deepsft synth` the same command again",
+                what_there_is.display()
+            ))
+            .blame("data set", folder)
+        }
         _ => open_one(folder),
     }
+}
+
+/// Checks that a data set is of a template of the size of `template`.
+pub fn check_template(description: &DatasetDescription, template: &Template) -> Result<()> {
+    let [width, height] = description.template_size_mm;
+    let size = template.size_mm();
+    if [width, height] != size.to_array() {
+        bail!(
+            "it is of another template: {width} x {height} mm, not {} x {} mm",
+            size.x,
+            size.y
+        );
+    }
+    Ok(())
 }
 
 /// The number of parts of which there is any in `folder`; of several numbers the largest.

@@ -65,6 +65,26 @@ impl SynthesisOptions {
         }
         note
     }
+
+    /// What is not the default, as it is typed, each option after a space.
+    pub fn options(&self) -> String {
+        let mut options = String::new();
+        if self.images == Preset::Paper {
+            options.push_str(" --images paper");
+        }
+        if self.camera_effects {
+            options.push_str(" --camera-effects");
+        }
+        if let Some(folder) = &self.backgrounds {
+            options.push_str(&format!(" --backgrounds {}", quoted(folder.display().to_string())));
+        }
+        options
+    }
+}
+
+/// A word of a command line, in quotation marks where it needs them.
+pub fn quoted(word: String) -> String {
+    if word.contains(' ') { format!("'{word}'") } else { word }
 }
 
 /// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
@@ -148,6 +168,7 @@ mod tests {
     #[test]
     fn the_name_of_a_set_says_what_is_not_the_default() {
         assert_eq!(SynthesisOptions::default().note(), "");
+        assert_eq!(SynthesisOptions::default().options(), "");
         let options = SynthesisOptions {
             images: Preset::Paper,
             camera_effects: true,
@@ -156,6 +177,10 @@ mod tests {
         assert_eq!(
             options.note(),
             ", the paper's ranges, with camera effects, before photographs of rooms"
+        );
+        assert_eq!(
+            options.options(),
+            " --images paper --camera-effects --backgrounds rooms"
         );
     }
 

@@ -4,12 +4,11 @@
 //! under another name, brought to the disk and renamed; then the state is replaced in the same way. Whatever moment the
 //! process is killed at, what the state lists is whole. At the end the folder is renamed to its place.
 
-use crate::dataset::DATASET_FILE;
+use crate::dataset::{self, DATASET_FILE};
 use crate::output::atomic;
 use anyhow::{Context, Result, bail};
 use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, HandleShapeCounts, ShardWriter};
 use serde::{Deserialize, Serialize};
-use std::ffi::OsString;
 use std::fs;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -67,9 +66,7 @@ impl UnfinishedDataset {
     /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
     pub fn open(place: &Path, plan: Plan) -> Result<Self> {
         atomic::check_folder(place, &[DATASET_FILE])?;
-        let mut name = place.file_name().map_or_else(OsString::new, OsString::from);
-        name.push(".partial");
-        let folder = place.with_file_name(name);
+        let folder = dataset::unfinished(place);
         let path = folder.join(STATE_FILE);
         let mut state = State {
             plan: plan.clone(),
@@ -313,6 +310,6 @@ mod tests {
         };
         assert_eq!(names(&place), [DATASET_FILE, "shard-000000.tar"]);
         assert_eq!(names(above.path()), ["set"]);
-        assert_eq!(crate::dataset::open(&place).unwrap(), description);
+        assert_eq!(dataset::open(&place).unwrap(), description);
     }
 }

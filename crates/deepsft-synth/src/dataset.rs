@@ -271,10 +271,13 @@ impl<R: Read> ShardReader<R> {
         Ok(std::iter::from_fn(move || {
             while !ended {
                 let step = match entries.next() {
-                    Some(entry) => entry.map_err(SynthError::from).and_then(|entry| pending.take(entry)),
+                    Some(entry) => entry
+                        .map_err(SynthError::from)
+                        .and_then(|entry| pending.take(entry, content))
+                        .and_then(|sample| sample.map(|(key, parts)| decode(&key, &parts)).transpose()),
                     None => {
                         ended = true;
-                        pending.finish()
+                        pending.finish().map(|()| None)
                     }
                 };
                 ended |= step.is_err();
@@ -287,16 +290,29 @@ impl<R: Read> ShardReader<R> {
     }
 }
 
-/// The parts of the sample that is being read.
-#[derive(Default)]
-struct PendingSample {
+/// The parts of the sample whose entries are coming, and what is made of each.
+pub(crate) struct PendingSample<T> {
     key: String,
-    parts: [Option<Vec<u8>>; 4],
+    parts: [Option<T>; 4],
 }
 
-impl PendingSample {
-    /// Takes an entry in; gives a sample when it was the last of one.
-    fn take<R: Read>(&mut self, mut entry: tar::Entry<'_, R>) -> Result<Option<SampleRecord>, SynthError> {
+impl<T> Default for PendingSample<T> {
+    fn default() -> Self {
+        Self {
+            key: String::new(),
+            parts: [const { None }; 4],
+        }
+    }
+}
+
+impl<T> PendingSample<T> {
+    /// Takes in what `read` makes of an entry, which is given its name; gives the key and the parts of a sample when it
+    /// was the last of one.
+    pub(crate) fn take<R: Read>(
+        &mut self,
+        entry: tar::Entry<'_, R>,
+        read: impl FnOnce(tar::Entry<'_, R>, String) -> Result<T, SynthError>,
+    ) -> Result<Option<(String, [T; 4])>, SynthError> {
         let name = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
         let foreign = || SynthError::ForeignEntry { name: name.clone() };
         let (key, part) = name.split_once('.').ok_or_else(foreign)?;
@@ -312,34 +328,23 @@ impl PendingSample {
         if self.parts[part].is_some() {
             return Err(SynthError::RepeatedEntry { name });
         }
-        let expected = entry.size();
-        if expected > LARGEST_ENTRY {
-            let (actual, expected) = (format!("{expected} bytes"), format!("at most {LARGEST_ENTRY} bytes"));
-            return Err(SynthError::EntryContent { name, actual, expected });
+        self.parts[part] = Some(read(entry, name)?);
+        match std::mem::take(&mut self.parts) {
+            [Some(image), Some(depth), Some(registration), Some(json)] => {
+                let key = std::mem::take(&mut self.key);
+                Ok(Some((key, [image, depth, registration, json])))
+            }
+            parts => {
+                self.parts = parts;
+                Ok(None)
+            }
         }
-        let mut content = Vec::new();
-        let truncated = |actual: usize| SynthError::TruncatedEntry {
-            name: name.clone(),
-            actual: actual as u64,
-            expected,
-        };
-        match entry.read_to_end(&mut content) {
-            Ok(_) if content.len() as u64 == expected => self.parts[part] = Some(content),
-            Ok(_) => return Err(truncated(content.len())),
-            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Err(truncated(content.len())),
-            Err(error) => return Err(error.into()),
-        }
-        if self.parts.iter().any(Option::is_none) {
-            return Ok(None);
-        }
-        let Self { key, parts } = std::mem::take(self);
-        decode(&key, &parts.map(Option::unwrap_or_default)).map(Some)
     }
 
     /// At the end of the shard: nothing may be pending.
-    fn finish(&self) -> Result<Option<SampleRecord>, SynthError> {
+    pub(crate) fn finish(&self) -> Result<(), SynthError> {
         if self.key.is_empty() {
-            Ok(None)
+            Ok(())
         } else {
             Err(self.missing())
         }
@@ -351,6 +356,23 @@ impl PendingSample {
             key: self.key.clone(),
             part: missing.map_or("", |(part, _)| *part),
         }
+    }
+}
+
+/// The content of the entry `name`.
+fn content<R: Read>(mut entry: tar::Entry<'_, R>, name: String) -> Result<Vec<u8>, SynthError> {
+    let expected = entry.size();
+    if expected > LARGEST_ENTRY {
+        let (actual, expected) = (format!("{expected} bytes"), format!("at most {LARGEST_ENTRY} bytes"));
+        return Err(SynthError::EntryContent { name, actual, expected });
+    }
+    let mut content = Vec::new();
+    let read = entry.read_to_end(&mut content);
+    let actual = content.len() as u64;
+    match read {
+        Ok(_) if actual == expected => Ok(content),
+        Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => Err(error.into()),
+        _ => Err(SynthError::TruncatedEntry { name, actual, expected }),
     }
 }
 

@@ -96,6 +96,22 @@ pub enum SynthError {
         /// What should be there.
         expected: String,
     },
+    /// A file of a data set cannot be used.
+    #[error("{reason}: {path}")]
+    ShardFile {
+        /// What is wrong with it.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// A sample was asked for that the shards do not have.
+    #[error("there is no sample {number}, only {samples}")]
+    NoSuchSample {
+        /// Number asked for, from 0.
+        number: u64,
+        /// Samples of all shards.
+        samples: u64,
+    },
     /// A depth that the 16-bit file format cannot hold.
     #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
     DepthRange {

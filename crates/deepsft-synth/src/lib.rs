@@ -40,6 +40,7 @@ mod sampling;
 mod scene;
 mod shading;
 mod shape;
+mod shard_index;
 mod sheet;
 mod silhouette;
 mod synthesizer;
@@ -72,6 +73,7 @@ pub use recording::{
     encode_depth_png, encode_jpeg, encode_mask_png,
 };
 pub use scene::Scene;
+pub use shard_index::IndexedShards;
 pub use synthesizer::{Sample, Synthesizer};
 pub use toy::toy_template;
 pub use volumic::{RodBend, capsule};

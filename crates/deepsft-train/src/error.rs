@@ -56,6 +56,30 @@ pub enum TrainError {
         /// What it computes in.
         there_are: String,
     },
+    /// Data sets are too small to hold a part out.
+    #[error("{actual} samples are too few to train on: {expected} at least, as the last tenth is held out")]
+    TooFewSamples {
+        /// Samples of all data sets.
+        actual: u64,
+        /// Fewest samples.
+        expected: u64,
+    },
+    /// Shards hold more or fewer samples than their descriptions say.
+    #[error("the shards hold {actual} samples, their descriptions say {expected}")]
+    SampleCount {
+        /// Samples of the shards.
+        actual: u64,
+        /// Samples of the descriptions.
+        expected: u64,
+    },
+    /// Two data sets have a sample in common.
+    #[error("sample {index} of seed {seed} is in two of the data sets: it might be trained on and held out")]
+    RepeatedSample {
+        /// Seed of both.
+        seed: u64,
+        /// Index of the first such sample.
+        index: u64,
+    },
     /// A worker that makes samples stopped.
     #[error("a data worker stopped before the training did")]
     WorkerStopped,

@@ -21,9 +21,11 @@ mod recording_figures;
 mod refinement;
 mod refinement_fingerprint;
 mod refinement_site;
+mod sample_source;
 mod schedule;
 mod shares;
 mod step;
+mod step_one_fingerprint;
 mod study;
 mod targets;
 mod trainer;
@@ -49,6 +51,7 @@ pub use recorded_frames::TrainingFrame;
 pub use recording_figures::{MeanMedian, RecordingFigures};
 pub use refinement::{RecordedFrames, Refined, RefinementData, RefinementStep, refine};
 pub use refinement_fingerprint::set_aside_outdated;
+pub use sample_source::{SampleSource, StoredSamples};
 pub use schedule::Schedule;
 pub use study::{
     StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,

@@ -1,10 +1,11 @@
-//! Batches made on the fly by worker threads, in an order that depends on nothing but the seed.
+//! Batches made by worker threads, in an order that depends on nothing but the seed.
 
 use crate::TrainError;
 use crate::batch::{Batch, BatchShape, TargetShape};
 use crate::map_batch::MapBatch;
+use crate::sample_source::SampleSource;
 use deepsft::{DepthRange, NetworkConfig};
-use deepsft_synth::{Sample, Synthesizer};
+use deepsft_synth::Sample;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::sync::Arc;
@@ -57,7 +58,7 @@ impl TrainingBatch {
 /// b mod W; the consumer takes them in turn, so threads never change what comes out.
 pub struct Loader {
     requests: Vec<SyncSender<Request>>,
-    batches: Vec<Receiver<TrainingBatch>>,
+    batches: Vec<Receiver<Result<TrainingBatch, TrainError>>>,
     asked: usize,
     taken: usize,
 }
@@ -69,8 +70,8 @@ struct Request {
 
 impl Loader {
     /// Starts `workers` threads. With `epoch_samples` the same samples come again after so many, in another order.
-    pub fn start(
-        synthesizer: &Arc<Synthesizer>,
+    pub fn start<S: SampleSource + ?Sized + 'static>(
+        source: &Arc<S>,
         targets: Targets,
         seed: u64,
         epoch_samples: Option<u64>,
@@ -80,11 +81,12 @@ impl Loader {
         for _ in 0..workers.max(1) {
             let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
-            let synthesizer = Arc::clone(synthesizer);
+            let source = Arc::clone(source);
             std::thread::spawn(move || {
                 for request in request_receiver {
-                    let batch = make_batch(&synthesizer, targets, seed, epoch_samples, &request);
-                    if batch_sender.send(batch).is_err() {
+                    let batch = make_batch(&*source, targets, seed, epoch_samples, &request);
+                    let failed = batch.is_err();
+                    if batch_sender.send(batch).is_err() || failed {
                         break;
                     }
                 }
@@ -105,36 +107,32 @@ impl Loader {
         (AHEAD * self.requests.len() + 1).saturating_sub(self.asked - self.taken)
     }
 
-    /// Asks for the batch of `shape` that starts at sample `first_sample`.
-    ///
-    /// # Errors
-    /// [`TrainError::WorkerStopped`].
-    pub fn ask(&mut self, first_sample: u64, shape: BatchShape) -> Result<(), TrainError> {
+    /// Asks for the batch of `shape` that starts at sample `first_sample`. Of a worker that has stopped [`Loader::take`]
+    /// tells why.
+    pub fn ask(&mut self, first_sample: u64, shape: BatchShape) {
         let worker = self.asked % self.requests.len();
         self.asked += 1;
-        self.requests[worker]
-            .send(Request { first_sample, shape })
-            .map_err(|_| TrainError::WorkerStopped)
+        let _ = self.requests[worker].send(Request { first_sample, shape });
     }
 
     /// The next batch in the order of asking.
     ///
     /// # Errors
-    /// [`TrainError::WorkerStopped`].
+    /// What the worker met that was to make it; [`TrainError::WorkerStopped`] after that.
     pub fn take(&mut self) -> Result<TrainingBatch, TrainError> {
         let worker = self.taken % self.batches.len();
         self.taken += 1;
-        self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)
+        self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)?
     }
 }
 
-fn make_batch(
-    synthesizer: &Synthesizer,
+fn make_batch<S: SampleSource + ?Sized>(
+    source: &S,
     targets: Targets,
     seed: u64,
     epoch_samples: Option<u64>,
     request: &Request,
-) -> TrainingBatch {
+) -> Result<TrainingBatch, TrainError> {
     let asked = request.first_sample..request.first_sample + request.shape.frames as u64;
     match targets {
         Targets::Cells(targets) => {
@@ -144,20 +142,20 @@ fn make_batch(
                 let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
                 let sample = match made.take() {
                     Some((made_index, sample)) if made_index == index => sample,
-                    _ => synthesizer.sample(seed, index),
+                    _ => source.sample(seed, index)?,
                 };
                 let (left, top) = window_corner(&sample, request.shape, seed, window);
                 batch.push(&sample, left, top);
                 made = Some((index, sample));
             }
-            TrainingBatch::Cells(batch)
+            Ok(TrainingBatch::Cells(batch))
         }
         Targets::Maps(range) => {
             let mut batch = MapBatch::new(request.shape.frames, range);
             for position in asked {
-                batch.push(&synthesizer.sample(seed, sample_index(position, epoch_samples)));
+                batch.push(&source.sample(seed, sample_index(position, epoch_samples))?);
             }
-            TrainingBatch::Maps(batch)
+            Ok(TrainingBatch::Maps(batch))
         }
     }
 }
@@ -211,6 +209,131 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::StoredSamples;
+    use burn::tensor::{Device, Tensor};
+    use deepsft_geometry::{Picture, Template, training_camera};
+    use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
+    use std::path::{Path, PathBuf};
+
+    const SEED: u64 = 3;
+
+    /// What makes samples, and the first twelve on disk, in two shards.
+    fn sources(folder: &Path) -> (Arc<Synthesizer>, Arc<StoredSamples>, Vec<PathBuf>) {
+        let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
+        let template = Template::thin_shell(texture, 180.0, 120.0).unwrap();
+        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+        let mut shards = IndexedShards::new(training_camera());
+        let mut paths = Vec::new();
+        for indices in [0..7, 7..12] {
+            let path = folder.join(format!("{}.tar", indices.start));
+            let records = indices.map(|index| SampleRecord {
+                seed: SEED,
+                index,
+                sample: synthesizer.sample(SEED, index),
+            });
+            write_shard(std::fs::File::create(&path).unwrap(), records).unwrap();
+            shards.add(&path).unwrap();
+            paths.push(path);
+        }
+        let set = DatasetDescription::new(&template, synthesizer.config(), SEED, 12, Vec::new());
+        let stored = StoredSamples::new(shards, &[set]).unwrap();
+        (Arc::new(synthesizer), Arc::new(stored), paths)
+    }
+
+    /// `count` batches of `shape` in turn, of two workers.
+    fn batches<S: SampleSource + 'static>(
+        source: &Arc<S>,
+        targets: Targets,
+        shape: BatchShape,
+        count: u64,
+    ) -> Result<Vec<TrainingBatch>, TrainError> {
+        let mut loader = Loader::start(source, targets, SEED, Some(11), 2);
+        (0..count).for_each(|batch| loader.ask(batch * shape.frames as u64, shape));
+        (0..count).map(|_| loader.take()).collect()
+    }
+
+    fn values(tensor: Tensor<4>) -> Vec<f32> {
+        tensor.into_data().try_to_vec().unwrap()
+    }
+
+    /// Largest difference of two tensors where `counts` is positive, if it is given.
+    fn apart(a: Tensor<4>, b: Tensor<4>, counts: Option<&[f32]>) -> f32 {
+        let (a, b) = (values(a), values(b));
+        assert_eq!(a.len(), b.len());
+        let counted = |at: usize| counts.is_none_or(|counts| counts[at % counts.len()] > 0.0);
+        let differences = a.iter().zip(&b).enumerate().filter(|(at, _)| counted(*at));
+        differences.map(|(_, (a, b))| (a - b).abs()).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn shards_give_the_batches_that_the_synthesizer_gives_up_to_their_rounding() {
+        let folder = tempfile::tempdir().unwrap();
+        let (synthesizer, stored, _) = sources(folder.path());
+        let device = Device::flex();
+        let config = NetworkConfig::compact([180.0, 120.0], &training_camera());
+        // Half of what the files tell apart, and the rounding of f32.
+        let registration = 0.5 / 65_535.0 + 1e-6;
+        let depth = |range: DepthRange| {
+            let step_mm = range.normalise_linear(500.05) - range.normalise_linear(500.0);
+            step_mm.abs() as f32 + 1e-6
+        };
+
+        // Whole frames, into the second epoch.
+        let range = config.depth_range;
+        let of = |shape| {
+            let made = batches(&synthesizer, Targets::Maps(range), shape, 7).unwrap();
+            made.into_iter()
+                .zip(batches(&stored, Targets::Maps(range), shape, 7).unwrap())
+        };
+        for pair in of(BatchShape::whole_frames(2)) {
+            let (TrainingBatch::Maps(made), TrainingBatch::Maps(read)) = pair else {
+                panic!()
+            };
+            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
+            assert_eq!(apart(made.images, read.images, None), 0.0);
+            assert!(apart(made.registration, read.registration, None) <= registration);
+            assert!(apart(made.depth, read.depth, None) <= depth(range));
+        }
+
+        // Windows: planes through the pixels of cells, which go on beyond the object's edge, where rounding grows.
+        let targets = Targets::of(&config);
+        let shape = BatchShape {
+            frames: 1,
+            width: 128,
+            height: 96,
+        };
+        let made = batches(&synthesizer, targets, shape, 24).unwrap();
+        let read = batches(&stored, targets, shape, 24).unwrap();
+        let mut cells = 0;
+        for pair in made.into_iter().zip(read) {
+            let (TrainingBatch::Cells(made), TrainingBatch::Cells(read)) = pair else {
+                panic!()
+            };
+            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
+            for (made, read) in [
+                (made.images, read.images),
+                (made.mask, read.mask),
+                (made.corners, read.corners),
+            ] {
+                assert_eq!(apart(made, read, None), 0.0);
+            }
+            let weight = values(made.cell_weight.clone());
+            cells += weight.iter().filter(|&&weight| weight > 0.0).count();
+            assert!(apart(made.cell_weight, read.cell_weight, None) < 1e-3);
+            assert!(apart(made.cells, read.cells, Some(&weight)) < 1e-3);
+        }
+        assert!(cells > 200, "{cells}");
+    }
+
+    #[test]
+    fn a_sample_that_cannot_be_read_stops_the_training_by_the_name_of_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, stored, paths) = sources(folder.path());
+        std::fs::write(&paths[1], "cut").unwrap();
+        let range = NetworkConfig::compact([180.0, 120.0], &training_camera()).depth_range;
+        let error = batches(&stored, Targets::Maps(range), BatchShape::whole_frames(2), 6).err();
+        assert!(error.unwrap().to_string().contains("7.tar"));
+    }
 
     #[test]
     fn every_sample_comes_once_an_epoch_in_another_order() {

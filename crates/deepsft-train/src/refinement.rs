@@ -4,6 +4,7 @@ use crate::TrainError;
 use crate::average::WeightAverage;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{RefinementSteps, TrainConfig};
+use crate::loss::Light;
 use crate::recorded_frames::TrainingFrame;
 use crate::recording_figures::{MeanMedian, RecordingFigures};
 use crate::refinement_fingerprint::fingerprint;
@@ -91,7 +92,7 @@ impl RecordedFrames {
         for index in 0..count {
             match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
                 Some((frame, maps)) if index < first_held_out => {
-                    colors.add(&frame.image, template.texture(), &maps);
+                    colors.add(&frame.image, template.texture(), &maps)?;
                     frames.training.push(frame);
                 }
                 Some((frame, _)) => frames.held_out.push(frame),
@@ -176,7 +177,10 @@ pub fn refine(
     let mut optimizer = steps.optimizer.init();
     let mut average = WeightAverage::new(&trained, steps.average_decay);
     let dtype = stepper.dtype();
-    let texture = data.texture_as_recorded();
+    let texture = match config.photo_consistency.light {
+        Light::Recorded => data.texture_as_recorded(),
+        Light::Ignored | Light::Fitted => data.template.texture().clone(),
+    };
     let sites: Vec<Site> = (stepper.devices().iter())
         .map(|device| Site::new(&texture, device, dtype))
         .collect();

@@ -1,20 +1,21 @@
-//! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly.
+//! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly or read from data sets.
 
 use crate::TrainError;
 use crate::average::WeightAverage;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{Budget, TrainConfig};
-use crate::evaluate::{held_out, watch};
+use crate::evaluate::watch;
 use crate::loader::{Loader, Targets, TrainingBatch};
 use crate::loss::{step_one_loss, supervised_maps_loss};
 use crate::precision::LossScale;
+use crate::sample_source::SampleSource;
 use crate::shares::{BatchShare, weighed};
 use crate::step::{Step, Stepper};
+use crate::step_one_fingerprint::{difference, fingerprint};
 use burn::module::Module;
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkConfig};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
-use deepsft_synth::Synthesizer;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -68,15 +69,16 @@ pub struct Trained {
     pub state: Checkpoint,
 }
 
-/// Trains a network of `network_config` for the template of `synthesizer` on `device` (a plain one;
-/// differentiation is switched on here) and [`TrainConfig::more_devices`], and reports through `report`. The compact network learns cells and bins of
-/// windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
+/// Trains a network of `network_config` on the samples of `source` (a [`Synthesizer`](deepsft_synth::Synthesizer), or
+/// [`StoredSamples`](crate::StoredSamples), all of which are an epoch) and on `device` (a plain one; differentiation is
+/// switched on here) and [`TrainConfig::more_devices`], and reports through `report`. The compact network learns cells and
+/// bins of windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
-/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a
+/// [`TrainError`] for a checkpoint that cannot be read, written or continued, samples that are too few or cannot be read, a
 /// loss that is no longer finite, a device that fails or does not compute in the precision asked for.
-pub fn train(
-    synthesizer: &Arc<Synthesizer>,
+pub fn train<S: SampleSource + ?Sized + 'static>(
+    source: &Arc<S>,
     network_config: &NetworkConfig,
     config: &TrainConfig,
     device: &Device,
@@ -89,13 +91,22 @@ pub fn train(
     let mut network = network_config.init(&differentiable);
     let mut optimizer = config.optimizer.init();
     let folder = CheckpointFolder::new(&config.checkpoint);
-    let fingerprint = fingerprint(synthesizer, network_config);
+    let epoch_samples = source
+        .training_samples(config.held_out_frames)?
+        .or(config.epoch_samples);
+    let fingerprint = fingerprint(&**source, network_config, config, epoch_samples);
     let mut state = Checkpoint {
         fingerprint: fingerprint.clone(),
         seed: config.seed,
         ..Checkpoint::default()
     };
     let mut average = WeightAverage::new(&network, config.average_decay);
+    if config.resume
+        && let Some((path, saved)) = folder.state()?
+        && let Some(what) = difference(&saved.fingerprint, &fingerprint)
+    {
+        return Err(TrainError::CheckpointMismatch { what, path });
+    }
     if config.resume
         && let Some(saved) = folder.load(
             || Ok(network_config.init(&differentiable)),
@@ -114,8 +125,8 @@ pub fn train(
         });
     }
 
-    let validation = held_out(synthesizer, config.held_out_seed, config.held_out_frames);
-    let mut loader = Loader::start(synthesizer, targets, config.seed, config.epoch_samples, config.workers);
+    let validation = source.held_out(config.held_out_seed, config.held_out_frames)?;
+    let mut loader = Loader::start(source, targets, config.seed, epoch_samples, config.workers);
     let mut asked_samples = state.samples;
     let (mut loss_sum, mut loss_count) = (0.0, 0_u64);
     let mut last_evaluation = state.seconds;
@@ -150,7 +161,7 @@ pub fn train(
                 Targets::Cells(_) => config.schedule.shape(share),
                 Targets::Maps(_) => config.schedule.frames,
             };
-            loader.ask(asked_samples, shape)?;
+            loader.ask(asked_samples, shape);
             asked_samples += shape.frames as u64;
         }
         let batch = loader.take()?;
@@ -229,14 +240,4 @@ fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[Fra
         mask_iou: summary(|m| m.mask_iou).map(|s| s.mean),
         photometric_error: None,
     }
-}
-
-/// What must be equal for a checkpoint to be continued: template, network and data.
-fn fingerprint(synthesizer: &Synthesizer, network: &NetworkConfig) -> String {
-    use sha2::{Digest, Sha256};
-    let mut hash = Sha256::new();
-    // Texture, mesh, configuration and photographs.
-    hash.update(synthesizer.fingerprint().to_le_bytes());
-    hash.update(format!("{network:?}"));
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -83,7 +83,7 @@ fn step_one(
         epoch_samples: Some(1),
         average_decay: 0.0,
         precision,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let mut told = Told::default();
     let trained = train(&synthesizer, network, &config, &Device::flex(), |progress| {
@@ -185,7 +185,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
                 precision,
                 // Half precision and two devices at once.
                 more_devices: vec![Device::flex()],
-                ..TrainConfig::default()
+                ..TrainConfig::ours()
             };
             let data = RefinementData {
                 frames: &frames,
@@ -260,7 +260,7 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
     let mut config = TrainConfig {
         checkpoint: folder.path().join("checkpoint"),
         precision: Precision::F16,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     config.depth_steps.epochs = 2;
     let run = |config: &TrainConfig| {

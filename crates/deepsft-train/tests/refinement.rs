@@ -68,7 +68,7 @@ fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
         checkpoint: checkpoint.to_path_buf(),
         depth_steps: steps(5e-3),
         registration_steps: steps(5e-3),
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     config.photo_consistency.light = Light::Ignored;
     config
@@ -174,7 +174,7 @@ fn step_one_learns_a_sample_by_heart() {
             ..Schedule::default()
         },
         seed: 3,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let mut losses = Vec::new();
     train(&synthesizer, network().config(), &config, &Device::flex(), |progress| {
@@ -219,6 +219,39 @@ fn steps_two_and_three_learn_a_frame_by_heart_and_leave_all_other_blocks_bit_for
         assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
         check_that_alone_moved(block, &network(), &refined.network);
     }
+}
+
+#[test]
+fn step_three_can_compare_with_the_template_in_the_cameras_colours() {
+    let dull = ColorResponse {
+        gain: [0.5; 3],
+        offset: [60.0; 3],
+    };
+    let mut frames = frames(1);
+    frames.colors = dull;
+    frames.training[0].image = dull.apply(&frames.training[0].image);
+    frames.held_out = frames.training.clone();
+    let refined = |light| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = config(folder.path(), 120);
+        config.photo_consistency.light = light;
+        let refined = run(RefinementStep::Registration, &frames, &config, |_| {});
+        refined.unwrap().after
+    };
+    let of = |figure: Option<MeanMedian>| figure.unwrap().mean;
+    let (ignored, recorded) = (refined(Light::Ignored), refined(Light::Recorded));
+    assert!(of(recorded.recorded_colors_photometric_error) < 0.01, "{recorded:?}");
+    assert!(of(recorded.photometric_error) > 0.03, "{recorded:?}");
+    // In the template's own colours a wrong registration is nearest, that of duller texels.
+    assert!(
+        of(ignored.photometric_error) < 0.5 * of(recorded.photometric_error),
+        "{ignored:?}"
+    );
+    let missed = of(ignored.recorded_colors_photometric_error);
+    assert!(
+        missed > 5.0 * of(recorded.recorded_colors_photometric_error),
+        "{ignored:?}"
+    );
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bundle_folder;
+mod data_sets;
 mod plan;
 mod progress_lines;
 mod recording_steps;
@@ -13,6 +14,7 @@ use crate::{input, synthesis};
 use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
 use bundle_folder::MARKERS;
+use data_sets::DataSets;
 use deepsft::{ModelBundle, start_devices};
 use deepsft_train::{Precision, existing_checkpoints};
 use plan::Plan;
@@ -45,6 +47,16 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         Start::Template(template) => template.clone(),
         Start::Bundle(bundle) => bundle.template().clone(),
     };
+    let data_sets = DataSets::open(&arguments.data, &template, plan.config.held_out_frames)?;
+    if let Some(data_sets) = &data_sets {
+        plan.take_training_samples(arguments, data_sets.training);
+        println!(
+            "data {}: {} samples to train on, {} held out at the end",
+            if arguments.data.len() == 1 { "set" } else { "sets" },
+            data_sets.training,
+            data_sets.held_out
+        );
+    }
     let (mut devices, description) = pollster::block_on(start_devices(arguments.device, arguments.devices.into()))?;
     devices
         .iter()
@@ -66,6 +78,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         arguments,
         plan: &plan,
         synthesizer,
+        data_sets,
         device,
         description,
     };

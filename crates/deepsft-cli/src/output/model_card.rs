@@ -1,6 +1,7 @@
 //! What a bundle tells people: `CARD.md`, and the training curve as a table.
 
 use deepsft::{DeviceDescription, ModelBundle};
+use deepsft_geometry::Template;
 use deepsft_train::CurvePoint;
 
 /// Name of the card in a bundle.
@@ -9,15 +10,30 @@ pub const CARD_FILE: &str = "CARD.md";
 /// Name of the training curve in a bundle.
 pub const CURVE_FILE: &str = "curve.csv";
 
+/// How a bundle came about, beside what it says itself.
+pub struct Course<'a> {
+    /// What computed.
+    pub device: &'a DeviceDescription,
+    /// The images of step 1, if it was made.
+    pub training_images: Option<String>,
+    /// The curve of step 1, if it was made last.
+    pub curve: &'a [CurvePoint],
+    /// The table of steps 2 and 3, if they were made.
+    pub refinement: Option<&'a str>,
+    /// What is not the default in the images that the accuracy was measured on, in words and as options of `deepsft`.
+    pub measured_images: [String; 2],
+}
+
 /// The card: what the model is for, how it came about, how good it is.
-/// `refinement` is the table of steps 2 and 3, if they were trained.
-pub fn card(
-    bundle: &ModelBundle,
-    device: &DeviceDescription,
-    curve: &[CurvePoint],
-    refinement: Option<&str>,
-) -> String {
-    let (card, size, camera) = (bundle.card(), bundle.template().size_mm(), bundle.camera());
+pub fn card(bundle: &ModelBundle, course: &Course<'_>) -> String {
+    let Course {
+        device,
+        training_images,
+        curve,
+        refinement,
+        measured_images: [note, options],
+    } = course;
+    let (card, camera) = (bundle.card(), bundle.camera());
     let (provenance, accuracy) = (&card.provenance, &card.accuracy);
     let figure = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.2}"));
     let first_and_last: String = curve
@@ -45,7 +61,7 @@ pub fn card(
         "\
 # {name}
 
-Finds one thin sheet of {width} x {height} mm (`template/texture.png`) in an image and measures it: depth,
+Finds one {object} in an image and measures it: depth,
 registration to the template and mask, on a canonical image of {pixels_x} x {pixels_y} pixels with f = {focal}.
 It knows no other object.
 
@@ -58,19 +74,19 @@ It knows no other object.
 | | |
 |---|---|
 | seed | {seed} |
-| training samples | {samples} |
+{training_images}| training samples | {samples} |
 | hours | {hours:.2} |
 | device | {kind}: {adapter} |
 
 {course}
 ## Accuracy
 
-On {frames} held-out synthetic images: registration RMSE {px} px of the canonical image and depth RMSE
-{mm} mm (medians over the images that show the sheet), mask IoU {iou} (mean). Measure it again, on more:
+On {frames} held-out synthetic images made on the fly{note}: registration RMSE {px} px of the canonical image and depth RMSE
+{mm} mm (medians over the images that show the {kind_of_object}), mask IoU {iou} (mean). Measure it again, on more:
 
-    deepsft eval --model BUNDLE --synthetic 500 --seed 999
+    deepsft eval --model BUNDLE --synthetic 500 --seed 999{options}
 
-A frame counts as showing the sheet when its mask covers at least {area:.1} % of it and the template, seen
+A frame counts as showing the {kind_of_object} when its mask covers at least {area:.1} % of it and the template, seen
 through the registration, agrees with the image by at least {confidence:.2} (0: not at all, 1: fully).
 
 ## Licence
@@ -78,8 +94,8 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
 {licence}
 ",
         name = card.name,
-        width = size.x,
-        height = size.y,
+        object = object(bundle.template()),
+        kind_of_object = if bundle.template().is_sheet() { "sheet" } else { "object" },
         pixels_x = camera.width(),
         pixels_y = camera.height(),
         focal = camera.focal().x,
@@ -91,6 +107,10 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
             "Trained on synthetic images alone"
         },
         seed = provenance.seed,
+        training_images = training_images
+            .as_ref()
+            .map(|images| format!("| training images | {images} |\n"))
+            .unwrap_or_default(),
         samples = provenance.samples,
         hours = provenance.seconds / 3600.0,
         kind = device.kind,
@@ -102,6 +122,22 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         area = 100.0 * card.found.least_area,
         confidence = card.found.least_confidence,
         licence = card.licence,
+    )
+}
+
+/// What a template is of.
+fn object(template: &Template) -> String {
+    if template.is_sheet() {
+        let size = template.size_mm();
+        return format!("thin sheet of {} x {} mm (`template/texture.png`)", size.x, size.y);
+    }
+    let (extent, mesh) = (template.extent_mm(), template.mesh());
+    format!(
+        "object of {:.0} x {:.0} x {:.0} mm at rest, a textured mesh of {} faces (`template/`),",
+        extent.x,
+        extent.y,
+        extent.z,
+        mesh.faces().len()
     )
 }
 
@@ -143,6 +179,8 @@ pub fn curve_csv(curve: &[CurvePoint]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deepsft_geometry::Picture;
+    use deepsft_synth::toy_template;
 
     #[test]
     fn the_curve_has_a_line_a_point_and_leaves_unknown_figures_empty() {
@@ -161,5 +199,19 @@ mod tests {
         assert_eq!(lines.len(), 3);
         assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0,");
         assert_eq!(lines[0].matches(',').count(), lines[1].matches(',').count());
+    }
+
+    #[test]
+    fn a_card_does_not_call_a_mesh_a_sheet() {
+        let texture = Picture::from_fn(4, 3, |_, _| [9; 3]);
+        let sheet = object(&Template::thin_shell(texture, 200.0, 150.5).unwrap());
+        assert_eq!(sheet, "thin sheet of 200 x 150.5 mm (`template/texture.png`)");
+        let toy = toy_template().unwrap();
+        let told = object(&toy);
+        let height = toy.extent_mm().y.round();
+        assert!(
+            !told.contains("sheet") && told.contains(&format!(" x {height} x ")),
+            "{told}"
+        );
     }
 }

@@ -5,6 +5,7 @@
 mod bad_input;
 mod commands;
 mod common;
+mod data_sets;
 mod evaluation;
 mod interruption;
 mod meshes;

@@ -6,8 +6,7 @@ use crate::failure::BlameInput;
 use crate::synthesis::{self, SynthesisOptions};
 use anyhow::{Result, anyhow};
 use deepsft::ModelBundle;
-use deepsft_geometry::Template;
-use deepsft_synth::{CAMERA_FILE, DatasetDescription, Recording};
+use deepsft_synth::{CAMERA_FILE, Recording};
 use deepsft_train::{EvaluationFrame, FrameTruth};
 use std::path::{Path, PathBuf};
 
@@ -41,7 +40,7 @@ impl DataSet<'_> {
             Self::Folder(folder) if folder.join(CAMERA_FILE).is_file() => recording(folder, bundle),
             Self::Folder(folder) => {
                 let description = dataset::open(folder)?;
-                check_template(&description, bundle.template()).blame("data set", folder)?;
+                dataset::check_template(&description, bundle.template()).blame("data set", folder)?;
                 let samples = dataset::samples(folder, &description, *bundle.camera());
                 Ok(FrameSet {
                     name: format!("data set {}", folder.display()),
@@ -86,7 +85,7 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
         });
     }
     let description = dataset::open(&truth)?;
-    check_template(&description, bundle.template()).blame("recording", folder)?;
+    dataset::check_template(&description, bundle.template()).blame("recording", folder)?;
     if description.samples != count {
         let samples = description.samples;
         Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
@@ -105,17 +104,4 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
         count,
         frames: Box::new(frames),
     })
-}
-
-fn check_template(description: &DatasetDescription, template: &Template) -> Result<()> {
-    if description.template_size_mm == template.size_mm().to_array() {
-        return Ok(());
-    }
-    let [width, height] = description.template_size_mm;
-    let size = template.size_mm();
-    Err(anyhow!(
-        "its template has {width} x {height} mm, the model's {} x {} mm",
-        size.x,
-        size.y
-    ))
 }

@@ -5,7 +5,7 @@ use crate::synthesis::SynthesisOptions;
 use anyhow::Result;
 use clap::{ArgGroup, Args, ValueEnum};
 use deepsft::DeviceKind;
-use deepsft_train::{Precision, TrainConfig};
+use deepsft_train::{Light, Precision, TrainConfig};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -14,7 +14,7 @@ use std::path::PathBuf;
     group = ArgGroup::new("start").args(["template", "model"]).required(true),
     after_help = "\
 The paper's three steps (section 4):
-  1  all blocks, on synthetic images made on the fly; needs nothing but the template
+  1  all blocks, on synthetic images made on the fly, which needs nothing but the template, or on data sets (--data)
   2  the depth refinement block alone, against the depth that an RGB-D camera measured
   3  the registration refinement block alone, by photo-consistency: the template, seen through the registration, is to
      look like the colour pictures. Nobody has to label anything
@@ -30,10 +30,15 @@ and their checkpoints are kept beside with the ending .outdated, .outdated-2 and
 or --precision; the result is then not exactly what it would have been. Files and folders of other kinds in BUNDLE (a
 poster to print) are kept.
 
+--data DIR trains step 1 on data sets that `deepsft synth` wrote, instead of new images: where images are dear to make or
+several trainings are to see the same ones. All samples come once an epoch, in another order each time; windows are cut
+anew. The end of the last set is never trained on but measured on: a tenth of all samples, at most 48. Samples are read
+when they are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
+
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
 over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
-L1 and bins), nor the images: the paper's are --network paper and --images paper. The default, ours, is what was measured
-to work on the compact network in the time of a CPU.
+L1 and bins), nor the images: the paper's are --network paper and --images paper. --preset ours is what was measured to
+work on the compact network in the time of a CPU.
 
 --network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
@@ -48,9 +53,11 @@ cpu both cost time; prefer bf16 there.
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
+  deepsft synth --template cover --count 5000 --seed 5 --images paper --out cover-data
+  deepsft train --template cover --data cover-data --out cover-model --minutes 60
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
-  deepsft train --network paper --preset paper --images paper --template cover --out cover-paper --device vulkan
+  deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
@@ -63,6 +70,9 @@ pub struct TrainArguments {
     /// Folder of the model bundle to write
     #[arg(long, value_name = "BUNDLE")]
     pub out: PathBuf,
+    /// Train step 1 on this data set (as `deepsft synth` writes), not on images made on the fly; may be given several times
+    #[arg(long, value_name = "DIR")]
+    pub data: Vec<PathBuf>,
     /// Steps to train, in their order
     #[arg(long, alias = "stage", value_name = "1,2,3", value_delimiter = ',', default_value = "1",
           value_parser = clap::value_parser!(u8).range(1..=3))]
@@ -70,9 +80,9 @@ pub struct TrainArguments {
     /// Folder of the RGB-D recording for steps 2 and 3 (its layout: `deepsft recording simulate --help`)
     #[arg(long, value_name = "DIR")]
     pub recording: Option<PathBuf>,
-    /// Whose settings to train with
-    #[arg(long, value_name = "PRESET", value_enum, default_value_t = Preset::Ours)]
-    pub preset: Preset,
+    /// Whose settings to train with [default: paper with --network paper, else ours]
+    #[arg(long, value_name = "PRESET", value_enum)]
+    pub preset: Option<Preset>,
     /// Network that step 1 trains
     #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact)]
     pub network: NetworkChoice,
@@ -82,7 +92,7 @@ pub struct TrainArguments {
     /// Minutes of step 1 in all, resumed ones included [default: 60]
     #[arg(long, value_name = "M", value_parser = positive)]
     pub minutes: Option<f64>,
-    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default of --preset paper: 1880000]
+    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default of --preset paper: 1880000, or 40 times what --data has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub samples: Option<u64>,
     /// Epochs of steps 2 and 3 [default: 10]
@@ -91,11 +101,14 @@ pub struct TrainArguments {
     /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
     #[arg(long, value_name = "LAMBDA", value_parser = weight)]
     pub total_variation: Option<f64>,
+    /// What step 3 does about light and colours before it compares [default: recorded; ignored with --preset paper]
+    #[arg(long, value_name = "LIGHT", value_enum)]
+    pub light: Option<LightChoice>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
-    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::default().held_out_share, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::ours().held_out_share, value_parser = share)]
     pub held_out: f64,
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
-    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::default().evaluate_every, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
     pub evaluate_every: f64,
     /// Go on from the checkpoints beside the bundle
     #[arg(long)]
@@ -119,6 +132,16 @@ pub struct TrainArguments {
     pub name: Option<String>,
 }
 
+impl TrainArguments {
+    /// The preset that was asked for, or the one that belongs to the network.
+    pub fn preset(&self) -> Preset {
+        self.preset.unwrap_or(match self.network {
+            NetworkChoice::Paper => Preset::Paper,
+            NetworkChoice::Compact | NetworkChoice::R50f => Preset::Ours,
+        })
+    }
+}
+
 /// Whose settings a training has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
@@ -126,6 +149,27 @@ pub enum Preset {
     Ours,
     /// The paper's optimisers, rates, batches, epochs; its losses in steps 2 and 3, as means
     Paper,
+}
+
+/// What step 3 does about light and colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightChoice {
+    /// Nothing, as the paper: for a template in the colours of the camera that recorded
+    Ignored,
+    /// The template in the camera's colours, found once for the recording: made in one place, of a print
+    Recorded,
+    /// A gain and an offset fitted to each image and colour: light that changes within a recording
+    Fitted,
+}
+
+impl From<LightChoice> for Light {
+    fn from(choice: LightChoice) -> Self {
+        match choice {
+            LightChoice::Ignored => Self::Ignored,
+            LightChoice::Recorded => Self::Recorded,
+            LightChoice::Fitted => Self::Fitted,
+        }
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -159,15 +203,17 @@ pub mod tests {
             template: Some("t".into()),
             model: None,
             out: out.into(),
+            data: Vec::new(),
             stages: vec![1],
             recording: None,
-            preset: Preset::Ours,
+            preset: None,
             network: NetworkChoice::Compact,
             width_divisor: 1,
             minutes: None,
             samples: None,
             epochs: None,
             total_variation: None,
+            light: None,
             held_out: 0.25,
             evaluate_every: 120.0,
             resume: false,

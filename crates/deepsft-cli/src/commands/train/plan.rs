@@ -31,6 +31,16 @@ impl<'a> Plan<'a> {
                 "steps 2 and 3 start from --model"
             }));
         }
+        if !arguments.data.is_empty() {
+            if !synthetic {
+                return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
+            }
+            if !arguments.images.note().is_empty() {
+                return Err(usage(
+                    "--images, --camera-effects and --backgrounds are for images made on the fly: those of --data are as they are",
+                ));
+            }
+        }
         let steps: Vec<RefinementStep> = [RefinementStep::Depth, RefinementStep::Registration]
             .into_iter()
             .filter(|step| stages.contains(&step.number()))
@@ -52,6 +62,13 @@ impl<'a> Plan<'a> {
             recording: arguments.recording.as_deref(),
             out: &arguments.out,
         })
+    }
+
+    /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.
+    pub fn take_training_samples(&mut self, arguments: &TrainArguments, samples: u64) {
+        if arguments.preset == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
+            self.config.budget = Budget::paper_epochs(samples);
+        }
     }
 
     /// The checkpoint of a step on a recording.
@@ -86,10 +103,10 @@ impl<'a> Plan<'a> {
 }
 
 fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
-    let defaults = match arguments.preset {
+    let defaults = match arguments.preset() {
         Preset::Ours => TrainConfig {
             budget: Budget::Seconds(3600.0),
-            ..TrainConfig::default()
+            ..TrainConfig::ours()
         },
         Preset::Paper => TrainConfig::paper(),
     };
@@ -128,6 +145,9 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         config.depth_loss.total_variation = lambda;
         config.photo_consistency.total_variation = lambda;
     }
+    if let Some(light) = arguments.light {
+        config.photo_consistency.light = light.into();
+    }
     Ok(config)
 }
 
@@ -140,8 +160,10 @@ fn beside(out: &Path, ending: &str) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::super::arguments::LightChoice;
     use super::super::arguments::tests::arguments;
     use super::*;
+    use deepsft_train::Light;
 
     #[test]
     fn checkpoints_lie_beside_the_bundle() {
@@ -207,7 +229,7 @@ mod tests {
     #[test]
     fn the_papers_preset_ends_after_the_papers_epochs() {
         let paper = TrainArguments {
-            preset: Preset::Paper,
+            preset: Some(Preset::Paper),
             epochs: Some(3),
             ..arguments("a")
         };
@@ -215,6 +237,46 @@ mod tests {
         assert_eq!(config.budget, Budget::Samples(40 * 47_000));
         assert_eq!((config.depth_steps.epochs, config.registration_steps.epochs), (3, 3));
         assert_eq!((config.depth_steps.batch, config.registration_steps.batch), (7, 6));
+    }
+
+    #[test]
+    fn the_papers_epochs_are_those_of_the_data_set_unless_a_budget_is_given() {
+        let budget = |preset, samples, minutes| {
+            let arguments = TrainArguments {
+                data: vec!["d".into()],
+                preset,
+                samples,
+                minutes,
+                ..arguments("a")
+            };
+            let mut plan = Plan::new(&arguments).unwrap();
+            plan.take_training_samples(&arguments, 90);
+            plan.config.budget
+        };
+        assert_eq!(budget(Preset::Paper, None, None), Budget::Samples(3600));
+        assert_eq!(budget(Preset::Paper, Some(7), None), Budget::Samples(7));
+        assert_eq!(budget(Preset::Paper, None, Some(2.0)), Budget::Seconds(120.0));
+        assert_eq!(budget(Preset::Ours, None, None), Budget::Seconds(3600.0));
+    }
+
+    #[test]
+    fn data_sets_are_for_step_one_and_are_as_they_are() {
+        let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
+        let with_data = || TrainArguments {
+            data: vec!["d".into()],
+            ..arguments("a")
+        };
+        let without_step_one = TrainArguments {
+            template: None,
+            model: Some("m".into()),
+            stages: vec![2],
+            recording: Some("r".into()),
+            ..with_data()
+        };
+        assert!(message(without_step_one).contains("--data is for step 1"));
+        let mut with_effects = with_data();
+        with_effects.images.camera_effects = true;
+        assert!(message(with_effects).contains("made on the fly"));
     }
 
     #[test]
@@ -234,9 +296,45 @@ mod tests {
     }
 
     #[test]
+    fn the_papers_network_has_the_papers_settings_unless_others_are_asked_for() {
+        for (network, preset, expected) in [
+            (NetworkChoice::Compact, None, Preset::Ours),
+            (NetworkChoice::R50f, None, Preset::Ours),
+            (NetworkChoice::Paper, None, Preset::Paper),
+            (NetworkChoice::Paper, Some(Preset::Ours), Preset::Ours),
+            (NetworkChoice::Compact, Some(Preset::Paper), Preset::Paper),
+        ] {
+            let arguments = TrainArguments {
+                network,
+                preset,
+                ..arguments("a")
+            };
+            assert_eq!(arguments.preset(), expected, "{network:?} {preset:?}");
+        }
+    }
+
+    #[test]
+    fn light_is_as_the_preset_has_it_unless_it_is_asked_for() {
+        for (preset, given, light) in [
+            (Preset::Ours, None, Light::Recorded),
+            (Preset::Paper, None, Light::Ignored),
+            (Preset::Ours, Some(LightChoice::Fitted), Light::Fitted),
+            (Preset::Paper, Some(LightChoice::Recorded), Light::Recorded),
+            (Preset::Ours, Some(LightChoice::Ignored), Light::Ignored),
+        ] {
+            let config = config(&TrainArguments {
+                preset: Some(preset),
+                light: given,
+                ..arguments("a")
+            });
+            assert_eq!(config.unwrap().photo_consistency.light, light, "{preset:?} {given:?}");
+        }
+    }
+
+    #[test]
     fn the_seed_of_the_held_out_images_is_refused() {
         let held_out = TrainArguments {
-            seed: TrainConfig::default().held_out_seed,
+            seed: TrainConfig::ours().held_out_seed,
             ..arguments("a")
         };
         assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));

@@ -2,15 +2,18 @@
 
 use super::arguments::TrainArguments;
 use super::bundle_folder::{MARKERS, companions, file_name};
+use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, RefinedBundle};
-use crate::output::{atomic, curve_plot, model_card};
+use crate::output::model_card::{self, Course};
+use crate::output::{atomic, curve_plot};
 use crate::progress;
+use crate::synthesis::quoted;
 use anyhow::Result;
 use deepsft::{DeviceDescription, ModelBundle, encode_png};
 use deepsft_synth::Synthesizer;
-use deepsft_train::{Checkpoint, CurvePoint, Device, Trained, export_bundle, train};
+use deepsft_train::{Checkpoint, CurvePoint, Device, SampleSource, Trained, export_bundle, train};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,6 +22,8 @@ pub struct Training<'a> {
     pub arguments: &'a TrainArguments,
     pub plan: &'a Plan<'a>,
     pub synthesizer: Arc<Synthesizer>,
+    /// What step 1 is trained on; without it on images of the synthesizer.
+    pub data_sets: Option<DataSets>,
     pub device: Device,
     pub description: DeviceDescription,
 }
@@ -35,10 +40,13 @@ impl Training<'_> {
         if !template.is_sheet() {
             network = network.with_seams();
         }
+        let source: Arc<dyn SampleSource> = match &self.data_sets {
+            Some(data_sets) => data_sets.samples.clone(),
+            None => self.synthesizer.clone(),
+        };
         let bar = progress::share();
-        let trained = train(&self.synthesizer, &network, config, &self.device, |told| {
-            tell(&bar, told)
-        })?;
+        let trained = train(&source, &network, config, &self.device, |told| tell(&bar, told));
+        let trained = blame_shard(trained)?;
         bar.finish_and_clear();
         let curve = trained.state.curve.clone();
         self.write(trained, &curve, None)
@@ -60,6 +68,23 @@ impl Training<'_> {
         self.write(trained, &[], Some(refined))
     }
 
+    /// The card of a bundle.
+    fn card(&self, bundle: &ModelBundle, curve: &[CurvePoint], refinement: Option<&str>) -> String {
+        let images = &self.arguments.images;
+        let training_images = match &self.data_sets {
+            Some(data_sets) => data_sets.to_string(),
+            None => format!("made on the fly{}", images.note()),
+        };
+        let course = Course {
+            device: &self.description,
+            training_images: self.plan.synthetic.then_some(training_images),
+            curve,
+            refinement,
+            measured_images: [images.note(), images.options()],
+        };
+        model_card::card(bundle, &course)
+    }
+
     /// Measures a network on synthetic images, and writes its bundle.
     fn write(&self, trained: Trained, curve: &[CurvePoint], refined: Option<RefinedBundle>) -> Result<ModelBundle> {
         println!("measuring on held-out synthetic images");
@@ -74,7 +99,7 @@ impl Training<'_> {
         let table = refined.as_ref().map(|refined| refined.table.as_str());
         extra.insert(
             model_card::CARD_FILE.to_owned(),
-            model_card::card(&bundle, &self.description, curve, table).into_bytes(),
+            self.card(&bundle, curve, table).into_bytes(),
         );
         if !curve.is_empty() {
             extra.insert(
@@ -94,9 +119,7 @@ impl Training<'_> {
 
 /// The command as it was typed, for the record.
 fn command_line() -> String {
-    let words = std::env::args()
-        .skip(1)
-        .map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+    let words = std::env::args().skip(1).map(quoted);
     std::iter::once("deepsft".to_owned())
         .chain(words)
         .collect::<Vec<_>>()

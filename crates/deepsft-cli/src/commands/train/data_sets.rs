@@ -1,0 +1,94 @@
+//! The data sets that step 1 is trained on: opened and checked before the training begins.
+
+use crate::dataset;
+use crate::failure::BlameInput;
+use crate::progress;
+use anyhow::{Result, anyhow};
+use deepsft_geometry::{Template, training_camera};
+use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards, SynthError};
+use deepsft_train::{SampleSource, StoredSamples, TrainError};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Data sets to train on.
+pub struct DataSets {
+    pub samples: Arc<StoredSamples>,
+    /// Samples to train on, and those held out at the end.
+    pub training: u64,
+    pub held_out: u64,
+    /// Names and seeds of the sets.
+    sets: Vec<(String, DatasetDescription)>,
+}
+
+impl DataSets {
+    /// Opens the data sets of `template` in `folders`; `None` when there are none. At most `held_out_frames` samples are to
+    /// be held out.
+    pub fn open(folders: &[PathBuf], template: &Template, held_out_frames: u64) -> Result<Option<Self>> {
+        let Some(last) = folders.last() else { return Ok(None) };
+        let mut sets = Vec::new();
+        for folder in folders {
+            sets.push((folder.display().to_string(), open_one(folder, template)?));
+        }
+        let mut shards = IndexedShards::new(training_camera());
+        let bar = progress::counting(sets.iter().map(|(_, set)| set.samples).sum(), "samples found");
+        for ((_, set), folder) in sets.iter().zip(folders) {
+            let before = shards.samples();
+            for name in &set.shards {
+                let added = shards.add(folder.join(name)).map_err(TrainError::from);
+                bar.inc(blame_shard(added)?);
+            }
+            let (found, described) = (shards.samples() - before, set.samples);
+            if found != described {
+                Err(anyhow!(
+                    "its shards hold {found} samples, its description says {described}"
+                ))
+                .blame("data set", folder)?;
+            }
+        }
+        bar.finish_and_clear();
+        let all = shards.samples();
+        let descriptions: Vec<_> = sets.iter().map(|(_, set)| set.clone()).collect();
+        let samples = StoredSamples::new(shards, &descriptions).blame("data set", last)?;
+        let training = samples.training_samples(held_out_frames).blame("data set", last)?;
+        let training = training.unwrap_or(all);
+        Ok(Some(Self {
+            samples: Arc::new(samples),
+            training,
+            held_out: all - training,
+            sets,
+        }))
+    }
+}
+
+/// What they are, for the model's card.
+impl fmt::Display for DataSets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, set) in &self.sets {
+            write!(f, "data set {name} ({} samples of seed {}), ", set.samples, set.seed)?;
+        }
+        write!(f, "the last {} held out", self.held_out)
+    }
+}
+
+/// The description of a data set that is whole and of the template.
+fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
+    if folder.join(CAMERA_FILE).is_file() {
+        let recording = Err(anyhow!(
+            "it is an RGB-D recording, which steps 2 and 3 train on: --recording"
+        ));
+        return recording.blame("data set", folder);
+    }
+    let description = dataset::open(folder)?;
+    dataset::check_template(&description, template).blame("data set", folder)?;
+    dataset::check_shards(folder, &description)?;
+    Ok(description)
+}
+
+/// Lays what is wrong with a shard at its door, also when it is met while training.
+pub fn blame_shard<T>(result: Result<T, TrainError>) -> Result<T> {
+    match result {
+        Err(TrainError::Synth(SynthError::ShardFile { reason, path })) => Err(anyhow!(reason)).blame("shard", &path),
+        other => Ok(other?),
+    }
+}
