@@ -41,10 +41,11 @@ pub struct SynthesisOptions {
     /// What is varied in the images, and how far
     #[arg(id = "images", long = "images", value_name = "PRESET", value_enum, default_value_t)]
     pub images: Preset,
-    /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without
+    /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without; its gain stays
     #[arg(long)]
     pub camera_effects: bool,
-    /// Photographs (PNG or JPEG) to use as backgrounds: beside the drawn ones, with the paper's preset in place of them
+    /// Photographs (PNG or JPEG) to use as backgrounds: beside the drawn ones; with the paper's preset in place of them,
+    /// and as they are
     #[arg(long, value_name = "DIR")]
     pub backgrounds: Option<PathBuf>,
 }
@@ -90,7 +91,10 @@ pub fn quoted(word: String) -> String {
 pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Synthesizer> {
     let mut config = options.images.config();
     if options.camera_effects {
-        config.effects = EffectsConfig::default();
+        config.effects = EffectsConfig {
+            gain: config.effects.gain,
+            ..EffectsConfig::default()
+        };
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
@@ -178,6 +182,23 @@ mod tests {
             options.options(),
             " --images paper --camera-effects --backgrounds rooms"
         );
+    }
+
+    #[test]
+    fn camera_effects_leave_a_preset_its_gain() {
+        let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
+        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
+        let effects = |images: Preset| {
+            let options = SynthesisOptions {
+                images,
+                camera_effects: true,
+                backgrounds: None,
+            };
+            synthesizer(&template, &options).unwrap().config().effects.clone()
+        };
+        let (paper, default) = (effects(Preset::Paper), EffectsConfig::default());
+        assert_eq!((paper.gain, paper.jpeg_share), ([0.9, 1.1], default.jpeg_share));
+        assert_eq!(effects(Preset::Default).gain, default.gain);
     }
 
     #[test]

@@ -72,6 +72,14 @@ pub(crate) fn photograph_texture(photograph: Picture) -> Texture {
     Texture::new(&photograph)
 }
 
+/// A background picture.
+pub(crate) enum Background<'a> {
+    /// One of the user's.
+    Photograph(&'a Texture),
+    /// A procedural one.
+    Drawn(&'a Texture),
+}
+
 /// How a background picture is laid into the frame: crop, zoom, rotation, reflection, colour.
 pub(crate) struct Placement {
     /// Picture texels from frame pixels: texel = origin + right * x + down * y.
@@ -108,6 +116,18 @@ impl Placement {
             down,
             color,
             offset,
+        }
+    }
+
+    /// The middle of `texture` as it is, as large as fills a frame of `frame_side` pixels.
+    pub(crate) fn filling(texture: &Texture, frame_side: Vec2) -> Self {
+        let texels = (texture.size() / frame_side).min_element();
+        Self {
+            origin: (texture.size() - frame_side * texels) / 2.0,
+            right: Vec2::X * texels,
+            down: Vec2::Y * texels,
+            color: Mat3::IDENTITY,
+            offset: Vec3::ZERO,
         }
     }
 

@@ -26,6 +26,8 @@ pub struct SynthConfig {
     /// Share of the backgrounds that show one of the user's photographs, if there are any; the others are drawn.
     /// Default 0.5.
     pub photograph_share: f64,
+    /// How such a photograph is shown. Default varied; drawn backgrounds always are.
+    pub photographs: PhotographUse,
     /// Share of samples with something held or lying before the sheet. Default 0.5.
     pub occluder_share: f64,
     /// What that is. Default hands and things.
@@ -39,6 +41,15 @@ pub struct SynthConfig {
     pub lighting: LightingConfig,
     /// Camera effects.
     pub effects: EffectsConfig,
+}
+
+/// How the user's photographs are shown as backgrounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotographUse {
+    /// Cut out, turned, mirrored and recoloured at random, seldom with things strewn over it: no two samples share one.
+    Varied,
+    /// As it is, its middle as large as fills the image (the paper's section 5.1).
+    Plain,
 }
 
 /// What hides parts of the sheet.
@@ -125,6 +136,7 @@ impl Default for SynthConfig {
             distractor_share: 0.3,
             empty_distractor_share: 0.7,
             photograph_share: 0.5,
+            photographs: PhotographUse::Varied,
             occluder_share: 0.5,
             occluders: OccluderKind::HandsAndThings,
             most_occluded: 0.35,

@@ -52,7 +52,7 @@ mod xpbd;
 pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
-pub use config::{EffectsConfig, LightingConfig, OccluderKind, SynthConfig};
+pub use config::{EffectsConfig, LightingConfig, OccluderKind, PhotographUse, SynthConfig};
 pub use dataset::{EncodedSample, SampleRecord, ShardReader, ShardWriter, write_shard};
 pub use dataset_description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};

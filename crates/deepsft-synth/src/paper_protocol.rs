@@ -1,7 +1,8 @@
 //! The synthetic data of the paper, section 5.1, as a configuration.
 
 use crate::{
-    ClothConfig, DeformationConfig, EffectsConfig, LightingConfig, OccluderKind, PoseConfig, SynthConfig, UniformPose,
+    ClothConfig, DeformationConfig, EffectsConfig, LightingConfig, OccluderKind, PhotographUse, PoseConfig,
+    SynthConfig, UniformPose,
 };
 
 /// Depth that the paper's t_z is counted from, mm. It does not say; at 100 mm an A4 sheet cannot be in view. At 296 mm
@@ -19,7 +20,7 @@ impl SynthConfig {
     /// | light | distant, within 10 degrees of the optical axis | uniform angle, no ambient light |
     /// | reflectance | Lambert, and Blender's Cook-Torrance | the same; roughness and strength are our choice |
     /// | gain | 0.9 to 1.1 | the same; white paper is at 0.9 before it |
-    /// | background | photographs of rooms (NYU depth) | the user's photographs, drawn ones if there are none |
+    /// | background | photographs of rooms (NYU depth) | the user's photographs, as they are; if there are none drawn pictures, varied ([`PhotographUse::Varied`]) |
     /// | occluders | up to 4 discs of one colour, 1 to 10 px in diameter | the same, anywhere in the image |
     /// | frames without the object, camera effects | none | none; effects can be switched on |
     ///
@@ -43,6 +44,7 @@ impl SynthConfig {
             empty_share: 0.0,
             distractor_share: 0.0,
             photograph_share: 1.0,
+            photographs: PhotographUse::Plain,
             occluder_share: 1.0,
             occluders: OccluderKind::Discs {
                 most: 4,
@@ -142,6 +144,33 @@ mod tests {
         }
         // Two discs on average; the sheet covers about a quarter of the image.
         assert!((5..38).contains(&hidden), "{hidden} of 40");
+    }
+
+    #[test]
+    fn a_photograph_stands_behind_the_sheet_as_it_is() {
+        let photograph = Picture::from_fn(480, 270, |x, y| [(x / 2) as u8, (y * 2 / 3 + 20) as u8, 77]);
+        let mut config = SynthConfig::paper();
+        config.effects.gain = [1.0, 1.0];
+        let behind = |photographs: PhotographUse| {
+            let config = SynthConfig {
+                photographs,
+                ..config.clone()
+            };
+            let synthesizer = Synthesizer::new(&a4(), config).unwrap();
+            let sample = synthesizer.with_photographs(vec![photograph.clone()]).sample(6, 0);
+            let outside: Vec<usize> = (0..480 * 270).filter(|&pixel| !sample.truth.inside(pixel)).collect();
+            let same = outside.iter().filter(|&&pixel| {
+                let seen = &sample.image.rgb()[3 * pixel..3 * pixel + 3];
+                let there = &photograph.rgb()[3 * pixel..3 * pixel + 3];
+                // Through linear light and back.
+                seen.iter().zip(there).all(|(a, b)| a.abs_diff(*b) <= 1)
+            });
+            same.count() as f64 / outside.len() as f64
+        };
+        // The others are discs (at most 314 pixels), edges and what is seen of the sheet's back.
+        let share = behind(PhotographUse::Plain);
+        assert!(share > 0.98, "{share}");
+        assert!(behind(PhotographUse::Varied) < 0.5);
     }
 
     #[test]

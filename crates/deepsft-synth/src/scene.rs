@@ -1,7 +1,6 @@
 //! Everything in a synthetic picture but the template's shape and pose.
 
-use crate::SynthError;
-use crate::background::{Placement, strew};
+use crate::background::{Background, Placement, strew};
 use crate::bars::Bars;
 use crate::frame::Frame;
 use crate::noise::uniform;
@@ -12,6 +11,7 @@ use crate::sheet::ImageSheet;
 use crate::silhouette::silhouette;
 use crate::synthesizer::{Sample, Synthesizer};
 use crate::texture::Texture;
+use crate::{PhotographUse, SynthError};
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
@@ -132,10 +132,17 @@ impl<'a> Scene<'a> {
     fn empty(synthesizer: &'a Synthesizer, rng: &mut Pcg64Mcg) -> Self {
         let config = &synthesizer.config;
         let (width, height) = (config.camera.width() as usize, config.camera.height() as usize);
-        let texture = synthesizer.background(rng);
-        let placement = Placement::sample(texture, Vec2::new(width as f32, height as f32), rng);
-        let mut background = placement.frame(texture, width, height);
-        strew(&mut background, rng);
+        let side = Vec2::new(width as f32, height as f32);
+        let background = match (synthesizer.background(rng), config.photographs) {
+            (Background::Photograph(texture), PhotographUse::Plain) => {
+                Placement::filling(texture, side).frame(texture, width, height)
+            }
+            (Background::Photograph(texture) | Background::Drawn(texture), _) => {
+                let mut background = Placement::sample(texture, side, rng).frame(texture, width, height);
+                strew(&mut background, rng);
+                background
+            }
+        };
         let light = Lighting::sample(&config.lighting, rng);
         let paper = Paper::sample(&config.lighting, rng);
         Self {

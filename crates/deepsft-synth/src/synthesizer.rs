@@ -1,7 +1,7 @@
 //! Synthetic samples: a pure function of (template, configuration, seed, index).
 
 use crate::artwork::photograph_sheet;
-use crate::background::{photograph_texture, procedural_artworks, procedural_backgrounds};
+use crate::background::{Background, photograph_texture, procedural_artworks, procedural_backgrounds};
 use crate::isometry::edge_length_changes;
 use crate::noise::{Stream, generator, mix};
 use crate::scene::{Place, Scene};
@@ -242,12 +242,12 @@ impl Synthesizer {
     }
 
     /// A background picture for a scene.
-    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> &Texture {
+    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> Background<'_> {
         let procedural = procedural_backgrounds();
         if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_share) {
-            return pick(&self.photographs, rng);
+            return Background::Photograph(pick(&self.photographs, rng));
         }
-        pick(procedural, rng)
+        Background::Drawn(pick(procedural, rng))
     }
 
     /// Art of a sheet that is not the template.
