@@ -1,13 +1,13 @@
 //! The colours of a template as a camera shows them.
 
 use crate::photometric::drawn_colors;
-use crate::{Maps, Picture};
+use crate::{GeometryError, Maps, Picture};
 
 /// How a camera, with the print and the light before it, shows the colours of a template: each colour's intensity times a
 /// gain, plus an offset, on 0..=255.
 ///
-/// The paper's texture maps were taken by the sensor that recorded its images, so that its photometric error compares
-/// like with like. A template made from the file that was printed has the file's colours, which no camera shows.
+/// Texture maps that were taken by the camera that records (an RGB-D sensor is one of the paper's ways to a template) have
+/// the camera's colours. A template that was made from the file that was printed has the file's, which no camera shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorResponse {
     /// Factor of red, green and blue.
@@ -53,15 +53,24 @@ struct Moments {
     variance: f64,
 }
 
-/// Variance of a colour in the template, grey levels^2, below which it has no contrast that a gain could be found from.
-const LEAST_VARIANCE: f64 = 1.0;
+/// Variance of a colour in the template, grey levels^2, below which a gain would be made of noise and shading.
+const LEAST_VARIANCE: f64 = 25.0;
+/// Gains beyond these are no light on a print.
+const GAINS: [f64; 2] = [0.1, 3.0];
 
 impl ColorMatch {
     /// Takes a frame into account: an image, and the maps of the object in it. Only pixels inside the maps' mask count; a
-    /// frame of another size than the maps', or with none inside, does not.
-    pub fn add(&mut self, image: &Picture, texture: &Picture, maps: &Maps) {
-        if (image.width(), image.height()) != (maps.width(), maps.height()) || maps.area() == 0 {
-            return;
+    /// frame without any does not.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the maps are not of the image's size.
+    pub fn add(&mut self, image: &Picture, texture: &Picture, maps: &Maps) -> Result<(), GeometryError> {
+        let (actual, expected) = ((maps.width(), maps.height()), (image.width(), image.height()));
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        if maps.area() == 0 {
+            return Ok(());
         }
         let mut sums = [[[0.0_f64; 2]; 3]; 2];
         for (pixel, drawn) in drawn_colors(texture, maps) {
@@ -82,10 +91,11 @@ impl ColorMatch {
             }
         }
         self.frames += 1.0;
+        Ok(())
     }
 
-    /// The response, [`ColorResponse::IDENTITY`] without frames. A colour in which the template has no contrast keeps the
-    /// gain 1.
+    /// The response, [`ColorResponse::IDENTITY`] without frames. A colour in which the template has next to no contrast
+    /// keeps the gain 1.
     pub fn response(&self) -> ColorResponse {
         let mut response = ColorResponse::IDENTITY;
         if self.frames == 0.0 {
@@ -94,7 +104,7 @@ impl ColorMatch {
         for k in 0..3 {
             let (drawn, seen) = (self.drawn[k], self.seen[k]);
             if drawn.variance > LEAST_VARIANCE * self.frames {
-                response.gain[k] = (seen.variance / drawn.variance).sqrt();
+                response.gain[k] = (seen.variance / drawn.variance).sqrt().clamp(GAINS[0], GAINS[1]);
             }
             response.offset[k] = (seen.mean - response.gain[k] * drawn.mean) / self.frames;
         }
@@ -149,7 +159,7 @@ mod tests {
         assert_eq!(found.response(), ColorResponse::IDENTITY);
         // Light of 0 and 20 levels is an offset of 10 in the mean, and no contrast.
         for light in [0, 20] {
-            found.add(&image(&DULL, light), &texture(), &maps());
+            found.add(&image(&DULL, light), &texture(), &maps()).unwrap();
         }
         let found = found.response();
         for k in 0..3 {
@@ -167,7 +177,7 @@ mod tests {
             let [u, v] = maps().registration()[pixel];
             off.set(pixel, 400.0, [(u + 3.0 / 60.0) % 1.0, v]);
         }
-        found.add(&image(&DULL, 0), &texture(), &off);
+        found.add(&image(&DULL, 0), &texture(), &off).unwrap();
         let found = found.response();
         for k in 0..3 {
             assert!((found.gain[k] / DULL.gain[k] - 1.0).abs() < 0.05, "{found:?}");
@@ -183,17 +193,26 @@ mod tests {
     }
 
     #[test]
-    fn a_template_of_one_tone_keeps_its_gain_and_frames_of_another_size_do_not_count() {
-        let grey = Picture::from_fn(60, 40, |_, _| [100; 3]);
+    fn a_template_without_contrast_keeps_its_gain_and_frames_without_the_object_do_not_count() {
+        let grey = Picture::from_fn(60, 40, |x, _| [98 + 4 * (x % 2) as u8; 3]);
         let mut found = ColorMatch::default();
-        found.add(&grey, &grey, &maps());
-        found.add(&image(&DULL, 0), &grey, &Maps::empty(100, 50));
+        assert!(found.add(&grey, &grey, &maps()).is_err(), "an image of another size");
+        found.add(&image(&DULL, 0), &grey, &Maps::empty(100, 50)).unwrap();
         assert_eq!(found.response(), ColorResponse::IDENTITY);
-        found.add(&Picture::from_fn(100, 50, |_, _| [130; 3]), &grey, &maps());
-        let expected = ColorResponse {
-            gain: [1.0; 3],
-            offset: [30.0; 3],
-        };
-        assert_eq!(found.response(), expected);
+        // What contrast the picture has is the sensor's noise.
+        let noisy = Picture::from_fn(100, 50, |x, y| [if (x + y) % 2 == 0 { 110 } else { 150 }; 3]);
+        found.add(&noisy, &grey, &maps()).unwrap();
+        let found = found.response();
+        assert_eq!(found.gain, [1.0; 3]);
+        assert!(
+            found.offset.iter().all(|offset| (offset - 30.0).abs() < 1e-3),
+            "{found:?}"
+        );
+        // More contrast than any light makes of a print.
+        let pale = Picture::from_fn(60, 40, |x, _| [90 + 20 * (x % 2) as u8; 3]);
+        let shown = Picture::from_fn(100, 50, |x, _| [255 * (x % 2) as u8; 3]);
+        let mut found = ColorMatch::default();
+        found.add(&shown, &pale, &maps()).unwrap();
+        assert_eq!(found.response().gain, [3.0; 3]);
     }
 }

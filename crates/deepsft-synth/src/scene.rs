@@ -40,6 +40,14 @@ pub struct Scene<'a> {
     stand_in: Option<StandIn<'a>>,
 }
 
+/// What stays the same where a camera stands still: its settings, the light, and the paper that was printed on.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    light: Lighting,
+    paper: Paper,
+    effects: Option<CameraEffects>,
+}
+
 /// One instant of an exposure: where the template's vertices are (mm, camera frame) and what passes before everything.
 pub(crate) struct Moment {
     pub(crate) vertices_camera: Vec<DVec3>,
@@ -63,9 +71,17 @@ impl std::fmt::Debug for Scene<'_> {
 }
 
 impl<'a> Scene<'a> {
-    /// Draws a scene for the template.
-    pub(crate) fn with_template(synthesizer: &'a Synthesizer, rng: &mut Pcg64Mcg) -> Self {
+    /// Draws a scene for the template, at `place` if one is given.
+    pub(crate) fn with_template(synthesizer: &'a Synthesizer, place: Option<&Place>, rng: &mut Pcg64Mcg) -> Self {
         let mut scene = Self::empty(synthesizer, rng);
+        if let Some(Place { light, paper, effects }) = place.cloned() {
+            scene = Self {
+                light,
+                paper,
+                effects,
+                ..scene
+            };
+        }
         if rng.random_bool(synthesizer.config.distractor_share) {
             for _ in 0..rng.random_range(1..3) {
                 scene.add_sheet_behind(rng);
@@ -219,6 +235,15 @@ impl<'a> Scene<'a> {
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         let image = self.develop(light, noise_seed);
         Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
+    }
+
+    /// Light, paper and camera settings.
+    pub(crate) fn place(&self) -> Place {
+        Place {
+            light: self.light.clone(),
+            paper: self.paper.clone(),
+            effects: self.effects.clone(),
+        }
     }
 
     /// Takes the paper's discs away, which have a size in pixels: hands and things stay.

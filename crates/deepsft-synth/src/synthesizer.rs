@@ -4,7 +4,7 @@ use crate::artwork::photograph_sheet;
 use crate::background::{photograph_texture, procedural_artworks, procedural_backgrounds};
 use crate::isometry::edge_length_changes;
 use crate::noise::{Stream, generator, mix};
-use crate::scene::Scene;
+use crate::scene::{Place, Scene};
 use crate::shading::Lighting;
 use crate::sheet::ImageSheet;
 use crate::texture::Texture;
@@ -192,7 +192,12 @@ impl Synthesizer {
     /// Everything random of sample `index` of the data set `seed` but the sheet's shape and pose: background, other
     /// sheets, light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
     pub fn scene(&self, seed: u64, index: u64) -> Scene<'_> {
-        Scene::with_template(self, &mut generator(seed, index, Stream::Scene))
+        Scene::with_template(self, None, &mut generator(seed, index, Stream::Scene))
+    }
+
+    /// [`Synthesizer::scene`] at the place of another.
+    pub(crate) fn scene_at(&self, place: &Place, seed: u64, index: u64) -> Scene<'_> {
+        Scene::with_template(self, Some(place), &mut generator(seed, index, Stream::Scene))
     }
 
     /// A picture of the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances: matt

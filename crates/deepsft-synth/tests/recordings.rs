@@ -216,6 +216,25 @@ fn a_simulated_recording_aligned_and_read_back_measures_its_truth_up_to_the_sens
 }
 
 #[test]
+fn a_simulated_recording_is_made_in_one_place_unless_it_is_asked_to_change() {
+    let takes = |place_changes| {
+        let config = SimulationConfig {
+            place_changes,
+            ..SimulationConfig::default()
+        };
+        let simulator = RecordingSimulator::new(&template(), config, 3).unwrap();
+        [0, 1].map(|number| simulator.take(number).frame(0).unwrap().truth)
+    };
+    let (one, several) = (takes(false), takes(true));
+    assert_eq!(one[0].towards_light, one[1].towards_light);
+    assert!(several[0].towards_light != several[1].towards_light);
+    // Where sheets and hands do not reach, the background is another one.
+    assert!(one[0].image.pixel(2, 2) != one[1].image.pixel(2, 2));
+    // The first take is the same in both.
+    assert!(one[0] == several[0] && one[1].vertices_camera == several[1].vertices_camera);
+}
+
+#[test]
 fn a_simulated_recording_is_a_function_of_its_seed_and_moves_smoothly_within_a_take() {
     let simulator = simulator_of(3);
     let take = simulator.take(0);

@@ -18,7 +18,9 @@ pub struct CurvePoint {
     pub samples: u64,
     /// Seconds of training.
     pub seconds: f64,
-    /// Mean training loss since the last point.
+    /// Mean training loss since the last point; not a number where no step since then had a finite one (before the first
+    /// step, or when all overflowed in half precision). JSON, which knows finite numbers only, has null there.
+    #[serde(with = "finite_or_null")]
     pub loss: f64,
     /// Learning rate.
     pub learning_rate: f64,
@@ -31,6 +33,19 @@ pub struct CurvePoint {
     /// Median of the photometric error E_pr, intensities in 0..=1; of steps 2 and 3.
     #[serde(default)]
     pub photometric_error: Option<f64>,
+}
+
+/// A number that may be NaN, as JSON has it.
+mod finite_or_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(value).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+    }
 }
 
 /// Where a training stands.
@@ -286,6 +301,32 @@ mod tests {
             assert_eq!(fs::read_to_string(aside.join(STATE)).unwrap(), kept);
             assert_eq!(checkpoint.existing(), None);
         }
+    }
+
+    #[test]
+    fn a_loss_that_was_not_measured_is_null_in_a_checkpoint_and_those_of_older_ones_are_numbers() {
+        let point = |loss| CurvePoint {
+            samples: 6,
+            seconds: 1.0,
+            loss,
+            learning_rate: 1e-3,
+            registration_rmse_px: None,
+            depth_rmse_mm: Some(12.5),
+            mask_iou: None,
+            photometric_error: None,
+        };
+        let state = Checkpoint {
+            curve: vec![point(f64::NAN), point(0.25)],
+            ..Checkpoint::default()
+        };
+        let text = serde_json::to_string(&state).unwrap();
+        assert!(
+            text.contains("\"loss\":null") && text.contains("\"loss\":0.25"),
+            "{text}"
+        );
+        let read: Checkpoint = serde_json::from_str(&text).unwrap();
+        assert!(read.curve[0].loss.is_nan());
+        assert_eq!(read.curve[1], state.curve[1]);
     }
 
     #[test]

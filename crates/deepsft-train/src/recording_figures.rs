@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 pub struct RecordingFigures {
     /// RMSE of the depth against the measured one where it counts, mm.
     pub measured_depth_rmse_mm: Option<MeanMedian>,
-    /// E_pr of the paper, intensities in 0..=1, with the template's texture in the colours in which the recording's camera
-    /// shows them ([`RefinementData::texture_as_recorded`]), as the paper's textures were taken by the camera.
+    /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<MeanMedian>,
-    /// E_pr with the texture's own colours, those of the file that was printed.
-    pub own_colors_photometric_error: Option<MeanMedian>,
-    /// E_pr with the light fitted to each image, see [`relit_photometric_error`].
+    /// The same with the template's texture in the colours in which the recording's camera shows it, see
+    /// [`RefinementData::texture_as_recorded`].
+    pub recorded_colors_photometric_error: Option<MeanMedian>,
+    /// The same with the light fitted to each image, see [`relit_photometric_error`].
     pub relit_photometric_error: Option<MeanMedian>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
     pub depth_rmse_mm: Option<MeanMedian>,
@@ -79,7 +79,7 @@ struct Figures<'a> {
     texture_as_recorded: Picture,
     measured_depth_rmse_mm: Vec<Option<f64>>,
     photometric_error: Vec<Option<f64>>,
-    own_colors_photometric_error: Vec<Option<f64>>,
+    recorded_colors_photometric_error: Vec<Option<f64>>,
     relit_photometric_error: Vec<Option<f64>>,
     depth_rmse_mm: Vec<Option<f64>>,
     registration_rmse_px: Vec<Option<f64>>,
@@ -93,7 +93,7 @@ impl<'a> Figures<'a> {
             texture_as_recorded: data.texture_as_recorded(),
             measured_depth_rmse_mm: Vec::new(),
             photometric_error: Vec::new(),
-            own_colors_photometric_error: Vec::new(),
+            recorded_colors_photometric_error: Vec::new(),
             relit_photometric_error: Vec::new(),
             depth_rmse_mm: Vec::new(),
             registration_rmse_px: Vec::new(),
@@ -104,14 +104,14 @@ impl<'a> Figures<'a> {
         let RefinementData {
             template, canonical, ..
         } = self.data;
-        let texture = &self.texture_as_recorded;
+        let texture = template.texture();
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
         self.measured_depth_rmse_mm
             .push(against(&frame.measured())?.depth_rmse_mm);
         self.photometric_error
             .push(photometric_error(&frame.image, texture, maps));
-        self.own_colors_photometric_error
-            .push(photometric_error(&frame.image, template.texture(), maps));
+        self.recorded_colors_photometric_error
+            .push(photometric_error(&frame.image, &self.texture_as_recorded, maps));
         self.relit_photometric_error
             .push(relit_photometric_error(&frame.image, texture, maps));
         if let Some(truth) = truth {
@@ -132,7 +132,7 @@ impl<'a> Figures<'a> {
         RecordingFigures {
             measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
             photometric_error: over_frames(self.photometric_error),
-            own_colors_photometric_error: over_frames(self.own_colors_photometric_error),
+            recorded_colors_photometric_error: over_frames(self.recorded_colors_photometric_error),
             relit_photometric_error: over_frames(self.relit_photometric_error),
             depth_rmse_mm: over_frames(self.depth_rmse_mm),
             registration_rmse_px: over_frames(self.registration_rmse_px),

@@ -4,6 +4,7 @@ use crate::TrainError;
 use crate::average::WeightAverage;
 use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use crate::config::{RefinementSteps, TrainConfig};
+use crate::loss::Light;
 use crate::recorded_frames::TrainingFrame;
 use crate::recording_figures::{MeanMedian, RecordingFigures};
 use crate::refinement_fingerprint::fingerprint;
@@ -91,7 +92,7 @@ impl RecordedFrames {
         for index in 0..count {
             match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
                 Some((frame, maps)) if index < first_held_out => {
-                    colors.add(&frame.image, template.texture(), &maps);
+                    colors.add(&frame.image, template.texture(), &maps)?;
                     frames.training.push(frame);
                 }
                 Some((frame, _)) => frames.held_out.push(frame),
@@ -176,7 +177,10 @@ pub fn refine(
     let mut optimizer = steps.optimizer.init();
     let mut average = WeightAverage::new(&trained, steps.average_decay);
     let dtype = stepper.dtype();
-    let texture = data.texture_as_recorded();
+    let texture = match config.photo_consistency.light {
+        Light::Recorded => data.texture_as_recorded(),
+        Light::Ignored | Light::Fitted => data.template.texture().clone(),
+    };
     let sites: Vec<Site> = (stepper.devices().iter())
         .map(|device| Site::new(&texture, device, dtype))
         .collect();
@@ -200,7 +204,7 @@ pub fn refine(
         });
     }
     if state.curve.is_empty() {
-        state.curve.push(curve_point(&state, None, &before, steps));
+        state.curve.push(curve_point(&state, f64::NAN, &before, steps));
     }
     let total = steps.epochs * frames.training.len() as u64;
     let mut after = before;
@@ -242,7 +246,8 @@ pub fn refine(
         }
         let averaged = average.apply(trained.valid());
         after = measure(&averaged)?;
-        let point = curve_point(&state, Some(sum / count.max(1) as f64), &after, steps);
+        // Not a number where nothing was summed.
+        let point = curve_point(&state, sum / count as f64, &after, steps);
         state.curve.push(point);
         state.loss_scale = stepper.scale();
         let averaged = (steps.average_decay > 0.0).then_some(&averaged);
@@ -284,17 +289,12 @@ fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
     Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
 }
 
-fn curve_point(
-    state: &Checkpoint,
-    loss: Option<f64>,
-    figures: &RecordingFigures,
-    steps: RefinementSteps,
-) -> CurvePoint {
+fn curve_point(state: &Checkpoint, loss: f64, figures: &RecordingFigures, steps: RefinementSteps) -> CurvePoint {
     let median = |figure: Option<MeanMedian>| figure.map(|f| f.median);
     CurvePoint {
         samples: state.samples,
         seconds: state.seconds,
-        loss: loss.unwrap_or_default(),
+        loss,
         learning_rate: steps.learning_rate.at(state.step),
         registration_rmse_px: median(figures.registration_rmse_px),
         // Against the truth where there is one, else against the sensor.

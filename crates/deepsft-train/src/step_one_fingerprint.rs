@@ -72,7 +72,7 @@ mod tests {
         };
         let (here, elsewhere) = (synthesizer(200.0), synthesizer(210.0));
         let compact = |width: f64| NetworkConfig::compact([width, 150.0], &training_camera());
-        let ours = TrainConfig::default();
+        let ours = TrainConfig::ours();
         let now = fingerprint(&here, &compact(200.0), &ours, None);
         let of = |source, width, config: &TrainConfig, epoch| {
             difference(&fingerprint(source, &compact(width), config, epoch), &now)

@@ -142,11 +142,8 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
             let pause = Instant::now();
             let plain = average.apply(network.valid());
             let watched = watch(&plain, &validation, device)?;
-            let loss = if loss_count > 0 {
-                loss_sum / loss_count as f64
-            } else {
-                0.0
-            };
+            // Not a number where nothing was summed.
+            let loss = loss_sum / loss_count as f64;
             let point = curve_point(&state, loss, config.schedule.learning_rate(state.step, share), &watched);
             state.curve.push(point);
             state.loss_scale = stepper.scale();

@@ -72,7 +72,7 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
                 depth_steps: steps,
                 registration_steps: steps,
                 more_devices: more(devices - 1),
-                ..TrainConfig::default()
+                ..TrainConfig::ours()
             };
             let data = RefinementData {
                 frames: &frames,
@@ -141,7 +141,7 @@ fn step_one(
         epoch_samples,
         average_decay: 0.0,
         more_devices: more(devices - 1),
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     train(&synthesizer, network, &config, &Device::flex(), report).unwrap()
 }

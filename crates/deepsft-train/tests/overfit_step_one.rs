@@ -59,7 +59,7 @@ fn narrow_networks_learn_one_sample_by_heart_with_the_paper_s_optimiser() {
             optimizer: Optimizer::Adam { betas: [0.9, 0.9] },
             schedule: Schedule::constant(rate, 1),
             average_decay: 0.0,
-            ..TrainConfig::default()
+            ..TrainConfig::ours()
         };
         let mut losses = Vec::new();
         let trained = train(&synthesizer, &network, &config, &device, |told| {

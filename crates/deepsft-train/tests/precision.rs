@@ -3,7 +3,8 @@
 
 mod common;
 
-use burn::tensor::Device;
+use burn::module::{Module, ModuleMapper, Param};
+use burn::tensor::{Device, Tensor};
 use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
@@ -82,7 +83,7 @@ fn step_one(
         epoch_samples: Some(1),
         average_decay: 0.0,
         precision,
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let mut told = Told::default();
     let trained = train(&synthesizer, network, &config, &Device::flex(), |progress| {
@@ -184,7 +185,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
                 precision,
                 // Half precision and two devices at once.
                 more_devices: vec![Device::flex()],
-                ..TrainConfig::default()
+                ..TrainConfig::ours()
             };
             let data = RefinementData {
                 frames: &frames,
@@ -219,6 +220,80 @@ fn inject(folder: &Path, scale: LossScale) {
     let mut state: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
     state["loss_scale"] = serde_json::to_value(scale).unwrap();
     std::fs::write(&path, serde_json::to_vec(&state).unwrap()).unwrap();
+}
+
+/// Makes the second convolution of the depth refinement a million times as large: half precision ends at 65,504.
+#[derive(Default)]
+struct Enlarged(Vec<String>);
+
+impl ModuleMapper for Enlarged {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.0.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.0.pop();
+    }
+
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        if self.0.join(".").starts_with("depth_refinement.middle") {
+            return param.map(|values| values * 1e6);
+        }
+        param
+    }
+}
+
+#[test]
+fn the_curve_has_no_loss_where_every_step_overflowed() {
+    let _alone = alone();
+    let camera = small_camera();
+    Device::flex().seed(5);
+    let network = small_compact(&camera).init(&Device::flex()).fold();
+    let network = network.map(&mut Enlarged::default());
+    let frames = RecordedFrames {
+        training: vec![frame_of(0, &plane(0.0, [0; 2]))],
+        held_out: vec![frame_of(1, &plane(0.02, [0; 2]))],
+        left_out: 0,
+        colors: ColorResponse::IDENTITY,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = TrainConfig {
+        checkpoint: folder.path().join("checkpoint"),
+        precision: Precision::F16,
+        ..TrainConfig::ours()
+    };
+    config.depth_steps.epochs = 2;
+    let run = |config: &TrainConfig| {
+        let data = RefinementData {
+            frames: &frames,
+            template: &template(),
+            canonical: &camera,
+            truth: &BTreeMap::new(),
+        };
+        let mut told = Told::default();
+        let refined = refine(
+            &network,
+            RefinementStep::Depth,
+            data,
+            config,
+            &Device::flex(),
+            |progress| {
+                told.hear(&progress);
+            },
+        );
+        (refined.unwrap(), told)
+    };
+    let (refined, told) = run(&config);
+    assert_eq!((told.losses.len(), told.skipped.len()), (0, 2));
+    // Before the first epoch, and after each.
+    assert_eq!(refined.state.curve.len(), 3);
+    assert!(refined.state.curve.iter().all(|point| point.loss.is_nan()));
+    // Such a checkpoint can be gone on from.
+    config.resume = true;
+    config.depth_steps.epochs = 3;
+    let (refined, told) = run(&config);
+    assert_eq!((refined.state.curve.len(), told.skipped.len()), (4, 1));
+    assert!(refined.state.curve[..3].iter().all(|point| point.loss.is_nan()));
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
             warm_up: 2,
             ..Schedule::default()
         },
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     }
 }
 

@@ -76,7 +76,7 @@ fn config(checkpoint: &Path, samples: u64) -> TrainConfig {
             warm_up: 2,
             ..Schedule::default()
         },
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     }
 }
 

@@ -1,5 +1,6 @@
 //! The network against an independent program: the same weights and image through an ONNX graph that was written from
-//! the network's description, in ONNX Runtime. `crates/xtask/bench/golden.py` wrote the files in `tests/golden`.
+//! the network's description, in ONNX Runtime. `golden.py` wrote the files beside it in `tests/golden`,
+//! in the environment that `requirements.txt` there locks.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -1,6 +1,6 @@
-//! The paper's network and R50F against an independent program: `crates/xtask/bench/golden_resnet.py` writes the same
-//! layers down a second time, in numpy and double precision, and wrote the maps in `tests/golden`. Weights and image
-//! are one formula of names and indices in both programs.
+//! The paper's network and R50F against an independent program: `tests/golden/golden_resnet.py` writes the same layers
+//! down a second time, in numpy and double precision, and wrote the maps beside it, in the environment that
+//! `requirements.txt` there locks. Weights and image are one formula of names and indices in both programs.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -35,8 +35,9 @@ What can happen:
   leaving     the sheet leaves the view, is away for a while, and comes back
   still       nothing moves; the sensor noise differs from frame to frame
 
-The same template, seed and options give the same frames on every machine. `deepsft track` follows the sheet and, as
-the truth lies beside the frames, tells how far off it is. As a video, if the program ffmpeg is there:
+The same template, seed and options give the same frames: on one machine bit for bit, on others too but for the last
+bits, in which libraries of elementary functions differ. `deepsft track` follows the sheet and, as the truth lies
+beside the frames, tells how far off it is. As a video, if the program ffmpeg is there:
   ffmpeg -framerate 30 -i DIR/frame-%05d.png -pix_fmt yuv420p clip.mp4
 
 Example:

@@ -52,7 +52,7 @@ pub struct ReconstructArguments {
     /// network sees by what is hidden (arap)
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
     refine: Refine,
-    /// What computes: cpu, vulkan or webgpu (the last two if the program was built with them)
+    /// What computes: cpu, or vulkan, webgpu or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
     /// Images (PNG or JPEG)

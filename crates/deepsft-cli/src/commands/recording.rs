@@ -58,7 +58,8 @@ per cent smaller than the template (a page fitted into a printer's margins), the
 coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
 camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
 whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 20 frames there is another take with
-another motion, light and background. The same seed gives the same recording.
+another motion, another background and other hands; light, print and camera stay what they are, as where one
+recording is made. The same seed gives the same recording.
 
 Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
 
@@ -82,6 +83,9 @@ pub struct SimulateArguments {
     /// Write where the sheet is seen, as a recording that was segmented brings it
     #[arg(long)]
     masks: bool,
+    /// Give every take other light, paper and camera settings: made in many places, with a print for each
+    #[arg(long)]
+    changing_place: bool,
     /// Folder to write; an older simulated recording there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -99,7 +103,11 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     // The truth is what recordings of other people do not have: their folders are never replaced.
     let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
     let folder = StagedFolder::new(&arguments.out, &[&marker])?;
-    let simulator = RecordingSimulator::new(&template, SimulationConfig::default(), arguments.seed)?;
+    let config = SimulationConfig {
+        place_changes: arguments.changing_place,
+        ..SimulationConfig::default()
+    };
+    let simulator = RecordingSimulator::new(&template, config, arguments.seed)?;
     let frames = arguments.frames as usize;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
@@ -179,12 +187,18 @@ fn readme(simulator: &RecordingSimulator, seed: u64, frames: usize) -> String {
 Nobody recorded this. `deepsft recording simulate` {version} made it up with seed {seed}: {frames} frames at {rate} a second.
 Figures measured on it are figures on simulated data.
 
+* light, paper and camera settings: {place}
 * print: {print:?}
 * depth camera: {depth:?}
 * renderer: `{DATASET_FILE}` in `{TRUTH_FOLDER}/`, which holds the truth. Training never reads it.
 ",
         version = env!("CARGO_PKG_VERSION"),
         rate = simulator.config().frames_per_s,
+        place = if simulator.config().place_changes {
+            "others in every take"
+        } else {
+            "the same in all takes"
+        },
         print = simulator.print(),
         depth = simulator.config().depth,
     )

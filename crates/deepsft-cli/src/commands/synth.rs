@@ -28,8 +28,9 @@ weaker than they were drawn.
 Finished shards are in DIR.partial until all are. The same command goes on where it was interrupted, in whatever
 way, and makes no finished shard again.
 
-The same template, options, seed and index give the same sample on every machine, so jobs can share a large set.
-Each job writes its own part into the same folder, which is read as one data set when all are there:
+The same template, options, seed and index give the same sample: on one machine bit for bit, on others too but for
+the last bits, in which libraries of elementary functions differ. So jobs can share a large set. Each job writes its
+own part into the same folder, which is read as one data set when all are there:
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 1/4 --out cover-data
   ...
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 4/4 --out cover-data

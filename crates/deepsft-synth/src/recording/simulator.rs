@@ -37,8 +37,11 @@ const MOST_CLUTTER: usize = 6;
 pub struct SimulationConfig {
     /// Frames a second. Default 5: those of a camera at 30, every sixth, since neighbours say nearly the same.
     pub frames_per_s: f64,
-    /// Frames of one take; the next has another motion, background and light. Default 20.
+    /// Frames of one take; the next has another motion, another background and other hands. Default 20.
     pub frames_a_take: usize,
+    /// Whether each take has other light, paper and camera settings too. Default false: a recording is made in one place
+    /// with one print, as the paper's are, whose test frames are of the sequences that it trains on.
+    pub place_changes: bool,
     /// Time for which the colour camera gathers light, s. Default 1/60.
     pub exposure_s: f64,
     /// How the sheet moves. Default: that of clips at 560 to 820 mm, since a Kinect v2 measures nothing below 500 mm.
@@ -52,6 +55,7 @@ impl Default for SimulationConfig {
         Self {
             frames_per_s: 5.0,
             frames_a_take: 20,
+            place_changes: false,
             exposure_s: 1.0 / 60.0,
             motion: ClipConfig {
                 distance_mm: [560.0, 820.0],
@@ -181,7 +185,13 @@ impl RecordingSimulator {
 
     /// Take `number`.
     pub fn take(&self, number: usize) -> Take<'_> {
-        let mut scene = self.synthesizer.scene(self.seed, number as u64);
+        let index = number as u64;
+        let mut scene = if self.config.place_changes {
+            self.synthesizer.scene(self.seed, index)
+        } else {
+            let place = self.synthesizer.scene(self.seed, 0).place();
+            self.synthesizer.scene_at(&place, self.seed, index)
+        };
         // The paper's discs have a size in pixels, which two cameras do not share.
         scene.keep_bodies();
         Take {
@@ -193,7 +203,7 @@ impl RecordingSimulator {
                 // Its view is narrower than the colour camera's: what it sees is what counts.
                 &training_camera(),
                 self.config.motion.clone(),
-                mix(mix(self.seed) ^ number as u64),
+                mix(mix(self.seed) ^ index),
             ),
             room: self.room(number),
         }

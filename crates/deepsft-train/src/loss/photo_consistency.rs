@@ -28,6 +28,9 @@ pub enum Residual {
 pub enum Light {
     /// Nothing: as the paper, which leaves it to the M-estimator.
     Ignored,
+    /// Nothing in the loss: the texture that it is given is in the colours in which the recording's camera shows it, a gain
+    /// and an offset of each colour for the whole recording ([`RecordedFrames::colors`](crate::RecordedFrames::colors)).
+    Recorded,
     /// The template's intensities are brought to the image's by a gain and an offset for each image and colour, the least
     /// squares over the object, which are not differentiated.
     Fitted,
@@ -71,7 +74,7 @@ impl PhotoConsistencyLoss {
         let drawn = Tensor::cat(drawn.collect(), 0); // [N, 3, H, W]
         let seen = images.clone() * WHITE;
         let drawn = match self.light {
-            Light::Ignored => drawn,
+            Light::Ignored | Light::Recorded => drawn,
             Light::Fitted => relit(drawn, &seen, inside),
         };
         let whole = self.robust(drawn.clone() - seen.clone(), inside.clone());

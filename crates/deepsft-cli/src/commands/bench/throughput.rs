@@ -182,7 +182,7 @@ fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: Batc
             frames: shape,
             ..Schedule::default()
         },
-        ..TrainConfig::default()
+        ..TrainConfig::ours()
     };
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let mut steps = Vec::new();

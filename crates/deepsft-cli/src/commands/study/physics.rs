@@ -59,7 +59,7 @@ pub struct PhysicsStudyArguments {
     /// Draw each series' two worst answers of physics (by registration) to this PNG file
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
-    /// What computes the network: cpu, vulkan or webgpu (the last two if the program was built with them)
+    /// What computes the network: cpu, or vulkan, webgpu or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
 }

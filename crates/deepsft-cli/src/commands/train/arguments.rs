@@ -5,7 +5,7 @@ use crate::synthesis::SynthesisOptions;
 use anyhow::Result;
 use clap::{ArgGroup, Args, ValueEnum};
 use deepsft::DeviceKind;
-use deepsft_train::{Precision, TrainConfig};
+use deepsft_train::{Light, Precision, TrainConfig};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -35,10 +35,12 @@ several trainings are to see the same ones. All samples come once an epoch, in a
 anew. The end of the last set is never trained on but measured on: a tenth of all samples, at most 48. Samples are read
 when they are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
 
---preset paper takes the paper's optimisers, learning rates, batches, epochs and losses; the default, ours, is what was
-measured to work on the compact network in the time of a CPU.
+--preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
+over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
+L1 and bins), nor the images: the paper's are --network paper and --images paper. --preset ours is what was measured to
+work on the compact network in the time of a CPU.
 
---network paper and r50f learn by the paper's loss on full-resolution maps of whole frames. In full width they are for
+--network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they are for
 a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
 ones (ours, not the paper's) that a CPU can train to see that everything works.
 
@@ -55,7 +57,7 @@ Examples:
   deepsft train --template cover --data cover-data --out cover-model --minutes 60
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
-  deepsft train --network paper --preset paper --template cover --out cover-paper --device vulkan
+  deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
@@ -78,9 +80,9 @@ pub struct TrainArguments {
     /// Folder of the RGB-D recording for steps 2 and 3 (its layout: `deepsft recording simulate --help`)
     #[arg(long, value_name = "DIR")]
     pub recording: Option<PathBuf>,
-    /// Whose settings to train with
-    #[arg(long, value_name = "PRESET", value_enum, default_value_t = Preset::Ours)]
-    pub preset: Preset,
+    /// Whose settings to train with [default: paper with --network paper, else ours]
+    #[arg(long, value_name = "PRESET", value_enum)]
+    pub preset: Option<Preset>,
     /// Network that step 1 trains
     #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact)]
     pub network: NetworkChoice,
@@ -99,11 +101,14 @@ pub struct TrainArguments {
     /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
     #[arg(long, value_name = "LAMBDA", value_parser = weight)]
     pub total_variation: Option<f64>,
+    /// What step 3 does about light and colours before it compares [default: recorded; ignored with --preset paper]
+    #[arg(long, value_name = "LIGHT", value_enum)]
+    pub light: Option<LightChoice>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
-    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::default().held_out_share, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::ours().held_out_share, value_parser = share)]
     pub held_out: f64,
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
-    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::default().evaluate_every, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
     pub evaluate_every: f64,
     /// Go on from the checkpoints beside the bundle
     #[arg(long)]
@@ -127,13 +132,44 @@ pub struct TrainArguments {
     pub name: Option<String>,
 }
 
+impl TrainArguments {
+    /// The preset that was asked for, or the one that belongs to the network.
+    pub fn preset(&self) -> Preset {
+        self.preset.unwrap_or(match self.network {
+            NetworkChoice::Paper => Preset::Paper,
+            NetworkChoice::Compact | NetworkChoice::R50f => Preset::Ours,
+        })
+    }
+}
+
 /// Whose settings a training has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
     /// Beyond the paper: AdamW, warm-up and cosine, averaged weights, windows; AdamW in steps 2 and 3
     Ours,
-    /// The paper's values
+    /// The paper's optimisers, rates, batches, epochs; its losses in steps 2 and 3, as means
     Paper,
+}
+
+/// What step 3 does about light and colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightChoice {
+    /// Nothing, as the paper: for a template in the colours of the camera that recorded
+    Ignored,
+    /// The template in the camera's colours, found once for the recording: made in one place, of a print
+    Recorded,
+    /// A gain and an offset fitted to each image and colour: light that changes within a recording
+    Fitted,
+}
+
+impl From<LightChoice> for Light {
+    fn from(choice: LightChoice) -> Self {
+        match choice {
+            LightChoice::Ignored => Self::Ignored,
+            LightChoice::Recorded => Self::Recorded,
+            LightChoice::Fitted => Self::Fitted,
+        }
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -170,13 +206,14 @@ pub mod tests {
             data: Vec::new(),
             stages: vec![1],
             recording: None,
-            preset: Preset::Ours,
+            preset: None,
             network: NetworkChoice::Compact,
             width_divisor: 1,
             minutes: None,
             samples: None,
             epochs: None,
             total_variation: None,
+            light: None,
             held_out: 0.25,
             evaluate_every: 120.0,
             resume: false,

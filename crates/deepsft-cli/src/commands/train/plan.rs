@@ -66,7 +66,7 @@ impl<'a> Plan<'a> {
 
     /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.
     pub fn take_training_samples(&mut self, arguments: &TrainArguments, samples: u64) {
-        if arguments.preset == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
+        if arguments.preset() == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
             self.config.budget = Budget::paper_epochs(samples);
         }
     }
@@ -103,10 +103,10 @@ impl<'a> Plan<'a> {
 }
 
 fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
-    let defaults = match arguments.preset {
+    let defaults = match arguments.preset() {
         Preset::Ours => TrainConfig {
             budget: Budget::Seconds(3600.0),
-            ..TrainConfig::default()
+            ..TrainConfig::ours()
         },
         Preset::Paper => TrainConfig::paper(),
     };
@@ -145,6 +145,9 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         config.depth_loss.total_variation = lambda;
         config.photo_consistency.total_variation = lambda;
     }
+    if let Some(light) = arguments.light {
+        config.photo_consistency.light = light.into();
+    }
     Ok(config)
 }
 
@@ -157,8 +160,10 @@ fn beside(out: &Path, ending: &str) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::super::arguments::LightChoice;
     use super::super::arguments::tests::arguments;
     use super::*;
+    use deepsft_train::Light;
 
     #[test]
     fn checkpoints_lie_beside_the_bundle() {
@@ -224,7 +229,7 @@ mod tests {
     #[test]
     fn the_papers_preset_ends_after_the_papers_epochs() {
         let paper = TrainArguments {
-            preset: Preset::Paper,
+            preset: Some(Preset::Paper),
             epochs: Some(3),
             ..arguments("a")
         };
@@ -239,7 +244,7 @@ mod tests {
         let budget = |preset, samples, minutes| {
             let arguments = TrainArguments {
                 data: vec!["d".into()],
-                preset,
+                preset: Some(preset),
                 samples,
                 minutes,
                 ..arguments("a")
@@ -291,8 +296,44 @@ mod tests {
     }
 
     #[test]
+    fn the_papers_network_has_the_papers_settings_unless_others_are_asked_for() {
+        for (network, preset, expected) in [
+            (NetworkChoice::Compact, None, Preset::Ours),
+            (NetworkChoice::R50f, None, Preset::Ours),
+            (NetworkChoice::Paper, None, Preset::Paper),
+            (NetworkChoice::Paper, Some(Preset::Ours), Preset::Ours),
+            (NetworkChoice::Compact, Some(Preset::Paper), Preset::Paper),
+        ] {
+            let arguments = TrainArguments {
+                network,
+                preset,
+                ..arguments("a")
+            };
+            assert_eq!(arguments.preset(), expected, "{network:?} {preset:?}");
+        }
+    }
+
+    #[test]
+    fn light_is_as_the_preset_has_it_unless_it_is_asked_for() {
+        for (preset, given, light) in [
+            (Preset::Ours, None, Light::Recorded),
+            (Preset::Paper, None, Light::Ignored),
+            (Preset::Ours, Some(LightChoice::Fitted), Light::Fitted),
+            (Preset::Paper, Some(LightChoice::Recorded), Light::Recorded),
+            (Preset::Ours, Some(LightChoice::Ignored), Light::Ignored),
+        ] {
+            let config = config(&TrainArguments {
+                preset: Some(preset),
+                light: given,
+                ..arguments("a")
+            });
+            assert_eq!(config.unwrap().photo_consistency.light, light, "{preset:?} {given:?}");
+        }
+    }
+
+    #[test]
     fn the_seed_of_the_held_out_images_is_refused() {
-        for seed in [TrainConfig::default().held_out_seed, ACCURACY_SEED] {
+        for seed in [TrainConfig::ours().held_out_seed, ACCURACY_SEED] {
             let held_out = TrainArguments { seed, ..arguments("a") };
             assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
         }

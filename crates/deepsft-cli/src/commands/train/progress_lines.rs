@@ -59,7 +59,9 @@ fn line(point: &CurvePoint) -> String {
 
 /// A loss with three digits that say something.
 fn number(loss: f64) -> String {
-    if (0.01..1e4).contains(&loss.abs()) {
+    if loss.is_nan() {
+        "not measured".to_owned()
+    } else if (0.01..1e4).contains(&loss.abs()) {
         format!("{loss:.3}")
     } else {
         format!("{loss:.2e}")
@@ -92,6 +94,11 @@ mod tests {
         };
         let told = line(&point);
         assert!(told.ends_with("loss 1.23e-4  depth 12.35 mm  E_pr 0.1234"), "{told}");
+        let without = line(&CurvePoint {
+            loss: f64::NAN,
+            ..point
+        });
+        assert!(without.contains("loss not measured  depth"), "{without}");
         assert_eq!(
             (duration(89.4), duration(600.0)),
             ("89 s".to_owned(), "10 min".to_owned())

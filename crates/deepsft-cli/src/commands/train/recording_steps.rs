@@ -63,7 +63,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         frames.held_out.len(),
         frames.left_out
     );
-    println!("{}", told(&frames.colors));
+    println!("{}", colors_line(&frames.colors));
     let data = RefinementData {
         frames: &frames,
         template: bundle.template(),
@@ -141,7 +141,7 @@ impl RefinedBundle {
 }
 
 /// How the camera shows colours, for people.
-fn told(colors: &ColorResponse) -> String {
+fn colors_line(colors: &ColorResponse) -> String {
     let of = |values: [f64; 3], digits: usize| values.map(|value| format!("{value:.digits$}")).join(" / ");
     format!(
         "the camera shows the template's red / green / blue times {}, plus {} of 255",
@@ -175,7 +175,7 @@ const FIGURES: [(&str, Figure, usize); 6] = [
     ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
     ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
     ("E_pr", |f| f.photometric_error, 4),
-    ("E_pr, the template's own colours", |f| f.own_colors_photometric_error, 4),
+    ("E_pr, camera's colours", |f| f.recorded_colors_photometric_error, 4),
     ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
     ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
 ];
@@ -232,7 +232,7 @@ mod tests {
                 mean: 0.125,
                 median: 0.1,
             }),
-            own_colors_photometric_error: None,
+            recorded_colors_photometric_error: None,
             relit_photometric_error: None,
             depth_rmse_mm: None,
             registration_rmse_px: None,

@@ -5,9 +5,9 @@ ResNet-50, in plain numpy and double precision, batch normalisation unfolded, de
 convolutions. Weights and image are the same formula of names and indices in both programs, so that no file holds them.
 The networks have 1/16 of the paper's widths.
 
-    python golden_resnet.py ../../deepsft/tests/golden
+    python -B golden_resnet.py FOLDER
 
-Needs numpy only, in the version that requirements.txt pins."""
+writes paper.json and r50f.json. Of what requirements.txt locks it needs numpy only."""
 
 import json
 import sys

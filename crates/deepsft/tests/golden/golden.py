@@ -1,13 +1,18 @@
 """Writes the golden network that a test of the crate `deepsft` compares itself with: a small network of random weights,
 a random image, and what ONNX Runtime computes from them.
 
-    python golden.py ../../deepsft/tests/golden"""
+    python -B golden.py FOLDER
+
+writes network.json and arrays.f32. requirements.txt is the environment that wrote those that lie here. The graph is the
+one that `cargo xtask bench` compares us with."""
 
 import sys
 from pathlib import Path
 
 import numpy as np
 import onnxruntime
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "xtask" / "bench"))
 
 import network_onnx
 import plain_arrays
