@@ -1,7 +1,7 @@
 //! Shards read out of order: where each sample lies is found once, the samples are read when they are asked for.
 
-use crate::dataset::PendingSample;
-use crate::{SampleRecord, ShardReader, SynthError};
+use crate::shard_reader::{PendingSample, ShardReader};
+use crate::{SampleRecord, SynthError};
 use deepsft_geometry::Camera;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

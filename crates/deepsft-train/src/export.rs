@@ -11,8 +11,9 @@ use deepsft_synth::Synthesizer;
 /// Frames that set the rule for "found" and the accuracy on the card.
 const FRAMES: u64 = 160;
 
-/// Seed of those frames, beside the training's and the held-out set's.
-const SEED: u64 = 0xca1b;
+/// Seed of the frames that set the rule for "found" and the accuracy on a model's card: not one to train with, nor that of
+/// the held-out frames.
+pub const ACCURACY_SEED: u64 = 0xca1b;
 
 /// Confidence a frame must have at least, whatever the frames say.
 const LEAST_CONFIDENCE: f64 = 0.1;
@@ -45,7 +46,7 @@ pub fn export_bundle(
     };
     let mut bundle = ModelBundle::new(trained.network, template, synthesizer.config().camera, card);
     let estimator = Estimator::new(&bundle, &Device::flex())?;
-    let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
+    let samples = (0..FRAMES).map(|index| synthesizer.sample(ACCURACY_SEED, index));
     let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _| {})?;
     let mut card = bundle.card().clone();
     card.found.least_confidence = separating_confidence(&evaluation, card.found.least_area);

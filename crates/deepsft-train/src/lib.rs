@@ -39,7 +39,7 @@ pub use config::{Budget, RefinementSteps, TrainConfig};
 pub use error::TrainError;
 pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
 pub use evaluation_frame::{EvaluationFrame, FrameTruth};
-pub use export::export_bundle;
+pub use export::{ACCURACY_SEED, export_bundle};
 pub use loss::{
     DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,
     TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss,

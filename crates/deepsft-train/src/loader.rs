@@ -248,8 +248,15 @@ mod tests {
         count: u64,
     ) -> Result<Vec<TrainingBatch>, TrainError> {
         let mut loader = Loader::start(source, targets, SEED, Some(11), 2);
-        (0..count).for_each(|batch| loader.ask(batch * shape.frames as u64, shape));
-        (0..count).map(|_| loader.take()).collect()
+        let mut asked = 0;
+        let mut next = || {
+            while loader.wanted() > 0 {
+                loader.ask(asked, shape);
+                asked += shape.frames as u64;
+            }
+            loader.take()
+        };
+        (0..count).map(|_| next()).collect()
     }
 
     fn values(tensor: Tensor<4>) -> Vec<f32> {

@@ -6,7 +6,7 @@ use crate::progress;
 use anyhow::{Result, anyhow};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards, SynthError};
-use deepsft_train::{SampleSource, StoredSamples, TrainError};
+use deepsft_train::{ACCURACY_SEED, SampleSource, StoredSamples, TrainError};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -80,6 +80,12 @@ fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
         return recording.blame("data set", folder);
     }
     let description = dataset::open(folder)?;
+    if description.seed == ACCURACY_SEED {
+        let measured = Err(anyhow!(
+            "its seed {ACCURACY_SEED} is that of the images on which the accuracy of a model is measured"
+        ));
+        return measured.blame("data set", folder);
+    }
     dataset::check_template(&description, template).blame("data set", folder)?;
     dataset::check_shards(folder, &description)?;
     Ok(description)

@@ -4,7 +4,7 @@ use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
 use crate::network_choice::NetworkChoice;
 use anyhow::Result;
-use deepsft_train::{Budget, RefinementStep, TrainConfig};
+use deepsft_train::{ACCURACY_SEED, Budget, RefinementStep, TrainConfig};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -110,7 +110,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         },
         Preset::Paper => TrainConfig::paper(),
     };
-    if arguments.seed == defaults.held_out_seed {
+    if [defaults.held_out_seed, ACCURACY_SEED].contains(&arguments.seed) {
         return Err(usage(format!(
             "--seed {} is that of the held-out images: choose another one",
             arguments.seed
@@ -333,10 +333,9 @@ mod tests {
 
     #[test]
     fn the_seed_of_the_held_out_images_is_refused() {
-        let held_out = TrainArguments {
-            seed: TrainConfig::ours().held_out_seed,
-            ..arguments("a")
-        };
-        assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
+        for seed in [TrainConfig::ours().held_out_seed, ACCURACY_SEED] {
+            let held_out = TrainArguments { seed, ..arguments("a") };
+            assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
+        }
     }
 }
