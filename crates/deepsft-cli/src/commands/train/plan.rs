@@ -66,7 +66,7 @@ impl<'a> Plan<'a> {
 
     /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.
     pub fn take_training_samples(&mut self, arguments: &TrainArguments, samples: u64) {
-        if arguments.preset == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
+        if arguments.preset() == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
             self.config.budget = Budget::paper_epochs(samples);
         }
     }
@@ -244,7 +244,7 @@ mod tests {
         let budget = |preset, samples, minutes| {
             let arguments = TrainArguments {
                 data: vec!["d".into()],
-                preset,
+                preset: Some(preset),
                 samples,
                 minutes,
                 ..arguments("a")
