@@ -40,9 +40,9 @@ over pixels where it prints sums. It does not choose the network, whose loss in 
 L1 and bins), nor the images: the paper's are --network paper and --images paper. --preset ours is what was measured to
 work on the compact network in the time of a CPU.
 
---network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they are for
-a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes narrow
-ones (ours, not the paper's) that a CPU can train to see that everything works.
+--network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they
+are for a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes
+narrow ones (ours, not the paper's) that a CPU can train to see that everything works.
 
 --devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.
 The loss is that of the whole batch; batch normalisation (paper, r50f) sees each share alone. On the cpu a device is a
