@@ -143,15 +143,20 @@ fn object(template: &Template) -> String {
 
 fn row(point: &CurvePoint) -> String {
     let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    let loss = measured_loss(point).map_or_else(|| "-".to_owned(), |loss| format!("{loss:.3}"));
     format!(
-        "| {} | {:.2} | {:.3} | {} | {} | {} |\n",
+        "| {} | {:.2} | {loss} | {} | {} | {} |\n",
         point.samples,
         point.seconds / 3600.0,
-        point.loss,
         figure(point.registration_rmse_px),
         figure(point.depth_rmse_mm),
         figure(point.mask_iou),
     )
+}
+
+/// The loss where it was measured, see [`CurvePoint::loss`].
+fn measured_loss(point: &CurvePoint) -> Option<f64> {
+    Some(point.loss).filter(|loss| !loss.is_nan())
 }
 
 /// The curve as comma-separated values with a line of names; a figure that no image has is left empty.
@@ -163,7 +168,7 @@ pub fn curve_csv(curve: &[CurvePoint]) -> String {
         let cells = [
             point.samples.to_string(),
             point.seconds.to_string(),
-            point.loss.to_string(),
+            figure(measured_loss(point)),
             point.learning_rate.to_string(),
             figure(point.registration_rmse_px),
             figure(point.depth_rmse_mm),
@@ -194,10 +199,16 @@ mod tests {
             mask_iou: Some(0.0),
             photometric_error: None,
         };
-        let csv = curve_csv(&[point, point]);
+        let first = CurvePoint {
+            loss: f64::NAN,
+            ..point
+        };
+        let csv = curve_csv(&[point, first]);
         let lines: Vec<&str> = csv.lines().collect();
         assert_eq!(lines.len(), 3);
         assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0,");
+        assert_eq!(lines[2], "64,1.5,,0.001,,12.5,0,");
+        assert_eq!(row(&first), "| 64 | 0.00 | - | - | 12.50 | 0.00 |\n");
         assert_eq!(lines[0].matches(',').count(), lines[1].matches(',').count());
     }
 
