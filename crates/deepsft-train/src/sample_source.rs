@@ -54,8 +54,8 @@ impl SampleSource for Synthesizer {
     }
 }
 
-/// The samples of data sets on disk, one set after the other. The end of the last one is held out: a tenth of all samples,
-/// at most as many frames as asked for.
+/// The samples of data sets on disk, one set after the other. The end is held out: the last tenth of all samples, at most as
+/// many as asked for.
 #[derive(Clone, Debug)]
 pub struct StoredSamples {
     shards: IndexedShards,

@@ -32,8 +32,8 @@ poster to print) are kept.
 
 --data DIR trains step 1 on data sets that `deepsft synth` wrote, instead of new images: where images are dear to make or
 several trainings are to see the same ones. All samples come once an epoch, in another order each time; windows are cut
-anew. The end of the last set is never trained on but measured on: a tenth of all samples, at most 48. Samples are read
-when they are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
+anew. Their end is never trained on but measured on: the last tenth of all samples, at most 48. Samples are read when they
+are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
 
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
 over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
