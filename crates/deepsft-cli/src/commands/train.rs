@@ -82,12 +82,12 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         device,
         description,
     };
-    let mut bundle = match start {
+    let (mut bundle, curve) = match start {
         Start::Template(_) => training.step_one()?,
-        Start::Bundle(bundle) => *bundle,
+        Start::Bundle(bundle) => (*bundle, Vec::new()),
     };
     if let Some(recording) = plan.recording {
-        bundle = training.recording_steps(bundle, recording)?;
+        bundle = training.recording_steps(bundle, &curve, recording)?;
     }
     println!("model bundle: {} ({})", arguments.out.display(), bundle.name());
     Ok(())

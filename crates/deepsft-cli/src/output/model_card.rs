@@ -42,21 +42,24 @@ pub fn card(bundle: &ModelBundle, course: &Course<'_>) -> String {
         .chain(curve.last().filter(|_| curve.len() > 1))
         .map(row)
         .collect();
-    let course = match refinement {
-        None => format!(
+    let step_one = if curve.is_empty() {
+        String::new()
+    } else {
+        format!(
             "\
 ![Accuracy against samples seen](curve.png)
 
-`{CURVE_FILE}` is the whole curve, measured on held-out synthetic images; its ends are
+`{CURVE_FILE}` is the whole curve of step 1, measured on held-out synthetic images; its ends are
 
 | samples | hours | loss | registration px | depth mm | mask IoU |
 |---|---|---|---|---|---|
-{first_and_last}"
-        ),
-        Some(table) => {
-            format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n")
-        }
+{first_and_last}
+"
+        )
     };
+    let recording_steps = refinement.map_or_else(String::new, |table| {
+        format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n\n")
+    });
     format!(
         "\
 # {name}
@@ -78,8 +81,7 @@ It knows no other object.
 | hours | {hours:.2} |
 | device | {kind}: {adapter} |
 
-{course}
-## Accuracy
+{step_one}{recording_steps}## Accuracy
 
 On {frames} held-out synthetic images made on the fly{note}: registration RMSE {px} px of the canonical image and depth RMSE
 {mm} mm (medians over the images that show the {kind_of_object}), mask IoU {iou} (mean). Measure it again, on more:
@@ -101,10 +103,10 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         focal = camera.focal().x,
         version = provenance.deepsft_version,
         command = provenance.command,
-        origin = if refinement.is_some() {
-            "Refined on an RGB-D recording (steps 2 and 3 of the paper)"
-        } else {
-            "Trained on synthetic images alone"
+        origin = match (training_images, refinement) {
+            (Some(_), Some(_)) => "Trained on synthetic images and refined on an RGB-D recording (the steps of the paper)",
+            (None, Some(_)) => "Refined on an RGB-D recording (steps 2 and 3 of the paper)",
+            (_, None) => "Trained on synthetic images alone",
         },
         seed = provenance.seed,
         training_images = training_images

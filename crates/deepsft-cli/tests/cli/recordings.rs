@@ -124,3 +124,45 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
     fs::remove_dir_all(folder.path().join("recording/truth")).unwrap();
     assert_ne!(deepsft(folder.path(), &simulate).code, 0);
 }
+
+#[test]
+fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
+    let folder = tempfile::tempdir().unwrap();
+    write_template(folder.path(), "template");
+    let simulate = ["recording", "simulate", "--template", "template", "--frames", "8"];
+    deepsft(folder.path(), &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
+    let steps = ["train", "--stages", "1,2,3", "--template", "template"];
+    let options = [
+        "--recording",
+        "recording",
+        "--samples",
+        "32",
+        "--epochs",
+        "1",
+        "--out",
+        "three",
+    ];
+    let run = deepsft(folder.path(), &[&steps[..], &options].concat());
+    for part in [
+        " 0 samples",
+        " 32 samples",
+        "| before |",
+        "| after step 2 |",
+        "| after step 3 |",
+    ] {
+        assert!(run.succeeds().stdout.contains(part), "{part} is not in {}", run.stdout);
+    }
+    let three = folder.path().join("three");
+    deepsft(folder.path(), &["bundle", "verify", "three"]).succeeds();
+    let card = fs::read_to_string(three.join("CARD.md")).unwrap();
+    for part in [
+        "Trained on synthetic images and refined",
+        "| 0 | 0.00 | - |",
+        "| after step 3 |",
+    ] {
+        assert!(card.contains(part), "{part} is not in {card}");
+    }
+    for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "refinement.json"] {
+        assert!(three.join(file).is_file(), "{file}");
+    }
+}

@@ -29,8 +29,8 @@ pub struct Training<'a> {
 }
 
 impl Training<'_> {
-    /// Step 1: a bundle from nothing, written.
-    pub fn step_one(&self) -> Result<ModelBundle> {
+    /// Step 1: a bundle from nothing, written, and how it learned.
+    pub fn step_one(&self) -> Result<(ModelBundle, Vec<CurvePoint>)> {
         let (template, config) = (self.synthesizer.template(), &self.plan.config);
         let mut network = self.arguments.network.config(
             self.arguments.width_divisor.into(),
@@ -49,11 +49,11 @@ impl Training<'_> {
         let trained = blame_shard(trained)?;
         bar.finish_and_clear();
         let curve = trained.state.curve.clone();
-        self.write(trained, &curve, None)
+        Ok((self.write(trained, &curve, None)?, curve))
     }
 
-    /// Steps 2 and 3: a bundle from another one, written.
-    pub fn recording_steps(&self, bundle: ModelBundle, recording: &Path) -> Result<ModelBundle> {
+    /// Steps 2 and 3: a bundle from another one, written. `curve` is how that learned, if it did so now.
+    pub fn recording_steps(&self, bundle: ModelBundle, curve: &[CurvePoint], recording: &Path) -> Result<ModelBundle> {
         let refined = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
         println!("\n{}", refined.table);
         let before = &bundle.card().provenance;
@@ -65,7 +65,7 @@ impl Training<'_> {
                 ..Checkpoint::default()
             },
         };
-        self.write(trained, &[], Some(refined))
+        self.write(trained, curve, Some(refined))
     }
 
     /// The card of a bundle.
