@@ -156,9 +156,9 @@ pub enum Preset {
 pub enum LightChoice {
     /// Nothing, as the paper: for a template in the colours of the camera that recorded
     Ignored,
-    /// The template in the camera's colours, found once for the recording: made in one place, of a print
+    /// The template in the camera's colours: a gain and an offset a colour, found once for the recording
     Recorded,
-    /// A gain and an offset fitted to each image and colour: light that changes within a recording
+    /// A gain and an offset fitted to each image and colour
     Fitted,
 }
 
