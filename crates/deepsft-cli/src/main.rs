@@ -61,7 +61,7 @@ enum Command {
     Poster(commands::poster::PosterArguments),
     /// Write a synthetic data set of a template: images with exact depth and registration.
     Synth(commands::synth::SynthArguments),
-    /// Train a network for a template: on synthetic images made on the fly, then on an RGB-D recording.
+    /// Train a network for a template: on synthetic images made on the fly or on disk, then on an RGB-D recording.
     Train(commands::train::TrainArguments),
     /// Simulate and check RGB-D recordings, which training steps 2 and 3 learn from.
     #[command(subcommand)]

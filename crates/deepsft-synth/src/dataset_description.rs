@@ -1,6 +1,7 @@
 //! `dataset.json`: what a data set is, beside its shards.
 
 use crate::dataset::{DEPTH_UNITS_PER_MM, UV_ONE};
+use crate::synthesizer::template_fingerprint;
 use crate::{EdgeLengthChange, EdgeLengthHistogram, SynthConfig, SynthError};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,9 @@ pub struct DatasetDescription {
     pub shard_bytes: Vec<u64>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
+    /// Differs when the template's mesh or texture does, in hexadecimal; empty in sets of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub template_fingerprint: String,
     /// Unit of the depth files, mm.
     pub depth_unit_mm: f64,
     /// What 1 of u and v is in the registration files.
@@ -97,6 +101,11 @@ impl EdgeLengthSummary {
     }
 }
 
+/// See [`DatasetDescription::template_fingerprint`].
+fn template_fingerprint_text(template: &Template) -> String {
+    format!("{:016x}", template_fingerprint(0, template))
+}
+
 impl DatasetDescription {
     /// The description of `samples` samples of `template`, made with `config` and `seed`, in `shards`.
     pub fn new(template: &Template, config: &SynthConfig, seed: u64, samples: u64, shards: Vec<String>) -> Self {
@@ -109,6 +118,7 @@ impl DatasetDescription {
             shards,
             shard_bytes: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
+            template_fingerprint: template_fingerprint_text(template),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,
             configuration_fingerprint: format!("{:016x}", config.fingerprint()),
@@ -117,6 +127,13 @@ impl DatasetDescription {
             edge_length_change: None,
             handle_shapes: None,
         }
+    }
+
+    /// Whether the set is of `template`, as far as it says: its size, and its mesh and texture unless an earlier version
+    /// wrote it.
+    pub fn is_of(&self, template: &Template) -> bool {
+        let known = [String::new(), template_fingerprint_text(template)];
+        self.template_size_mm == template.size_mm().to_array() && known.contains(&self.template_fingerprint)
     }
 
     /// The text of `dataset.json`.

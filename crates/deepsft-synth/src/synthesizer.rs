@@ -135,20 +135,8 @@ impl Synthesizer {
 
     /// A number that differs when samples of the same seed and index would: of template, configuration and photographs.
     pub fn fingerprint(&self) -> u64 {
-        let mesh = self.template.mesh();
-        let shape = mesh.vertices().iter().flat_map(|p| p.to_array()).map(f64::to_bits);
-        let uv = mesh
-            .texture_coordinates()
-            .iter()
-            .flat_map(|uv| uv.to_array())
-            .map(f64::to_bits);
-        let faces = mesh.faces().iter().flatten().map(|&vertex| vertex as u64);
         let start = mix(self.config.fingerprint() ^ self.photographs_fingerprint);
-        let all = shape
-            .chain(uv)
-            .chain(faces)
-            .fold(start, |hash, value| mix(hash ^ value));
-        fingerprint(all, self.template.texture())
+        template_fingerprint(start, &self.template)
     }
 
     /// Relative changes of the lengths of the mesh's edges in a sample, one an edge; none without the template.
@@ -277,6 +265,23 @@ impl Sample {
             towards_light: light.towards_light.as_dvec3(),
         }
     }
+}
+
+/// Folds the mesh and the texture of a template into a fingerprint.
+pub(crate) fn template_fingerprint(start: u64, template: &Template) -> u64 {
+    let mesh = template.mesh();
+    let shape = mesh.vertices().iter().flat_map(|p| p.to_array()).map(f64::to_bits);
+    let uv = mesh
+        .texture_coordinates()
+        .iter()
+        .flat_map(|uv| uv.to_array())
+        .map(f64::to_bits);
+    let faces = mesh.faces().iter().flatten().map(|&vertex| vertex as u64);
+    let all = shape
+        .chain(uv)
+        .chain(faces)
+        .fold(start, |hash, value| mix(hash ^ value));
+    fingerprint(all, template.texture())
 }
 
 /// Folds the size and the bytes of a picture into a fingerprint.

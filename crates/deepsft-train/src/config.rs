@@ -29,7 +29,7 @@ impl Budget {
 ///
 /// | | the paper ([`TrainConfig::paper`]) | ours ([`TrainConfig::ours`]) |
 /// |---|---|---|
-/// | step 1 | Adam 1e-3, betas 0.9, batches of 7 whole frames, 40 epochs of 47,000 | AdamW with clipping, warm-up and cosine from 2e-3, windows before frames, averaged weights, never the same sample twice |
+/// | step 1 | Adam 1e-3, betas 0.9, batches of 7 whole frames, 40 epochs of 47,000 | AdamW with clipping, warm-up and cosine from 2e-3, windows before frames, averaged weights, ever new samples where they are made on the fly |
 /// | step 2 | SGD 1e-5, batches of 7, 10 epochs | AdamW 1e-4, averaged weights |
 /// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference | AdamW from 1e-3, falling, averaged weights, c = 60 of the difference, the template in the camera's colours |
 ///

@@ -83,7 +83,7 @@ pub struct SimulateArguments {
     /// Write where the sheet is seen, as a recording that was segmented brings it
     #[arg(long)]
     masks: bool,
-    /// Give every take other light, paper and camera settings: made in many places, with a print for each
+    /// Give every take other light, paper and camera settings, as if made in many places
     #[arg(long)]
     changing_place: bool,
     /// Folder to write; an older simulated recording there is replaced

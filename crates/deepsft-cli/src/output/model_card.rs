@@ -16,7 +16,7 @@ pub struct Course<'a> {
     pub device: &'a DeviceDescription,
     /// The images of step 1, if it was made.
     pub training_images: Option<String>,
-    /// The curve of step 1, if it was made last.
+    /// The curve of step 1, if the same command made it; else empty.
     pub curve: &'a [CurvePoint],
     /// The table of steps 2 and 3, if they were made.
     pub refinement: Option<&'a str>,

@@ -2,7 +2,7 @@
 
 use crate::common::{deepsft, template, write_files, write_template};
 use deepsft::template_to_files;
-use deepsft_geometry::Template;
+use deepsft_geometry::{Picture, Template};
 use std::fs;
 
 const FAILED: i32 = 1;
@@ -20,7 +20,7 @@ fn a_training_on_data_sets_makes_a_bundle_and_goes_on_with_no_others() {
         run(&synth).succeeds();
     }
 
-    let train = "train --template template --out model --samples 16 --data set";
+    let train = "train --template template --out model --samples 16 --images paper --data set";
     let trained = run(&format!("{train} --data parts"));
     let told = &trained.succeeds().stdout;
     assert!(
@@ -35,6 +35,7 @@ fn a_training_on_data_sets_makes_a_bundle_and_goes_on_with_no_others() {
         ),
         "{card}"
     );
+    assert!(card.contains("made on the fly, the paper's ranges"), "{card}");
 
     // Another data set, none, and another preset.
     for (other, what) in [
@@ -75,7 +76,13 @@ fn data_sets_that_cannot_be_trained_on_are_told_before_the_training_begins() {
     fails("measured", &["data set measured", "seed 51739", "accuracy"]);
     fails("set --data set", &["sample 0 of seed 5 is in two"]);
     train("--template wide --data set").fails(INVALID_INPUT, &["data set set", "200 x 150 mm, not 210 x 150 mm"]);
-    train("--template template --data set --images paper").fails(USAGE, &["--images", "made on the fly"]);
+    let mut other = template().texture().clone().into_rgb();
+    other[0] ^= 1;
+    let texture = template().texture().clone();
+    let other = Picture::new(texture.width(), texture.height(), other).unwrap();
+    let other = Template::thin_shell(other, 200.0, 150.0).unwrap();
+    write_files(&folder.join("other"), &template_to_files(&other).unwrap());
+    train("--template other --data set").fails(INVALID_INPUT, &["data set set", "another template", "texture"]);
     run("train --out model --model m --stages 2 --recording recording --data set").fails(USAGE, &["for step 1"]);
 
     // Cut, and with a size that is right but a sample that is missing.

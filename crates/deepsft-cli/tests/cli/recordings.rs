@@ -129,7 +129,15 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
 fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
     let folder = tempfile::tempdir().unwrap();
     write_template(folder.path(), "template");
-    let simulate = ["recording", "simulate", "--template", "template", "--frames", "8"];
+    let simulate = [
+        "recording",
+        "simulate",
+        "--template",
+        "template",
+        "--frames",
+        "8",
+        "--changing-place",
+    ];
     deepsft(folder.path(), &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
     let steps = ["train", "--stages", "1,2,3", "--template", "template"];
     let options = [
@@ -139,6 +147,8 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
         "32",
         "--epochs",
         "1",
+        "--light",
+        "fitted",
         "--out",
         "three",
     ];
@@ -152,6 +162,8 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
     ] {
         assert!(run.succeeds().stdout.contains(part), "{part} is not in {}", run.stdout);
     }
+    let readme = fs::read_to_string(folder.path().join("recording/README.md")).unwrap();
+    assert!(readme.contains("camera settings: others in every take"), "{readme}");
     let three = folder.path().join("three");
     deepsft(folder.path(), &["bundle", "verify", "three"]).succeeds();
     let card = fs::read_to_string(three.join("CARD.md")).unwrap();

@@ -21,8 +21,8 @@ The paper's three steps (section 4):
 Steps 2 and 3 need --recording, and --model when step 1 is not among them; what they do not train stays bit for bit as
 it is. Their end is held out: what it says before and after is printed, and kept with the curves in the bundle.
 
-Step 1: ten minutes on two cores show that it works, an hour or more makes a model that is worth using. Every two
-minutes the model is measured on held-out images and a checkpoint is saved to BUNDLE.checkpoint, beside the bundle; steps
+Step 1: ten minutes on two cores show that it works, an hour or more makes a model that is worth using. Before it, and
+every two minutes, the model is measured on held-out images and a checkpoint is saved to BUNDLE.checkpoint, beside the bundle; steps
 2 and 3 save BUNDLE.step-2.checkpoint and BUNDLE.step-3.checkpoint after every epoch. The bundle is written at the end. A
 training that was stopped, in whatever way, goes on with --resume; one that has ended goes on with --resume and a larger
 budget. A step that goes on changes the network that later steps of the same command had started from: they begin anew,
@@ -33,7 +33,8 @@ poster to print) are kept.
 --data DIR trains step 1 on data sets that `deepsft synth` wrote, instead of new images: where images are dear to make or
 several trainings are to see the same ones. All samples come once an epoch, in another order each time; windows are cut
 anew. Their end is never trained on but measured on: the last tenth of all samples, at most 48. Samples are read when they
-are wanted, so sets may be larger than memory. The accuracy on the card is that on images made on the fly.
+are wanted, so sets may be larger than memory. The accuracy on the card, and from when on the object counts as found, are
+measured on images made on the fly all the same: --images, --camera-effects and --backgrounds then choose those alone.
 
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
 over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
@@ -54,9 +55,10 @@ Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft synth --template cover --count 5000 --seed 5 --images paper --out cover-data
-  deepsft train --template cover --data cover-data --out cover-model --minutes 60
+  deepsft train --template cover --data cover-data --images paper --out cover-model --minutes 60
   deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
   deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
+  deepsft train --network paper --width-divisor 16 --images paper --template cover --out cover-narrow --minutes 60
   deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
   deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
@@ -84,15 +86,15 @@ pub struct TrainArguments {
     #[arg(long, value_name = "PRESET", value_enum)]
     pub preset: Option<Preset>,
     /// Network that step 1 trains
-    #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact)]
+    #[arg(long, value_name = "NETWORK", value_enum, default_value_t = NetworkChoice::Compact, conflicts_with = "model")]
     pub network: NetworkChoice,
     /// Divide the widths of --network paper or r50f by this; time and memory go with its square
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub width_divisor: u16,
-    /// Minutes of step 1 in all, resumed ones included [default: 60]
+    /// Minutes of step 1 in all, resumed ones included [default: 60, with the paper's preset its samples]
     #[arg(long, value_name = "M", value_parser = positive)]
     pub minutes: Option<f64>,
-    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default of --preset paper: 1880000, or 40 times what --data has]
+    /// Training samples of step 1 in all, instead of minutes; repeatable on the CPU [default with the paper's preset: 1880000, or 40 times what --data has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub samples: Option<u64>,
     /// Epochs of steps 2 and 3 [default: 10]
@@ -101,7 +103,7 @@ pub struct TrainArguments {
     /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
     #[arg(long, value_name = "LAMBDA", value_parser = weight)]
     pub total_variation: Option<f64>,
-    /// What step 3 does about light and colours before it compares [default: recorded; ignored with --preset paper]
+    /// What step 3 does about light and colours before it compares [default: recorded; with the paper's preset ignored]
     #[arg(long, value_name = "LIGHT", value_enum)]
     pub light: Option<LightChoice>,
     /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on

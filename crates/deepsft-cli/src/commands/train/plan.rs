@@ -31,15 +31,8 @@ impl<'a> Plan<'a> {
                 "steps 2 and 3 start from --model"
             }));
         }
-        if !arguments.data.is_empty() {
-            if !synthetic {
-                return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
-            }
-            if !arguments.images.note().is_empty() {
-                return Err(usage(
-                    "--images, --camera-effects and --backgrounds are for images made on the fly: those of --data are as they are",
-                ));
-            }
+        if !arguments.data.is_empty() && !synthetic {
+            return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
         }
         let steps: Vec<RefinementStep> = [RefinementStep::Depth, RefinementStep::Registration]
             .into_iter()
@@ -260,23 +253,17 @@ mod tests {
     }
 
     #[test]
-    fn data_sets_are_for_step_one_and_are_as_they_are() {
+    fn data_sets_are_for_step_one() {
         let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
-        let with_data = || TrainArguments {
-            data: vec!["d".into()],
-            ..arguments("a")
-        };
         let without_step_one = TrainArguments {
             template: None,
             model: Some("m".into()),
             stages: vec![2],
             recording: Some("r".into()),
-            ..with_data()
+            data: vec!["d".into()],
+            ..arguments("a")
         };
         assert!(message(without_step_one).contains("--data is for step 1"));
-        let mut with_effects = with_data();
-        with_effects.images.camera_effects = true;
-        assert!(message(with_effects).contains("made on the fly"));
     }
 
     #[test]
