@@ -68,7 +68,7 @@ pub fn open(folder: &Path) -> Result<DatasetDescription> {
     }
 }
 
-/// Checks that a data set is of a template of the size of `template`.
+/// Checks that a data set is of `template`, see [`DatasetDescription::is_of`].
 pub fn check_template(description: &DatasetDescription, template: &Template) -> Result<()> {
     let [width, height] = description.template_size_mm;
     let size = template.size_mm();
@@ -78,6 +78,9 @@ pub fn check_template(description: &DatasetDescription, template: &Template) -> 
             size.x,
             size.y
         );
+    }
+    if !description.is_of(template) {
+        bail!("it is of another template: one of this size, with another texture or mesh");
     }
     Ok(())
 }

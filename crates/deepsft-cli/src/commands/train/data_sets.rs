@@ -87,12 +87,6 @@ fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
         return measured.blame("data set", folder);
     }
     dataset::check_template(&description, template).blame("data set", folder)?;
-    if !description.is_of(template) {
-        let another = Err(anyhow!(
-            "it is of another template: one of this size, with another texture or mesh"
-        ));
-        return another.blame("data set", folder);
-    }
     dataset::check_shards(folder, &description)?;
     Ok(description)
 }
