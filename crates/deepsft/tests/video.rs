@@ -21,7 +21,12 @@ fn bundle() -> ModelBundle {
         accuracy: Accuracy::default(),
     };
     let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
-    ModelBundle::new(network, Template::thin_shell(texture, 200.0, 150.0).unwrap(), camera, card)
+    ModelBundle::new(
+        network,
+        Template::thin_shell(texture, 200.0, 150.0).unwrap(),
+        camera,
+        card,
+    )
 }
 
 /// For each of some grey frames, whether the network ran on it and of which frame a detection arrived. The clock ticks by a
