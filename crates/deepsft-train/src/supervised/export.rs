@@ -1,9 +1,10 @@
 //! From a finished training to a model bundle: the rule for "found" is set and the accuracy measured
 //! on held-out frames.
 
-use crate::evaluate::Evaluation;
-use crate::trainer::Trained;
-use crate::{TrainConfig, TrainError};
+use super::training::Trained;
+use crate::TrainError;
+use crate::config::TrainConfig;
+use crate::evaluation::Evaluation;
 use burn::tensor::Device;
 use deepsft::{Accuracy, Estimator, FoundRule, ModelBundle, ModelCard, Provenance};
 use deepsft_synth::Synthesizer;
@@ -90,7 +91,7 @@ fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::FrameResult;
+    use crate::evaluation::FrameResult;
     use deepsft::Judgement;
 
     fn frame(has_template: bool, confidence: f32, area: f32) -> FrameResult {

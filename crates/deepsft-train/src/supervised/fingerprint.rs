@@ -1,7 +1,7 @@
 //! What a checkpoint of step 1 belongs to.
 
 use crate::config::TrainConfig;
-use crate::sample_source::SampleSource;
+use crate::data::SampleSource;
 use deepsft::NetworkConfig;
 use sha2::{Digest, Sha256};
 

@@ -1,6 +1,6 @@
 //! A batch of whole frames with their full-resolution labels, for the architectures that are trained on maps.
 
-use crate::batch::deal_frames;
+use super::window_batch::deal_frames;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{DepthRange, OUTSIDE};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};

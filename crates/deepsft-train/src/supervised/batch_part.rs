@@ -1,18 +1,11 @@
 //! Shares of a batch, one a device, whose losses sum to the loss of the whole.
 
-use crate::batch::Batch;
-use crate::loader::TrainingBatch;
-use crate::loss::{LossWeights, Reduction};
-use crate::recorded_frames::TrainingFrame;
-use burn::tensor::Tensor;
-
-/// Sizes of at most `parts` shares of `count` things: as even as can be, the larger ones first, none empty.
-pub fn share_sizes(count: usize, parts: usize) -> Vec<usize> {
-    let parts = parts.clamp(1, count.max(1));
-    (0..parts)
-        .map(|part| count / parts + usize::from(part < count % parts))
-        .collect()
-}
+use crate::TrainError;
+use crate::data::{Batch, TrainingBatch};
+use crate::device::{part_sizes, weighed};
+use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
+use burn::tensor::{Device, FloatDType, Tensor};
+use deepsft::Network;
 
 /// A share of a batch of step 1. The losses divide sums over the batch by what counts in it; a share divides by its own,
 /// so each of its terms is weighed by the part that is its own.
@@ -24,16 +17,11 @@ pub struct BatchShare {
     pub weight: f64,
 }
 
-/// `loss` times `weight`: untouched where that is 1.
-pub fn weighed(loss: Tensor<1>, weight: f64) -> Tensor<1> {
-    if weight == 1.0 { loss } else { loss * weight }
-}
-
 impl BatchShare {
     /// `batch` in at most `parts` shares; one is the batch itself with the weights as they are.
     pub fn of(batch: TrainingBatch, parts: usize, terms: &LossWeights) -> Vec<Self> {
         let frames = batch.frames();
-        let sizes = share_sizes(frames, parts);
+        let sizes = part_sizes(frames, parts);
         if sizes.len() == 1 {
             return vec![Self {
                 batch,
@@ -69,6 +57,29 @@ impl BatchShare {
             }
         }
     }
+
+    /// What is minimised, [1], of a share of a batch: ours for the compact network, the paper's for those that say
+    /// full-resolution maps. The network sees the images in `dtype`, the loss is in single precision.
+    pub fn loss(self, network: &Network, device: &Device, dtype: FloatDType) -> Result<Tensor<1>, TrainError> {
+        let Self { batch, terms, weight } = self;
+        let loss = match batch {
+            TrainingBatch::Cells(batch) => {
+                let compact = network.as_compact().ok_or_else(|| TrainError::Architecture {
+                    actual: network.config().architecture.name(),
+                    expected: "compact",
+                })?;
+                let tensors = batch.into_tensors(device);
+                let output = compact.forward_windows(tensors.images.clone().cast(dtype), &tensors.corners);
+                step_one_loss(output, &tensors, &terms).total
+            }
+            TrainingBatch::Maps(batch) => {
+                let tensors = batch.into_tensors(device);
+                let maps = network.forward_maps(tensors.images.cast(dtype));
+                supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total
+            }
+        };
+        Ok(weighed(loss, weight))
+    }
 }
 
 /// `terms` for `share` of a batch whose divisors are `whole`.
@@ -84,69 +95,13 @@ fn terms_of_share(share: &Batch, whole: [f64; 3], terms: &LossWeights) -> LossWe
     }
 }
 
-/// A share of a batch of steps 2 and 3.
-pub struct FrameShare<'a> {
-    pub frames: Vec<&'a TrainingFrame>,
-    /// Weight of its loss.
-    weight: f64,
-}
-
-impl<'a> FrameShare<'a> {
-    /// Its loss as it counts in the whole.
-    pub fn weighed(&self, loss: Tensor<1>) -> Tensor<1> {
-        weighed(loss, self.weight)
-    }
-
-    /// `frames` in at most `parts` shares. `counts`: the pixels of a frame that the loss's sums are divided by, as
-    /// `reduction` says.
-    pub fn of(
-        frames: &[&'a TrainingFrame],
-        parts: usize,
-        reduction: Reduction,
-        counts: impl Fn(&TrainingFrame) -> &[bool],
-    ) -> Vec<Self> {
-        let sizes = share_sizes(frames.len(), parts);
-        let divisor = |frames: &[&TrainingFrame]| {
-            let counted = |frame: &&TrainingFrame| counts(frame).iter().filter(|&&counts| counts).count();
-            frames.iter().map(counted).sum::<usize>().max(1) as f64
-        };
-        let weight = |share: &[&TrainingFrame]| match reduction {
-            Reduction::Mean if sizes.len() > 1 => divisor(share) / divisor(frames),
-            _ => 1.0,
-        };
-        let mut rest = frames;
-        let mut shares = Vec::new();
-        for &size in &sizes {
-            let (share, after) = rest.split_at(size);
-            rest = after;
-            shares.push(Self {
-                frames: share.to_vec(),
-                weight: weight(share),
-            });
-        }
-        shares
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::{BatchShape, TargetShape};
-    use crate::map_batch::MapBatch;
-    use crate::trainer::share_loss;
-    use burn::tensor::{Device, FloatDType};
-    use deepsft::{Architecture, Network, NetworkConfig, R50FConfig};
+    use crate::data::{BatchShape, MapBatch, Targets};
+    use deepsft::{Architecture, NetworkConfig, R50FConfig};
     use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{Sample, SynthConfig, Synthesizer};
-
-    #[test]
-    fn shares_are_as_even_as_can_be_and_never_empty() {
-        assert_eq!(share_sizes(7, 2), [4, 3]);
-        assert_eq!(share_sizes(6, 3), [2, 2, 2]);
-        assert_eq!(share_sizes(2, 3), [1, 1]);
-        assert_eq!(share_sizes(5, 1), [5]);
-        assert_eq!(share_sizes(0, 4), [0]);
-    }
 
     const SIZE_MM: [f64; 2] = [180.0, 120.0];
 
@@ -162,7 +117,7 @@ mod tests {
         let device = Device::flex();
         let terms = LossWeights::default();
         let loss = |share: BatchShare| -> f64 {
-            let loss = share_loss(network, share, &device, FloatDType::F32).unwrap();
+            let loss = share.loss(network, &device, FloatDType::F32).unwrap();
             f64::from(loss.into_scalar::<f32>())
         };
         let whole: Vec<f64> = BatchShare::of(make(), 1, &terms).into_iter().map(loss).collect();
@@ -188,7 +143,7 @@ mod tests {
     fn the_losses_of_the_shares_sum_to_that_of_the_batch() {
         let (samples, device) = (samples(5), Device::flex());
         let config = NetworkConfig::compact(SIZE_MM, &training_camera());
-        let targets = TargetShape::of(&config).unwrap();
+        let Targets::Cells(targets) = Targets::of(&config) else { panic!() };
         check(&config.init(&device), || {
             let shape = BatchShape {
                 frames: samples.len(),

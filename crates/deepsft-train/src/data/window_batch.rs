@@ -1,6 +1,6 @@
 //! A batch of frames and targets as flat arrays, and as tensors.
 
-use crate::targets::{CellTargets, two_bins};
+use super::cell_targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{DepthRange, NetworkConfig, PIXELS_PER_CELL};
 use deepsft_synth::Sample;

@@ -1,9 +1,9 @@
 //! Batches made by worker threads, in an order that depends on nothing but the seed.
 
+use super::map_batch::MapBatch;
+use super::sample_source::SampleSource;
+use super::window_batch::{Batch, BatchShape, TargetShape};
 use crate::TrainError;
-use crate::batch::{Batch, BatchShape, TargetShape};
-use crate::map_batch::MapBatch;
-use crate::sample_source::SampleSource;
 use deepsft::{DepthRange, NetworkConfig};
 use deepsft_synth::Sample;
 use rand::{RngExt, SeedableRng};

@@ -46,7 +46,7 @@ impl SampleSource for Synthesizer {
     }
 
     fn held_out(&self, seed: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError> {
-        Ok(crate::evaluate::held_out(self, seed, held_out_frames))
+        Ok(held_out(self, seed, held_out_frames))
     }
 
     fn fingerprint(&self) -> String {
@@ -137,6 +137,14 @@ fn check_apart(one: &DatasetDescription, other: &DatasetDescription) -> Result<(
         return Err(TrainError::RepeatedSample { seed: one.seed, index });
     }
     Ok(())
+}
+
+/// Samples `0..count` of `seed`, made on all cores.
+pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
+    (0..count)
+        .into_par_iter()
+        .map(|index| synthesizer.sample(seed, index))
+        .collect()
 }
 
 #[cfg(test)]

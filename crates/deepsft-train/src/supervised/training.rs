@@ -1,65 +1,19 @@
 //! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly or read from data sets.
 
 use crate::TrainError;
-use crate::average::WeightAverage;
-use crate::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
-use crate::config::{Budget, TrainConfig};
-use crate::evaluate::watch;
-use crate::loader::{Loader, Targets, TrainingBatch};
-use crate::loss::{step_one_loss, supervised_maps_loss};
-use crate::precision::LossScale;
-use crate::sample_source::SampleSource;
-use crate::shares::{BatchShare, weighed};
-use crate::step::{Step, Stepper};
-use crate::step_one_fingerprint::{difference, fingerprint};
+use super::batch_part::BatchShare;
+use super::fingerprint::{difference, fingerprint};
+use crate::config::TrainConfig;
+use crate::data::{Loader, SampleSource, Targets};
+use crate::device::{Step, Stepper, WeightAverage};
+use crate::run::{Checkpoint, CheckpointFolder, CurvePoint, Progress};
 use burn::module::Module;
-use burn::tensor::{Device, FloatDType, Tensor};
+use burn::tensor::Device;
 use deepsft::{Network, NetworkConfig};
-use deepsft_geometry::metrics::{FrameMetrics, Summary};
+use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_synth::Sample;
 use std::sync::Arc;
 use std::time::Instant;
-
-impl Budget {
-    fn progress(&self, state: &Checkpoint) -> f64 {
-        match *self {
-            Self::Seconds(seconds) => state.seconds / seconds.max(f64::MIN_POSITIVE),
-            Self::Samples(samples) => state.samples as f64 / samples.max(1) as f64,
-        }
-    }
-}
-
-/// What a training tells while it runs.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum Progress {
-    /// A checkpoint was found and is continued.
-    Resumed {
-        /// Samples it had seen.
-        samples: u64,
-        /// Seconds it had trained.
-        seconds: f64,
-    },
-    /// A step was made.
-    Step {
-        /// Share of the budget spent, 0..=1.
-        share: f64,
-        /// Samples seen.
-        samples: u64,
-        /// Seconds trained.
-        seconds: f64,
-        /// Loss of the step.
-        loss: f64,
-    },
-    /// A step in half precision was not made: its gradients were not finite.
-    Skipped {
-        /// Samples seen.
-        samples: u64,
-        /// The scale after it, and the number of such steps.
-        scale: LossScale,
-    },
-    /// The held-out set was evaluated and a checkpoint saved.
-    Evaluated(CurvePoint),
-}
 
 /// A finished training.
 pub struct Trained {
@@ -141,7 +95,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     let before = state.seconds;
     let mut paused = 0.0;
     loop {
-        let share = config.budget.progress(&state);
+        let share = config.budget.progress(state.seconds, state.samples);
         let finished = share >= 1.0;
         // A training that goes on from a checkpoint was measured there already.
         let measured = state.curve.last().is_some_and(|p| p.samples == state.samples);
@@ -177,7 +131,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
         let rate = config.schedule.learning_rate(state.step, share);
         let (devices, dtype) = (stepper.devices().to_vec(), stepper.dtype());
         let loss_of =
-            |network: &Network, share: BatchShare, number: usize| share_loss(network, share, &devices[number], dtype);
+            |network: &Network, share: BatchShare, number: usize| share.loss(network, &devices[number], dtype);
         let step = stepper.step(network, &mut optimizer, rate, shares, state.samples, loss_of)?;
         let Step { loss, made, .. } = step;
         network = step.network;
@@ -206,34 +160,6 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     Ok(Trained { network, state })
 }
 
-/// What is minimised, [1], of a share of a batch: ours for the compact network, the paper's for those that say
-/// full-resolution maps. The network sees the images in `dtype`, the loss is in single precision.
-pub(crate) fn share_loss(
-    network: &Network,
-    share: BatchShare,
-    device: &Device,
-    dtype: FloatDType,
-) -> Result<Tensor<1>, TrainError> {
-    let BatchShare { batch, terms, weight } = share;
-    let loss = match batch {
-        TrainingBatch::Cells(batch) => {
-            let compact = network.as_compact().ok_or_else(|| TrainError::Architecture {
-                actual: network.config().architecture.name(),
-                expected: "compact",
-            })?;
-            let tensors = batch.into_tensors(device);
-            let output = compact.forward_windows(tensors.images.clone().cast(dtype), &tensors.corners);
-            step_one_loss(output, &tensors, &terms).total
-        }
-        TrainingBatch::Maps(batch) => {
-            let tensors = batch.into_tensors(device);
-            let maps = network.forward_maps(tensors.images.cast(dtype));
-            supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total
-        }
-    };
-    Ok(weighed(loss, weight))
-}
-
 fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[FrameMetrics]) -> CurvePoint {
     let summary = |metric: fn(&FrameMetrics) -> Option<f64>| Summary::of(watched.iter().map(metric));
     let median = |metric| summary(metric).map(|s| s.median);
@@ -247,4 +173,21 @@ fn curve_point(state: &Checkpoint, loss: f64, learning_rate: f64, watched: &[Fra
         mask_iou: summary(|m| m.mask_iou).map(|s| s.mean),
         photometric_error: None,
     }
+}
+
+/// Metrics of a bare network on each sample that shows the template: what a training watches.
+fn watch(network: &Network, samples: &[Sample], device: &Device) -> Result<Vec<FrameMetrics>, TrainError> {
+    let [width, height] = network.config().template_size_mm;
+    let mut frames = Vec::new();
+    for sample in samples.iter().filter(|s| s.has_template) {
+        for maps in pollster::block_on(network.infer(&[&sample.image], device))? {
+            frames.push(frame_metrics(
+                &maps,
+                &sample.truth,
+                &sample.camera,
+                [width, height].into(),
+            )?);
+        }
+    }
+    Ok(frames)
 }

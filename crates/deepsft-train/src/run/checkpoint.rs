@@ -1,7 +1,7 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
 use crate::TrainError;
-use crate::precision::LossScale;
+use crate::device::LossScale;
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;

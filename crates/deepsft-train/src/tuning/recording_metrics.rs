@@ -1,8 +1,8 @@
 //! How a network does on the held-out frames of a recording.
 
+use super::recorded_frames::RefinementData;
+use super::training_frame::TrainingFrame;
 use crate::TrainError;
-use crate::recorded_frames::TrainingFrame;
-use crate::refinement::RefinementData;
 use burn::tensor::Device;
 use deepsft::Network;
 use deepsft_geometry::metrics::{Summary, frame_metrics};

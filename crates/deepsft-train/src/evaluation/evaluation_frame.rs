@@ -1,6 +1,6 @@
 //! Frames to measure a model on: synthetic ones, whose truth is exact, and recorded ones, whose depth was measured.
 
-use crate::recorded_frames::depth_counts;
+use super::measured_depth::depth_counts;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};

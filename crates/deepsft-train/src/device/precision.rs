@@ -58,7 +58,7 @@ impl Precision {
             .map(Self::name)
             .collect();
         Err(TrainError::Precision {
-            precision: self,
+            precision: self.name(),
             there_are: there_are.join(", "),
         })
     }

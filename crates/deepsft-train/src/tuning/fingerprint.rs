@@ -1,9 +1,9 @@
 //! What a checkpoint of steps 2 and 3 belongs to, and the one that belongs to a network which is gone.
 
+use super::recorded_frames::{RefinementData, RefinementStep};
 use crate::TrainError;
-use crate::checkpoint::CheckpointFolder;
 use crate::config::{RefinementSteps, TrainConfig};
-use crate::refinement::{RefinementData, RefinementStep};
+use crate::run::CheckpointFolder;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use deepsft::Network;

@@ -1,12 +1,10 @@
 //! Evaluation: the figures of a model over frames with known truth.
 
-use crate::{EvaluationFrame, TrainError};
-use burn::tensor::Device;
-use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Network, Stage};
-use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use super::evaluation_frame::EvaluationFrame;
+use crate::TrainError;
+use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
+use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_geometry::{Refinement, Template, photometric_error};
-use deepsft_synth::{Sample, Synthesizer};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -271,31 +269,6 @@ impl FrameResult {
             seconds: None,
         })
     }
-}
-
-/// Samples `0..count` of `seed`, made on all cores.
-pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
-    (0..count)
-        .into_par_iter()
-        .map(|index| synthesizer.sample(seed, index))
-        .collect()
-}
-
-/// Metrics of a bare network on each sample that shows the template: what a training watches.
-pub(crate) fn watch(network: &Network, samples: &[Sample], device: &Device) -> Result<Vec<FrameMetrics>, TrainError> {
-    let [width, height] = network.config().template_size_mm;
-    let mut frames = Vec::new();
-    for sample in samples.iter().filter(|s| s.has_template) {
-        for maps in pollster::block_on(network.infer(&[&sample.image], device))? {
-            frames.push(frame_metrics(
-                &maps,
-                &sample.truth,
-                &sample.camera,
-                [width, height].into(),
-            )?);
-        }
-    }
-    Ok(frames)
 }
 
 #[cfg(test)]

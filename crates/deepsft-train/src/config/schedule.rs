@@ -1,6 +1,6 @@
 //! How the learning rate and the windows change while training proceeds.
 
-use crate::batch::BatchShape;
+use crate::data::BatchShape;
 
 /// Progressive training: first windows of the frame, many a second, then whole frames; the learning
 /// rate warms up and then falls along a cosine.

@@ -1,8 +1,8 @@
 //! A step of training: loss and gradients of a batch, on one device or several, and the optimiser's step.
 
+use super::precision::{LossScale, Precision, unscaled};
+use super::replica::{RunningStatistics, replica};
 use crate::TrainError;
-use crate::devices::{RunningStatistics, replica};
-use crate::precision::{LossScale, Precision, unscaled};
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, FloatDType, Tensor};

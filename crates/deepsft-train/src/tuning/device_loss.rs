@@ -1,10 +1,10 @@
 //! Where a share of a batch of steps 2 and 3 is computed, and its loss there.
 
+use super::frame_part::FrameShare;
+use super::recorded_frames::RefinementStep;
+use super::training_frame::{FrameTensors, TrainingFrame};
 use crate::config::TrainConfig;
 use crate::loss::TexturePyramid;
-use crate::recorded_frames::{FrameTensors, TrainingFrame};
-use crate::refinement::RefinementStep;
-use crate::shares::FrameShare;
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkMaps};
 use deepsft_geometry::Picture;
