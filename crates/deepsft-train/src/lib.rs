@@ -21,7 +21,8 @@ pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSour
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationSummary, Figures, FrameRefinement, FrameResult, FrameTruth, RefinementSummary,
+    Evaluation, EvaluationFrame, EvaluationSummary, Figures, FrameRefinement, FrameResult, FrameTruth,
+    RefinementSummary,
 };
 pub use loss::{
     DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,

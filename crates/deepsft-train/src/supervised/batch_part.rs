@@ -143,7 +143,9 @@ mod tests {
     fn the_losses_of_the_shares_sum_to_that_of_the_batch() {
         let (samples, device) = (samples(5), Device::flex());
         let config = NetworkConfig::compact(SIZE_MM, &training_camera());
-        let Targets::Cells(targets) = Targets::of(&config) else { panic!() };
+        let Targets::Cells(targets) = Targets::of(&config) else {
+            panic!()
+        };
         check(&config.init(&device), || {
             let shape = BatchShape {
                 frames: samples.len(),

@@ -1,8 +1,8 @@
 //! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly or read from data sets.
 
-use crate::TrainError;
 use super::batch_part::BatchShare;
 use super::fingerprint::{difference, fingerprint};
+use crate::TrainError;
 use crate::config::TrainConfig;
 use crate::data::{Loader, SampleSource, Targets};
 use crate::device::{Step, Stepper, WeightAverage};
