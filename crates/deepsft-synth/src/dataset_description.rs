@@ -53,7 +53,7 @@ pub struct DatasetDescription {
     pub handle_shapes: Option<HandleShapeCounts>,
 }
 
-/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the
+/// How many of a data set's shapes that handles made ([`crate::ControlPointDeformation`]) are what was drawn, of the
 /// samples that show the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HandleShapeCounts {
@@ -66,7 +66,7 @@ pub struct HandleShapeCounts {
 }
 
 impl HandleShapeCounts {
-    /// Counts a shape by its [`crate::HandleShape::strength`].
+    /// Counts a shape by its [`crate::ControlPointShape::strength`].
     pub fn count(&mut self, strength: f64) {
         self.shapes += 1;
         self.weakened += u64::from(strength > 0.0 && strength < 1.0);

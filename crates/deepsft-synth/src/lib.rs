@@ -26,8 +26,8 @@ pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_C
 pub use dataset::{EncodedSample, SampleRecord, ShardWriter, write_shard};
 pub use dataset_description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
 pub use deform::{
-    ClothConfig, DeformationConfig, DeformationFamily, EdgeLengthChange, EdgeLengthHistogram, HandleConfig,
-    HandleDeformation, HandleShape, RodBend, capsule, deform, edge_length_change,
+    ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
+    EdgeLengthChange, EdgeLengthHistogram, RodBend, capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
 pub use poster::{
@@ -42,7 +42,7 @@ pub use recording::{
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
     Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Sample, Scene, SynthConfig, Synthesizer, UniformPose,
-    covered, disturbed_maps, faded, sample_pose, share_in_view,
+    covered, disturbed_maps, faded, fraction_in_view, sample_pose,
 };
 pub use shard_index::IndexedShards;
 pub use shard_reader::ShardReader;
