@@ -52,6 +52,7 @@ pub struct Followed {
     pub tracked: Tracked,
     /// The answer that arrived after the frame, if one did.
     pub answer: Option<NetworkAnswer>,
+    /// What the frame cost.
     pub times: FrameTimes,
 }
 

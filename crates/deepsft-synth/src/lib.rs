@@ -26,14 +26,13 @@ mod hand;
 mod handles;
 mod handling;
 mod isometry;
-mod noise;
+pub mod noise;
 mod occluder;
 mod paper_protocol;
 mod partial_view;
 mod passing;
 mod photometry;
 mod pose;
-mod poster;
 mod recording;
 mod relaxation;
 mod sampling;
@@ -46,7 +45,6 @@ mod sheet;
 mod silhouette;
 mod synthesizer;
 mod texture;
-mod toy;
 mod volumic;
 mod xpbd;
 
@@ -64,10 +62,6 @@ pub use handling::ClothConfig;
 pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use partial_view::PartialView;
 pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
-pub use poster::{
-    POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
-    poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
-};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
@@ -77,5 +71,4 @@ pub use scene::Scene;
 pub use shard_index::IndexedShards;
 pub use shard_reader::ShardReader;
 pub use synthesizer::{Sample, Synthesizer};
-pub use toy::toy_template;
 pub use volumic::{RodBend, capsule};

@@ -25,7 +25,7 @@ pub(crate) fn generator(seed: u64, index: u64, stream: Stream) -> Pcg64Mcg {
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64 bits without visible order.
-pub(crate) fn mix(value: u64) -> u64 {
+pub fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -64,7 +64,7 @@ pub(crate) fn vivid_color<R: Rng + ?Sized>(rng: &mut R, saturation: f32, value: 
 }
 
 /// The largest whole numbers not above, for coordinates within 2^31 (the standard function is a call on plain x86-64).
-pub(crate) fn floor(p: Vec2) -> Vec2 {
+pub fn floor(p: Vec2) -> Vec2 {
     let below = |x: f32| {
         let whole = x as i32 as f32;
         if whole > x { whole - 1.0 } else { whole }
@@ -74,16 +74,18 @@ pub(crate) fn floor(p: Vec2) -> Vec2 {
 
 /// Smooth noise in -1 to 1 with features of about one unit (value noise, cubic interpolation).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ValueNoise {
+pub struct ValueNoise {
     seed: u32,
 }
 
 impl ValueNoise {
-    pub(crate) fn new<R: Rng + ?Sized>(rng: &mut R) -> Self {
+    /// A noise of its own for each draw of the generator.
+    pub fn new<R: Rng + ?Sized>(rng: &mut R) -> Self {
         Self { seed: rng.random() }
     }
 
-    pub(crate) fn at(&self, p: Vec2) -> f32 {
+    /// Its value at a point.
+    pub fn at(&self, p: Vec2) -> f32 {
         let cell = floor(p);
         let t = p - cell;
         let t = t * t * (3.0 - 2.0 * t);
@@ -101,7 +103,7 @@ impl ValueNoise {
     }
 
     /// Sum of `octaves` of the noise, each half the size and half the height of the one before; about -1 to 1.
-    pub(crate) fn fractal(&self, p: Vec2, octaves: usize) -> f32 {
+    pub fn fractal(&self, p: Vec2, octaves: usize) -> f32 {
         let (mut sum, mut p, mut height) = (0.0, p, 0.6);
         for _ in 0..octaves {
             sum += height * self.at(p);

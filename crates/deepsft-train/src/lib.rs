@@ -26,7 +26,6 @@ mod schedule;
 mod shares;
 mod step;
 mod step_one_fingerprint;
-mod study;
 mod targets;
 mod trainer;
 
@@ -53,7 +52,4 @@ pub use refinement::{RecordedFrames, Refined, RefinementData, RefinementStep, re
 pub use refinement_fingerprint::set_aside_outdated;
 pub use sample_source::{SampleSource, StoredSamples};
 pub use schedule::Schedule;
-pub use study::{
-    StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,
-};
 pub use trainer::{Progress, Trained, train};
