@@ -12,7 +12,6 @@ pub mod clip_folder;
 mod commands;
 mod dataset;
 pub mod failure;
-pub mod follow;
 pub mod input;
 pub mod network_choice;
 pub mod output;
