@@ -61,7 +61,8 @@ fn links(text: &str) -> Vec<&str> {
 
 /// The anchors that GitHub gives to the headings of a page.
 fn anchors(text: &str) -> Vec<String> {
-    let headings = prose(text).filter_map(|line| line.strip_prefix('#').map(|rest| rest.trim_start_matches('#').trim()));
+    let headings =
+        prose(text).filter_map(|line| line.strip_prefix('#').map(|rest| rest.trim_start_matches('#').trim()));
     headings
         .map(|heading| {
             let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
@@ -75,7 +76,9 @@ fn every_link_leads_to_a_file_and_every_anchor_to_a_heading() {
     let (mut followed, mut broken) = (0, Vec::new());
     for Page { path, text } in pages() {
         for link in links(&text) {
-            let (file, anchor) = link.split_once('#').map_or((link, None), |(file, anchor)| (file, Some(anchor)));
+            let (file, anchor) = link
+                .split_once('#')
+                .map_or((link, None), |(file, anchor)| (file, Some(anchor)));
             let target = if file.is_empty() {
                 path.clone()
             } else {
@@ -92,7 +95,10 @@ fn every_link_leads_to_a_file_and_every_anchor_to_a_heading() {
         }
     }
     assert!(broken.is_empty(), "broken links:\n{}", broken.join("\n"));
-    assert!(followed > 50, "only {followed} links were seen: the pages were not read");
+    assert!(
+        followed > 50,
+        "only {followed} links were seen: the pages were not read"
+    );
 }
 
 #[test]
