@@ -16,7 +16,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "deepsft-lab",
-        &["deepsft", "deepsft-synth", "deepsft-train", "deepsft-geometry", "deepsft-cli"],
+        &[
+            "deepsft",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-geometry",
+            "deepsft-cli",
+        ],
     ),
     ("deepsft-web", &["deepsft", "deepsft-geometry"]),
     ("xtask", &[]),

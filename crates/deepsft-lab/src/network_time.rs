@@ -6,8 +6,8 @@ use clap::Args;
 use deepsft::{DeviceKind, start_device};
 use deepsft_cli::network_choice;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Picture};
-use std::time::Instant;
 use std::fs;
+use std::time::Instant;
 
 #[derive(Args)]
 #[command(after_help = "\

@@ -55,7 +55,8 @@ pub fn poster_a4_picture_at(pixels_per_mm: f64) -> Result<Picture> {
         "the poster at {pixels_per_mm} pixels per mm, expected 0.5 to 24"
     );
     let [width, height] = [POSTER_WIDTH_MM, POSTER_HEIGHT_MM].map(|side| (side * pixels_per_mm).round() as u32);
-    let mut canvas = Canvas::new(width, height, pixels_per_mm as f32).with_context(|| format!("no memory for {width} x {height} pixels"))?;
+    let mut canvas = Canvas::new(width, height, pixels_per_mm as f32)
+        .with_context(|| format!("no memory for {width} x {height} pixels"))?;
     let margin = POSTER_MARGIN_MM as f32;
     let [art_width, art_height] = [POSTER_WIDTH_MM, POSTER_HEIGHT_MM].map(|side| side as f32 - 2.0 * margin);
     canvas.clipped(&Shape::rectangle(margin, margin, art_width, art_height), |canvas| {

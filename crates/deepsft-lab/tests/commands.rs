@@ -164,7 +164,11 @@ fn the_poster_is_written_as_a_template_and_a_page_and_over_nothing_else() {
     deepsft_lab(folder.path(), &["poster", "--out", "poster"]).succeeds();
     let poster = deepsft_cli::input::template(&folder.path().join("poster")).unwrap();
     assert_eq!(poster.size_mm().to_array(), [297.0, 210.0]);
-    assert!(fs::read(folder.path().join("poster/poster-a4.pdf")).unwrap().starts_with(b"%PDF"));
+    assert!(
+        fs::read(folder.path().join("poster/poster-a4.pdf"))
+            .unwrap()
+            .starts_with(b"%PDF")
+    );
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/thesis.tex"), "years of work").unwrap();
     deepsft_lab(folder.path(), &["poster", "--out", "mine"]).fails(1, &["mine exists and holds no"]);
@@ -175,6 +179,9 @@ fn a_forward_pass_is_timed() {
     let folder = tempfile::tempdir().unwrap();
     let run = deepsft_lab(folder.path(), &["network-time", &shipped_model(), "--passes", "1"]);
     let text = &run.succeeds().stdout;
-    assert!(text.contains("forward pass on CPU") && text.contains("peak memory"), "{text}");
+    assert!(
+        text.contains("forward pass on CPU") && text.contains("peak memory"),
+        "{text}"
+    );
     deepsft_lab(folder.path(), &["network-time", "vgg"]).fails(3, &["vgg", "no such folder"]);
 }

@@ -262,7 +262,11 @@ fn a_network_is_described_by_name_or_from_a_bundle() {
     }
     write_bundle(folder.path(), "model");
     let described = deepsft(folder.path(), &["network", "describe", "model"]);
-    assert!(described.succeeds().stdout.starts_with("compact"), "{}", described.stdout);
+    assert!(
+        described.succeeds().stdout.starts_with("compact"),
+        "{}",
+        described.stdout
+    );
     let missing = deepsft(folder.path(), &["network", "describe", "vgg"]);
     missing.fails(3, &["vgg", "no such folder"]);
 }

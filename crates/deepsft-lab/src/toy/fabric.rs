@@ -1,8 +1,8 @@
 //! Printed cloth: colours as functions of the place on the cloth. Nothing repeats itself exactly, so that every place
 //! can be told from every other.
 
-use deepsft_synth::noise::{ValueNoise, floor, mix};
 use deepsft_geometry::glam::{Vec2, Vec3};
+use deepsft_synth::noise::{ValueNoise, floor, mix};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::f32::consts::TAU;

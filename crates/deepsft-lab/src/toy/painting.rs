@@ -3,9 +3,9 @@
 use super::body::Limb;
 use super::fabric::{Fabric, Print};
 use super::sewing::{Piece, Side};
-use deepsft_synth::noise::mix;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2, Vec3};
+use deepsft_synth::noise::mix;
 use rayon::prelude::*;
 use std::collections::HashMap;
 

@@ -119,8 +119,7 @@ impl Bench<'_> {
             found,
         } = self.disturbed(condition, index, sample)?;
         let refined = if found {
-            self.refinement
-                .refine(&image, &believed, &start, None)?
+            self.refinement.refine(&image, &believed, &start, None)?
         } else {
             None
         };
@@ -197,13 +196,7 @@ impl Bench<'_> {
         Ok((estimate.maps, estimate.judgement.found))
     }
 
-    fn errors(
-        &self,
-        predicted: &Maps,
-        believed: &Camera,
-        truth: &Maps,
-        camera: &Camera,
-    ) -> Result<Errors> {
+    fn errors(&self, predicted: &Maps, believed: &Camera, truth: &Maps, camera: &Camera) -> Result<Errors> {
         let size = self.template.size_mm();
         let metrics = frame_metrics_between((predicted, believed), (truth, camera), size)?;
         Ok(Errors::new(&metrics, predicted, truth))

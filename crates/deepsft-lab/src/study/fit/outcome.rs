@@ -130,9 +130,7 @@ impl Level {
         let fits = found.iter().filter(|o| o.accepted.is_some()).count();
         let fallbacks = found.iter().filter(|o| o.accepted == Some(false)).count();
         let worse = |error: fn(&Errors) -> Option<f64>| {
-            let both = found
-                .iter()
-                .filter_map(|o| Some((error(&o.start)?, error(&o.fitted)?)));
+            let both = found.iter().filter_map(|o| Some((error(&o.start)?, error(&o.fitted)?)));
             let worse = both.clone().filter(|(start, fitted)| fitted > start).count();
             fraction(worse, both.count())
         };

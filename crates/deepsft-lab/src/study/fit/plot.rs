@@ -1,9 +1,9 @@
 //! The curves of a study: errors before and after the fit against what makes a frame hard.
 
+use super::outcome::{Errors, Series};
 use deepsft_cli::output::canvas::{CHARACTER, Canvas};
 use deepsft_cli::output::chart::{Chart, Curve, INK, PAPER};
 use deepsft_geometry::Picture;
-use super::outcome::{Errors, Series};
 
 const START: [u8; 3] = [120, 124, 140];
 const FITTED: [u8; 3] = [196, 61, 44];

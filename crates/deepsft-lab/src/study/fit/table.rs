@@ -28,7 +28,8 @@ pub fn study_table(series: &[Series]) -> String {
                     [&row.start.median, &row.fitted.median, &row.fitted.mean].map(|errors| number(error(errors)));
                 format!("{before} -> **{after}** ({mean})")
             };
-            let percent = |fraction: Option<f64>| fraction.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+            let percent =
+                |fraction: Option<f64>| fraction.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
             let number = |value: Option<f64>, decimals: usize| {
                 value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
             };
