@@ -31,12 +31,6 @@ pub enum SynthError {
         /// Vertices of the template.
         expected: usize,
     },
-    /// The poster cannot be drawn or packed.
-    #[error("the poster cannot be drawn: {reason}")]
-    Poster {
-        /// What is in the way.
-        reason: String,
-    },
     /// A shard could not be read or written.
     #[error("shard: {0}")]
     Io(#[from] std::io::Error),

@@ -12,14 +12,12 @@ mod dataset_description;
 mod deform;
 mod error;
 mod fingerprint;
-mod poster;
 mod random;
 mod recording;
 mod render;
 mod scene;
 mod shard_index;
 mod shard_reader;
-mod toy;
 
 pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
@@ -30,10 +28,6 @@ pub use deform::{
     EdgeLengthChange, EdgeLengthHistogram, RodBend, capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
-pub use poster::{
-    POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
-    poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
-};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
@@ -46,4 +40,9 @@ pub use scene::{
 };
 pub use shard_index::IndexedShards;
 pub use shard_reader::ShardReader;
-pub use toy::toy_template;
+
+/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
+pub mod noise {
+    pub use crate::random::mix;
+    pub use crate::render::value_noise::{ValueNoise, floor};
+}
