@@ -9,9 +9,9 @@
 //! The paper's own way, position-based cloth with anchors and forces, is one more family ([`DeformationFamily::Cloth`]).
 
 use crate::handling::{ClothConfig, Handling};
-use crate::isometry::EdgeLengthChange;
 use crate::relaxation::Relaxation;
 use crate::shape::{Shape, draw_family};
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::{
     Template, TriangleMesh,
     glam::{DQuat, DVec2, DVec3},

@@ -1,9 +1,10 @@
 //! Deformations of any mesh by handles: some regions are turned at random, the rest follows as rigidly as possible.
 
 use crate::SynthError;
-use crate::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::isometry::edge_length_changes;
 use crate::noise::unit_direction;
 use crate::sampling::between;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};

@@ -16,7 +16,6 @@ mod cloth;
 mod color;
 mod config;
 mod dataset;
-mod dataset_description;
 mod deformation;
 mod disturbance;
 mod error;
@@ -40,8 +39,6 @@ mod sampling;
 mod scene;
 mod shading;
 mod shape;
-mod shard_index;
-mod shard_reader;
 mod sheet;
 mod silhouette;
 mod synthesizer;
@@ -54,14 +51,18 @@ pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use clip_story::{ClipEvent, ClipLength, ClipStory};
 pub use config::{EffectsConfig, LightingConfig, OccluderKind, PhotographUse, SynthConfig};
-pub use dataset::{EncodedSample, SampleRecord, ShardWriter, write_shard};
-pub use dataset_description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
+pub use dataset::describe_dataset;
+pub use deepsft_formats::{
+    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
+    IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,
+    write_shard,
+};
 pub use deformation::{DeformationConfig, DeformationFamily, deform};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use error::SynthError;
 pub use handles::{HandleConfig, HandleDeformation, HandleShape};
 pub use handling::ClothConfig;
-pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
+pub use isometry::edge_length_change;
 pub use partial_view::PartialView;
 pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
 pub use poster::{
@@ -71,11 +72,8 @@ pub use poster::{
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
-    encode_depth_png, encode_jpeg, encode_mask_png,
 };
 pub use scene::Scene;
-pub use shard_index::IndexedShards;
-pub use shard_reader::ShardReader;
-pub use synthesizer::{Sample, Synthesizer};
+pub use synthesizer::Synthesizer;
 pub use toy::toy_template;
 pub use volumic::{RodBend, capsule};

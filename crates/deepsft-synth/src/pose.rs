@@ -237,7 +237,13 @@ mod tests {
         }
         // Shares of the drawn distribution: ln(350 / 250) / ln(3.6) = 26 %, ln(900 / 700) / ln(3.6)
         // = 20 %, sin 20 / sin 65 = 38 %, 1 - sin 50 / sin 65 = 15 %, half; drawing again moves them a little.
-        for (count, share) in [(near, 0.26), (far, 0.20), (flat, 0.38), (steep, 0.15), (upside_down, 0.5)] {
+        for (count, share) in [
+            (near, 0.26),
+            (far, 0.20),
+            (flat, 0.38),
+            (steep, 0.15),
+            (upside_down, 0.5),
+        ] {
             assert!(
                 (f64::from(count as u32) / 1000.0 - share).abs() < 0.06,
                 "{count} of 1000, expected {share}"

@@ -2,7 +2,6 @@
 
 mod alignment;
 mod depth_camera;
-mod files;
 mod pairing;
 mod print_response;
 mod sensor;
@@ -10,12 +9,12 @@ mod simulator;
 
 pub use alignment::DepthAlignment;
 pub use depth_camera::{DepthNoise, SeenDepth};
-pub use files::{encode_depth_png, encode_jpeg, encode_mask_png};
 pub use print_response::PrintResponse;
 pub use sensor::RgbdSensor;
 pub use simulator::{RecordingSimulator, SimulatedFrame, SimulationConfig, Take};
 
 use crate::SynthError;
+use deepsft_formats::{FormatError, decode_camera_picture, decode_depth_png};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use pairing::Pair;
 use std::fs;
@@ -129,11 +128,19 @@ impl Recording {
             return Err(failure(reason, &self.folder));
         };
         let warp = CanonicalWarp::new(&self.sensor.color, canonical);
-        let image = warp.apply(&files::read_picture(&self.folder.join(&pair.rgb), &self.sensor.color)?)?;
-        let raw = files::read_depth(&self.folder.join(&pair.depth), &self.sensor.depth)?;
+        let image = warp.apply(&read(
+            &self.folder.join(&pair.rgb),
+            &self.sensor.color,
+            decode_camera_picture,
+        )?)?;
+        let raw = read(&self.folder.join(&pair.depth), &self.sensor.depth, decode_depth_png)?;
         let depth_mm = DepthAlignment::new(&self.sensor, canonical).apply(&raw);
         let mask = if self.has_masks {
-            let mask = files::read_picture(&pair.mask(&self.folder.join(MASK_FOLDER)), &self.sensor.color)?;
+            let mask = read(
+                &pair.mask(&self.folder.join(MASK_FOLDER)),
+                &self.sensor.color,
+                decode_camera_picture,
+            )?;
             let warped = warp.apply(&mask)?;
             Some(warped.rgb().chunks_exact(3).map(|c| c[0] >= MASK_THRESHOLD).collect())
         } else {
@@ -141,6 +148,16 @@ impl Recording {
         };
         Ok(RecordedFrame { image, depth_mm, mask })
     }
+}
+
+/// What `decode` makes of a picture file of `camera`.
+fn read<T>(
+    path: &Path,
+    camera: &Camera,
+    decode: impl Fn(&[u8], &Camera) -> Result<T, FormatError>,
+) -> Result<T, SynthError> {
+    let bytes = fs::read(path).map_err(|error| failure(error.to_string(), path))?;
+    decode(&bytes, camera).map_err(|error| failure(error.to_string(), path))
 }
 
 /// The error of a file.

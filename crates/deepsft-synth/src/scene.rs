@@ -9,9 +9,10 @@ use crate::photometry::CameraEffects;
 use crate::shading::{Lighting, Paper};
 use crate::sheet::ImageSheet;
 use crate::silhouette::silhouette;
-use crate::synthesizer::{Sample, Synthesizer};
+use crate::synthesizer::Synthesizer;
 use crate::texture::Texture;
 use crate::{PhotographUse, SynthError};
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
@@ -241,7 +242,7 @@ impl<'a> Scene<'a> {
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         let image = self.develop(light, noise_seed);
-        Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
+        Ok(Sample::new(image, truth, vertices_camera, camera, self.towards_light()))
     }
 
     /// Light, paper and camera settings.
@@ -284,7 +285,7 @@ impl<'a> Scene<'a> {
             truth,
             vertices_camera,
             self.synthesizer.config.camera,
-            &self.light,
+            self.towards_light(),
         )
     }
 
@@ -304,8 +305,12 @@ impl<'a> Scene<'a> {
             Maps::empty(truth.width(), truth.height()),
             Vec::new(),
             camera,
-            &self.light,
+            self.towards_light(),
         )
+    }
+
+    fn towards_light(&self) -> DVec3 {
+        self.light.towards_light.as_dvec3()
     }
 
     fn truth(&self, sheet: &ImageSheet) -> Maps {

@@ -5,12 +5,11 @@ use crate::background::{Background, photograph_texture, procedural_artworks, pro
 use crate::isometry::edge_length_changes;
 use crate::noise::{Stream, generator, mix};
 use crate::scene::{Place, Scene};
-use crate::shading::Lighting;
 use crate::sheet::ImageSheet;
 use crate::texture::Texture;
-use crate::{HandleDeformation, SynthConfig, SynthError, deform, sample_pose};
+use crate::{HandleDeformation, Sample, SynthConfig, SynthError, deform, sample_pose};
 use deepsft_geometry::glam::{DQuat, DVec3};
-use deepsft_geometry::{Camera, Maps, Picture, Template};
+use deepsft_geometry::{Picture, Template};
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,24 +18,6 @@ const SHEETS_A_PHOTOGRAPH: usize = 2;
 
 /// Draws of shape and pose before the one that shows most is taken.
 const VIEW_TRIES: usize = 12;
-
-/// One synthetic picture with its ground truth.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sample {
-    /// The picture, as large as the camera's image.
-    pub image: Picture,
-    /// Exact depth (mm) and registration at the pixel centres of the front of the sheet where it is visible. The blank
-    /// back, occluders and black bars are outside the object.
-    pub truth: Maps,
-    /// Vertices of the template's mesh, mm, camera frame; none when the template is not in the scene.
-    pub vertices_camera: Vec<DVec3>,
-    /// The camera that took the picture.
-    pub camera: Camera,
-    /// Whether the template's front is seen in at least one pixel.
-    pub has_template: bool,
-    /// Unit vector towards the distant light, camera frame.
-    pub towards_light: DVec3,
-}
 
 /// Makes synthetic samples of one template.
 ///
@@ -247,28 +228,8 @@ impl Synthesizer {
     }
 }
 
-impl Sample {
-    pub(crate) fn new(
-        image: Picture,
-        truth: Maps,
-        vertices_camera: Vec<DVec3>,
-        camera: Camera,
-        light: &Lighting,
-    ) -> Self {
-        let has_template = truth.area() > 0;
-        Self {
-            image,
-            truth,
-            vertices_camera,
-            camera,
-            has_template,
-            towards_light: light.towards_light.as_dvec3(),
-        }
-    }
-}
-
 /// Folds the mesh and the texture of a template into a fingerprint.
-pub(crate) fn template_fingerprint(start: u64, template: &Template) -> u64 {
+fn template_fingerprint(start: u64, template: &Template) -> u64 {
     let mesh = template.mesh();
     let shape = mesh.vertices().iter().flat_map(|p| p.to_array()).map(f64::to_bits);
     let uv = mesh
