@@ -1,10 +1,10 @@
 // The page's side of browser.mjs.
 
-import { fetchBundle } from "../src/bundle.js";
-import { compileEngine } from "../src/engine.js";
+import { fetchBundle } from "../src/engine/bundle.js";
+import { compileEngine } from "../src/engine/engine-worker.js";
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, DeepSft } from "../src/index.js";
-import { intrinsicsOf } from "../src/intrinsics.js";
-import { TrackerWorker } from "../src/tracker.js";
+import { intrinsicsOf } from "../src/camera/intrinsics.js";
+import { TrackerWorker } from "../src/tracking/tracker-worker.js";
 
 /** Turns before the measured ones. */
 const WARM_UP = 3;

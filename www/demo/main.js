@@ -1,20 +1,20 @@
 // The demo page: a start screen, the live view, and what to say when something is in the way.
 
 import { DeepSft } from "deepsft";
-import { CalibrationPanel } from "./calibration-panel.js";
-import { Hero } from "./hero.js";
-import { Hud } from "./hud.js";
-import { Live } from "./live.js";
+import { CalibrationPanel } from "./live/calibration-panel.js";
+import { Hero } from "./graphics/hero.js";
+import { Hud } from "./live/hud.js";
+import { Live } from "./live/live.js";
 import { messageFor } from "./messages.js";
-import { Orbit } from "./orbit.js";
+import { Orbit } from "./graphics/orbit.js";
 import { cameraSource, clipSource } from "./sources.js";
-import { Stage } from "./stage.js";
+import { Stage } from "./stage/stage.js";
 
 /** @import { LoadOptions, LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
 /** @import { VideoSource } from "./sources.js" */
-/** @import { Overlay } from "./stage.js" */
-/** @import { Paper } from "./papers.js" */
+/** @import { Overlay } from "./stage/stage.js" */
+/** @import { Paper } from "./graphics/papers.js" */
 
 const DEFAULT_MODEL = "../models/poster-a4/";
 

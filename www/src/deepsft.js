@@ -1,21 +1,21 @@
 // The estimator as pages use it.
 
-import { fetchBundle } from "./bundle.js";
-import { EngineWorker, compileEngine } from "./engine.js";
+import { fetchBundle } from "./engine/bundle.js";
+import { EngineWorker, compileEngine } from "./engine/engine-worker.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
-import { Estimate } from "./estimate.js";
-import { transferableFrame } from "./image-input.js";
-import { cameraForFrame, intrinsicsOf } from "./intrinsics.js";
-import { MeshTracking } from "./mesh-tracking.js";
-import { TrackerWorker } from "./tracker.js";
-import { Tracking } from "./tracking.js";
+import { Estimate } from "./results/estimate.js";
+import { transferableFrame } from "./frames/image-input.js";
+import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
+import { MeshTracking } from "./tracking/mesh-tracking.js";
+import { TrackerWorker } from "./tracking/tracker-worker.js";
+import { Tracking } from "./tracking/tracking.js";
 
-/** @import { LoadProgress } from "./bundle.js" */
-/** @import { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine.js" */
-/** @import { ImageInput } from "./image-input.js" */
-/** @import { CameraOption } from "./intrinsics.js" */
-/** @import { TrackedFrame } from "./tracked-frame.js" */
-/** @import { Smoothing } from "./tracker.js" */
+/** @import { LoadProgress } from "./engine/bundle.js" */
+/** @import { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine/engine-worker.js" */
+/** @import { ImageInput } from "./frames/image-input.js" */
+/** @import { CameraOption } from "./camera/intrinsics.js" */
+/** @import { TrackedFrame } from "./results/tracked-frame.js" */
+/** @import { Smoothing } from "./tracking/tracker-worker.js" */
 
 /**
  * @typedef {object} LoadOptions

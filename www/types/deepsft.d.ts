@@ -1,13 +1,13 @@
-import { EngineWorker } from "./engine.js";
-import { Estimate } from "./estimate.js";
-import { MeshTracking } from "./mesh-tracking.js";
-import { Tracking } from "./tracking.js";
-import type { LoadProgress } from "./bundle.js";
-import type { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine.js";
-import type { ImageInput } from "./image-input.js";
-import type { CameraOption } from "./intrinsics.js";
-import type { TrackedFrame } from "./tracked-frame.js";
-import type { Smoothing } from "./tracker.js";
+import { EngineWorker } from "./engine/engine-worker.js";
+import { Estimate } from "./results/estimate.js";
+import { MeshTracking } from "./tracking/mesh-tracking.js";
+import { Tracking } from "./tracking/tracking.js";
+import type { LoadProgress } from "./engine/bundle.js";
+import type { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine/engine-worker.js";
+import type { ImageInput } from "./frames/image-input.js";
+import type { CameraOption } from "./camera/intrinsics.js";
+import type { TrackedFrame } from "./results/tracked-frame.js";
+import type { Smoothing } from "./tracking/tracker-worker.js";
 export type LoadOptions = {
     /**
      * `auto` (the default) takes WebGPU when a real GPU offers what the engine

@@ -11,7 +11,7 @@ pub use outcome::{StudyErrors, StudyOutcome, StudyRow, StudySeries, StudySummary
 pub use plan::StudyStart;
 
 use crate::TrainError;
-use crate::evaluate::held_out;
+use crate::data::held_out;
 use deepsft::{DeepSftError, Estimator};
 use deepsft_geometry::metrics::frame_metrics_between;
 use deepsft_geometry::physics::PhysicsRefinement;

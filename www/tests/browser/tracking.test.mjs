@@ -75,7 +75,9 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
       async ([pngs, camera]) => {
         const [{ DeepSft }, { TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForFrame, intrinsicsOf }] =
           await Promise.all(
-            ["index", "tracker", "engine", "bundle", "intrinsics"].map((name) => import(`./src/${name}.js`)),
+            ["index", "tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics"].map(
+              (name) => import(`./src/${name}.js`),
+            ),
           );
         const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
         const module = await compileEngine(new URL("pkg/deepsft_web_bg.wasm", location.href));

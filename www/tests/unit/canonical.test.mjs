@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { DeepSftError, canonicalFromImage, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
-import { cameraForImage } from "../../src/intrinsics.js";
+import { cameraForImage } from "../../src/camera/intrinsics.js";
 
 const near = (actual, expected, tolerance = 1e-9) =>
   actual.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= tolerance, `${actual} is not ${expected}`));

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { Covering, confirmed, seenShares } from "../../demo/covering.js";
+import { Covering, confirmed, seenShares } from "../../demo/live/covering.js";
 
 /** A point that the canonical camera sees at a pixel, 380 mm away: a millimetre a pixel. */
 const at = (column, row) => [column - CANONICAL_WIDTH / 2 + 0.5, row - CANONICAL_HEIGHT / 2 + 0.5, 380];

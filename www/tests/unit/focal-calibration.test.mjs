@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { FocalCalibration } from "../../src/focal-calibration.js";
+import { FocalCalibration } from "../../src/calibration/focal-calibration.js";
 import { SHEET, flatSheet, noise } from "./support.mjs";
 
 const degrees = (angle) => (angle * Math.PI) / 180;

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { applyHomography, fitHomography } from "../../src/homography.js";
+import { applyHomography, fitHomography } from "../../src/calibration/homography.js";
 import { noise } from "./support.mjs";
 
 const TRUTH = [1.2, 0.1, 30, -0.2, 0.9, -10, 4e-4, -7e-4, 1];

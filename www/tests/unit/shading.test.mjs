@@ -2,8 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { depthRange, depthTicks, heatRow } from "../../demo/heat.js";
-import { SHADING_HEIGHT, SHADING_WIDTH, TemplateLight, shadingOf } from "../../demo/shading.js";
+import { depthRange, depthTicks, heatRow } from "../../demo/graphics/heat.js";
+import { SHADING_HEIGHT, SHADING_WIDTH, TemplateLight, shadingOf } from "../../demo/stage/shading.js";
 
 const byteOf = (linear) =>
   Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));

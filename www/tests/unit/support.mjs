@@ -1,6 +1,6 @@
 // A flat sheet seen by a known camera, as exact maps: what an ideal estimator would answer.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "../../src/canonical.js";
+import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "../../src/camera/canonical.js";
 
 /** A4, landscape, mm. */
 export const SHEET = { widthMm: 297, heightMm: 210 };

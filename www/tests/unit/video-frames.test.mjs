@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { VideoFrames } from "../../src/video-frames.js";
+import { VideoFrames } from "../../src/frames/video-frames.js";
 
 /** A video whose frames the test shows. */
 class FakeVideo {

@@ -2,8 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, estimatedCamera, visibleRegion } from "deepsft";
-import { softMask } from "../../demo/soft-mask.js";
-import { viewOf } from "../../demo/view.js";
+import { softMask } from "../../demo/stage/soft-mask.js";
+import { viewOf } from "../../demo/stage/view.js";
 
 const near = (actual, expected, tolerance = 1e-6) =>
   assert.ok(Math.abs(actual - expected) <= tolerance, `${actual} is not ${expected}`);

@@ -1,0 +1,223 @@
+// The figures beside the picture: rate, stage times, device, camera.
+
+import { depthTicks, heatGradient } from "../graphics/heat.js";
+
+/** @import { EngineInfo, Estimate, SourcedCamera, TrackedFrame } from "deepsft" */
+
+/** Milliseconds for which figures stand: nobody reads faster, and each change makes the browser lay out the page again. */
+const STAND_MS = 300;
+const STAGES = /** @type {const} */ (["capture", "warp", "track", "network", "judge", "draw"]);
+/** Seconds over which the figures are averaged, so that they can be read. */
+const MEAN_SECONDS = 1.5;
+
+/** What is said of a sheet that is there: the network sees it, or the tracker follows it. */
+const STATE_WORDS = { found: "Found", tracked: "Tracked" };
+
+/** Where intrinsics come from, in words. */
+const SOURCE_WORDS = {
+  given: "given with the clip",
+  calibrated: "calibrated here",
+  estimated: "estimated, ±\u00a015\u00a0%",
+};
+
+/**
+ * @param {number} parameters
+ * @returns {string} such as "2.4 M"
+ */
+function millions(parameters) {
+  return `${(parameters / 1e6).toFixed(1)} M`;
+}
+
+/**
+ * @param {string} selector
+ * @returns {HTMLElement}
+ */
+function element(selector) {
+  const found = document.querySelector(selector);
+  if (!(found instanceof HTMLElement)) throw new Error(`The page has no ${selector}.`);
+  return found;
+}
+
+export class Hud {
+  /** @type {Map<string, number>} running means by name */
+  #means = new Map();
+  #lastFrame = 0;
+  #frames = 0;
+  #answers = 0;
+  #shownAt = -Infinity;
+  /** @type {Map<string, number>} mean milliseconds of the stages that were measured */
+  #stages = new Map();
+  /** @type {EngineInfo | null} */
+  #engine = null;
+
+  /** Forgets the means of the last source. */
+  reset() {
+    this.#means.clear();
+    [this.#frames, this.#answers] = [0, 0];
+    element("#fps").textContent = "–";
+    element("#network-fps").textContent = "–";
+    this.showMesh(false);
+    element("#state").dataset.state = "waiting";
+    element("#state").dataset.how = "";
+    element("#state-text").textContent = "Warming up";
+    for (const name of STAGES) {
+      element(`#${name}-ms`).textContent = "–";
+      element(`#${name}-bar`).style.flexGrow = "0";
+    }
+    this.#stages.clear();
+    this.#shownAt = -Infinity;
+  }
+
+  /** @param {EngineInfo} info */
+  showEngine(info) {
+    if (info === this.#engine) return;
+    this.#engine = info;
+    const kind = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
+    element("#device").textContent = kind;
+    element("#adapter").textContent = info.adapterName.replace(/^CPU \((.*)\)$/, "$1");
+    element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
+    element("#fallback").textContent = info.fallback ? info.fallback.message : "";
+    element("#fallback-row").hidden = !info.fallback;
+  }
+
+  /**
+   * The figures of a single picture.
+   *
+   * @param {Estimate} estimate
+   * @param {number} drawMs time to hand the frame to the stage
+   */
+  showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, judgeMs } }, drawMs) {
+    this.#takeStages({ capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs }, 1);
+    this.#showStages();
+    this.#showState(found, "found", confidence);
+    this.#showCamera(camera);
+  }
+
+  /**
+   * The figures of a frame of a video.
+   *
+   * @param {TrackedFrame} tracked
+   * @param {boolean} found whether its mesh is drawn
+   * @param {number} drawMs time to hand the frame to the stage
+   */
+  showTracked({ agreement, camera, times: { captureMs, warpMs, trackMs } }, found, drawMs) {
+    const now = performance.now();
+    // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
+    const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
+    const weight = 1 - Math.exp(-interval / 1000 / MEAN_SECONDS);
+    this.#takeStages({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
+    if (this.#frames > 0) this.#mean("interval", now - this.#lastFrame, weight);
+    this.#frames++;
+    this.#lastFrame = now;
+    const wasTracked = element("#state").dataset.how === "tracked";
+    // What was found or lost is said at once, figures now and then.
+    if (found === wasTracked && now - this.#shownAt < STAND_MS) return;
+    this.#shownAt = now;
+    const rate = 1000 / (this.#means.get("interval") ?? Infinity);
+    if (rate > 0) element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
+    this.#showStages();
+    this.showMesh(found);
+    if (found) this.#showState(true, "tracked", agreement);
+    else if (wasTracked) this.#showLost();
+    this.#showCamera(camera);
+  }
+
+  /** @param {boolean} software whether the processor does the drawing: then the panels do without blurred glass */
+  showSoftware(software) {
+    element("#live").dataset.software = String(software);
+  }
+
+  /** @param {boolean} there whether a mesh is drawn */
+  showMesh(there) {
+    element("#live").dataset.mesh = String(there);
+  }
+
+  /**
+   * The figures of the network beside the tracker.
+   *
+   * @param {Estimate} estimate
+   * @param {boolean} tracked whether the tracker has the sheet anyway
+   * @param {number} fps answers a second
+   */
+  showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
+    const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
+    this.#takeStages({ network: networkMs, judge: judgeMs }, weight);
+    if (fps > 0) element("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
+    if (!tracked) this.#showState(found, "found", confidence);
+  }
+
+  /**
+   * @param {Record<string, number>} stages milliseconds by stage
+   * @param {number} weight of these against the means so far
+   */
+  #takeStages(stages, weight) {
+    for (const [name, ms] of Object.entries(stages)) this.#stages.set(name, this.#mean(name, ms, weight));
+  }
+
+  #showStages() {
+    const total = [...this.#stages.values()].reduce((sum, ms) => sum + ms, 0);
+    for (const [name, ms] of this.#stages) {
+      element(`#${name}-bar`).style.flexGrow = String(ms / total);
+      element(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
+    }
+  }
+
+  /**
+   * @param {boolean} found
+   * @param {"found" | "tracked"} how by the network alone, or by the tracker
+   * @param {number} share of the print that the image agrees with, 0 to 1
+   */
+  #showState(found, how, share) {
+    element("#state").dataset.state = found ? "found" : "missing";
+    element("#state").dataset.how = found ? how : "";
+    element("#state-text").textContent = found
+      ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %`
+      : "Poster not found";
+    element("#hint").hidden = found;
+  }
+
+  /** Until the network has said whether the sheet is still there. */
+  #showLost() {
+    element("#state").dataset.state = "waiting";
+    element("#state").dataset.how = "";
+    element("#state-text").textContent = "Looking again";
+  }
+
+  /** @param {SourcedCamera} camera */
+  #showCamera({ width, height, fx, source }) {
+    element("#frame-size").textContent = `${width} × ${height}`;
+    element("#focal").textContent = `f ${fx.toFixed(0)} px`;
+    element("#focal-source").textContent = SOURCE_WORDS[source];
+    element("#camera-row").dataset.source = source;
+  }
+
+  /**
+   * The colour bar of the depth map.
+   *
+   * @param {{ near: number, far: number }} range mm
+   */
+  showDepthScale(range) {
+    const bar = element("#scale-bar");
+    bar.style.setProperty("--scale-up", heatGradient("to top"));
+    bar.style.setProperty("--scale-right", heatGradient("to right"));
+    const labels = depthTicks(range, 5).ticks.map((tick) => {
+      const label = document.createElement("span");
+      label.textContent = String(tick);
+      label.style.setProperty("--at", String((tick - range.near) / (range.far - range.near)));
+      return label;
+    });
+    element("#scale-ticks").replaceChildren(...labels);
+  }
+
+  /**
+   * @param {string} name
+   * @param {number} value
+   * @param {number} weight of the value against the mean so far
+   */
+  #mean(name, value, weight) {
+    const before = this.#means.get(name) ?? value;
+    const mean = before + weight * (value - before);
+    this.#means.set(name, mean);
+    return mean;
+  }
+}

@@ -1,0 +1,279 @@
+// The live view: frames in, overlay out.
+
+import { DeepSftError } from "deepsft";
+import { animate, prefersStillness } from "../graphics/animation.js";
+import { Covering, confirmed, seenShares } from "./covering.js";
+import { depthRange, depthTicks } from "../graphics/heat.js";
+import { TemplateLight, shadingOf } from "../stage/shading.js";
+
+/** @import { CameraOption, DeepSft, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
+/** @import { Hud } from "./hud.js" */
+/** @import { Orbit } from "../graphics/orbit.js" */
+/** @import { Stage } from "../stage/stage.js" */
+
+/** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
+const MAPS_SHOWN_MS = 1500;
+/** The tracker holds a mesh through frames that do not confirm it; so long it is drawn, milliseconds. */
+const HELD_MS = 250;
+const CONFIRMED_AGREEMENT = 0.35;
+/** Seconds in which the depth scale follows the sheet most of the way. */
+const SCALE_SECONDS = 0.4;
+/** Canvas pixels a CSS pixel, at least, on slow machines. */
+const LEAST_QUALITY = 0.5;
+/** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
+const LEAST_AGREEMENT = 0.6;
+
+/** Fired on the document for each estimate, before it is closed, for those who script the page. */
+export class EstimateEvent extends Event {
+  /** @param {Estimate} estimate */
+  constructor(estimate) {
+    super("deepsft-estimate");
+    this.estimate = estimate;
+  }
+}
+
+/** Fired on the document for each tracked frame, before it is closed, for those who script the page. */
+export class TrackedEvent extends Event {
+  /** @param {TrackedFrame} tracked */
+  constructor(tracked) {
+    super("deepsft-tracked");
+    this.tracked = tracked;
+  }
+}
+
+export class Live {
+  #stage;
+  #hud;
+  #orbit;
+  #region;
+  /** @type {DeepSft | null} */
+  #sft = null;
+  /** @type {TemplateLight | null} */
+  #templateLight = null;
+  /** @type {MeshTracking | null} */
+  #tracking = null;
+  #covering = new Covering();
+  /** @type {SurfaceMesh | null} the one that is drawn */
+  #mesh = null;
+  /** Whether the tracker had the sheet in its last frame. */
+  #tracked = false;
+  #networkFps = 0;
+  /** When a frame last confirmed the mesh, milliseconds. */
+  #confirmedAt = -Infinity;
+  /** When the network last saw the sheet, milliseconds. */
+  #seenAt = -Infinity;
+  /** @type {{ near: number, far: number } | null} */
+  #range = null;
+  #scaledAt = 0;
+  /** @type {() => void} */
+  #stopAnimation = () => undefined;
+  /** @type {(estimate: Estimate) => void} */
+  onEstimate = () => undefined;
+
+  /**
+   * @param {Stage} stage
+   * @param {Hud} hud
+   * @param {Orbit} orbit
+   * @param {HTMLElement} region frame around the part of the picture that the network sees
+   */
+  constructor(stage, hud, orbit, region) {
+    this.#stage = stage;
+    this.#hud = hud;
+    this.#orbit = orbit;
+    this.#region = region;
+  }
+
+  /** @param {DeepSft} sft */
+  use(sft) {
+    this.#sft = sft;
+    const template = sft.template;
+    this.#templateLight = new TemplateLight(template.texture);
+    this.#stage.setTemplate(template);
+    this.#orbit.setTemplate(template);
+  }
+
+  /**
+   * Follows a video until stopped.
+   *
+   * @param {HTMLVideoElement} video
+   * @param {CameraOption | undefined} camera
+   * @returns {Promise<void>} rejects when something ends it
+   */
+  async follow(video, camera) {
+    const sft = this.#started();
+    this.#animate();
+    this.#tracking = sft.trackMesh(video, (tracked) => this.#takeTracked(tracked), {
+      camera,
+      onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
+    });
+    await this.#tracking.finished;
+  }
+
+  /**
+   * Shows one picture: at first with the network's maps, then with the mesh that was fitted to it.
+   *
+   * @param {Blob} image
+   * @param {() => boolean} wanted whether it still is, once it is there
+   */
+  async show(image, wanted) {
+    const estimate = await this.#started().estimate(image);
+    if (!wanted()) return estimate.close();
+    this.#animate();
+    const began = performance.now();
+    this.#take(estimate);
+    this.#hud.showEstimate(estimate, performance.now() - began);
+    const whole = estimate.completeMesh();
+    const mask = estimate.mask.values();
+    estimate.close();
+    const mesh = await whole;
+    if (!mesh || !wanted()) return;
+    this.#followDepth(depthsOf(mesh));
+    this.#stage.addMesh(mesh, confirmed(seenShares(mesh, mask), mesh.confidence));
+    this.#hud.showMesh(true);
+    this.#mesh = mesh;
+    this.redraw();
+  }
+
+  /** Ends what goes on and clears the stage. */
+  stop() {
+    this.#tracking?.stop();
+    this.#tracking = null;
+    this.#stopAnimation();
+    this.#stage.clear();
+    this.#covering.reset();
+    this.#orbit.reset();
+    this.#mesh = null;
+    [this.#tracked, this.#confirmedAt, this.#seenAt] = [false, -Infinity, -Infinity];
+    this.#range = null;
+    this.#region.hidden = true;
+    this.#stage.draw(0);
+  }
+
+  /** Draws again, after the window or the overlay changed. */
+  redraw() {
+    this.#stage.draw(performance.now() / 1000);
+    if (this.#mesh) this.#orbit.show(this.#mesh);
+    this.#placeRegion();
+  }
+
+  #started() {
+    if (!this.#sft) throw new DeepSftError("internal", "The live view was started without an estimator.");
+    return this.#sft;
+  }
+
+  /**
+   * Draws a frame of the video as the tracker sees it, or leaves it to the network's maps.
+   *
+   * @param {TrackedFrame} tracked
+   */
+  #takeTracked(tracked) {
+    const began = performance.now();
+    document.dispatchEvent(new TrackedEvent(tracked));
+    if (tracked.agreement >= CONFIRMED_AGREEMENT) this.#confirmedAt = began;
+    const mesh = began - this.#confirmedAt < HELD_MS ? tracked.mesh : null;
+    this.#tracked = mesh !== null;
+    /** @type {Float32Array} */
+    let seen = new Float32Array();
+    if (mesh) {
+      seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
+      this.#followDepth(depthsOf(mesh));
+    }
+    if (!this.#mapsAreShown()) {
+      this.#stage.showMesh(tracked, mesh, seen);
+      this.#mesh = mesh;
+      this.redraw();
+    }
+    this.#hud.showTracked(tracked, this.#tracked, performance.now() - began);
+    this.#networkFps = tracked.networkFps;
+    tracked.close();
+  }
+
+  /**
+   * @param {Estimate} estimate
+   * @param {number} frame its number
+   */
+  #takeAnswer(estimate, frame) {
+    if (estimate.found) this.#seenAt = performance.now();
+    this.#covering.answer(frame, estimate.mask.values());
+    this.#take(estimate);
+    this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
+    estimate.close();
+  }
+
+  /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
+  #mapsAreShown() {
+    return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
+  }
+
+  /**
+   * Draws what the network says of a frame, unless the tracker draws.
+   *
+   * @param {Estimate} estimate
+   */
+  #take(estimate) {
+    document.dispatchEvent(new EstimateEvent(estimate));
+    this.onEstimate(estimate);
+    // After a lost GPU the engine may run elsewhere.
+    this.#hud.showEngine(this.#started().info);
+    const draws = this.#tracking === null || this.#mapsAreShown();
+    let shading = null;
+    if (estimate.found && this.#templateLight) {
+      const [registration, mask] = [estimate.registration.values(), estimate.mask.values()];
+      const light = shadingOf(estimate.canonical.data, registration, mask, this.#templateLight);
+      shading = light.shading;
+      this.#stage.tint = light.tint;
+      if (draws) this.#followDepth(estimate.depth.values());
+    }
+    if (!draws) return;
+    this.#stage.showMaps(estimate, shading);
+    this.#mesh = null;
+    this.redraw();
+  }
+
+  /** @param {Float32Array} depth */
+  #followDepth(depth) {
+    const seen = depthRange(depth);
+    if (!seen) return;
+    const last = this.#range ?? seen;
+    const now = performance.now() / 1000;
+    const pace = 1 - Math.exp((this.#scaledAt - now) / SCALE_SECONDS);
+    this.#scaledAt = now;
+    const ease = (/** @type {"near" | "far"} */ end) => last[end] + pace * (seen[end] - last[end]);
+    this.#range = { near: ease("near"), far: ease("far") };
+    const { step } = depthTicks(this.#range, 9);
+    this.#stage.depthScale = { ...this.#range, step };
+    this.#hud.showDepthScale(this.#range);
+  }
+
+  /**
+   * Draws at the screen's rate, so that the papers move. A machine that does not keep up, or has no GPU, draws only new
+   * results, and coarser.
+   */
+  #animate() {
+    this.#stopAnimation();
+    this.#hud.showSoftware(this.#stage.software);
+    this.#stage.animated = !this.#stage.software && !prefersStillness();
+    if (!this.#stage.animated) return;
+    const draw = (/** @type {number} */ seconds) => {
+      this.#stage.draw(seconds);
+      return this.#stage.busy;
+    };
+    this.#stopAnimation = animate(draw, (slowness) => {
+      this.#stage.animated = false;
+      this.#stage.quality = Math.max(LEAST_QUALITY, Math.sqrt(1 / slowness));
+    });
+  }
+
+  #placeRegion() {
+    const place = this.#stage.regionOnCanvas();
+    this.#region.hidden = !place?.partial;
+    if (!place) return;
+    for (const side of /** @type {const} */ (["left", "top", "width", "height"]))
+      this.#region.style[side] = `${place[side]}px`;
+  }
+}
+
+/** @param {SurfaceMesh} mesh */
+function depthsOf({ vertices }) {
+  return vertices.filter((_, i) => i % 3 === 2);
+}

@@ -1,0 +1,131 @@
+// The camera's frame on the GPU: as it is, small, and far out of focus.
+
+import { createProgram, createTexture } from "../graphics/gl.js";
+import { VERTEX_SHADER } from "./stage-shader.js";
+
+/** Pixels of the small picture along its long side: folds of a sheet are wider than one, its print is narrower. */
+export const SMALL_LENGTH = 160;
+const BLURRED_LENGTH = 48;
+/** Frame pixels a canvas pixel from which one bilinear sample of the frame skips some of its pixels. */
+const MOST_MINIFICATION = 2;
+
+/** The mean of the frame's pixels within a small one: bilinear samples, each the mean of four pixels. */
+const SMALL_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_picture;
+uniform vec2 u_size;               // pixels
+uniform int u_samples;             // along each side
+out vec4 o_color;
+void main() {
+  vec3 sum = vec3(0.0);
+  vec2 corner = gl_FragCoord.xy - 0.5;
+  float n = float(u_samples);
+  for (int j = 0; j < u_samples; j++)
+    for (int i = 0; i < u_samples; i++)
+      sum += textureLod(u_picture, (corner + (vec2(i, j) + 0.5) / n) / u_size, 0.0).rgb;
+  o_color = vec4(sum / (n * n), 1.0);
+}`;
+
+const BLURRED_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform sampler2D u_picture;
+uniform vec2 u_size;               // pixels
+out vec4 o_color;
+void main() {
+  vec3 sum = vec3(0.0);
+  for (int j = -4; j <= 4; j++)
+    for (int i = -4; i <= 4; i++) sum += texture(u_picture, gl_FragCoord.xy / u_size + vec2(i, j) * 0.018).rgb;
+  o_color = vec4(sum / 81.0, 1.0);
+}`;
+
+export class FramePicture {
+  #gl;
+  #programs;
+  #framebuffer;
+  /** sRGB; mipmapped where it is drawn much smaller. */
+  texture;
+  /** At most `SMALL_LENGTH` pixels long, without aliases. */
+  small;
+  /** The whole frame far out of focus. */
+  blurred;
+  #size = [0, 0];
+  /** @type {{ small: [number, number], blurred: [number, number] }} */
+  #sizes = { small: [1, 1], blurred: [1, 1] };
+  #reduced = false;
+  #mipmapped = false;
+
+  /** @param {WebGL2RenderingContext} gl */
+  constructor(gl) {
+    this.#gl = gl;
+    this.#programs = {
+      small: createProgram(gl, VERTEX_SHADER, SMALL_FRAGMENT_SHADER),
+      blurred: createProgram(gl, VERTEX_SHADER, BLURRED_FRAGMENT_SHADER),
+    };
+    this.#framebuffer = gl.createFramebuffer();
+    this.texture = createTexture(gl, gl.LINEAR);
+    this.small = createTexture(gl, gl.LINEAR);
+    this.blurred = createTexture(gl, gl.LINEAR);
+  }
+
+  /** @param {ImageBitmap} frame may be closed afterwards */
+  upload(frame) {
+    const gl = this.#gl;
+    const { width, height } = frame;
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, frame);
+    [this.#reduced, this.#mipmapped] = [false, false];
+    if (width === this.#size[0] && height === this.#size[1]) return;
+    this.#size = [width, height];
+    const within = (/** @type {number} */ length) => {
+      const scale = Math.min(1, length / Math.max(width, height));
+      return /** @type {[number, number]} */ ([Math.ceil(width * scale), Math.ceil(height * scale)]);
+    };
+    this.#sizes = { small: within(SMALL_LENGTH), blurred: within(BLURRED_LENGTH) };
+    for (const name of /** @type {const} */ (["small", "blurred"])) {
+      gl.bindTexture(gl.TEXTURE_2D, this[name]);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, ...this.#sizes[name], 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+    }
+  }
+
+  /**
+   * Makes what is drawn from the newest frame, once.
+   *
+   * @param {number} scale canvas pixels a frame pixel that `texture` is to be drawn with
+   */
+  prepare(scale) {
+    const gl = this.#gl;
+    const shrunk = scale * MOST_MINIFICATION < 1;
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, shrunk ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
+    if (shrunk && !this.#mipmapped) gl.generateMipmap(gl.TEXTURE_2D);
+    this.#mipmapped ||= shrunk;
+    if (this.#reduced) return;
+    this.#reduced = true;
+    gl.disable(gl.SCISSOR_TEST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
+    const samples = Math.max(1, Math.ceil(this.#size[0] / this.#sizes.small[0] / MOST_MINIFICATION));
+    this.#reduce("small", this.texture, samples);
+    this.#reduce("blurred", this.small);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /**
+   * @param {"small" | "blurred"} to
+   * @param {WebGLTexture} from
+   * @param {number} [samples]
+   */
+  #reduce(to, from, samples) {
+    const gl = this.#gl;
+    const size = this.#sizes[to];
+    const { program, uniform } = this.#programs[to];
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this[to], 0);
+    gl.viewport(0, 0, ...size);
+    gl.useProgram(program);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, from);
+    gl.uniform1i(uniform("u_picture"), 0);
+    gl.uniform2f(uniform("u_size"), ...size);
+    if (samples !== undefined) gl.uniform1i(uniform("u_samples"), samples);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+}

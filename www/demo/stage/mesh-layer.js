@@ -1,0 +1,269 @@
+// The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
+
+import { SMALL_LENGTH } from "./frame-picture.js";
+import { createProgram, createTexture, programVariants } from "../graphics/gl.js";
+import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
+import { VERTEX_SHADER } from "./stage-shader.js";
+
+/** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { MeshOverlay } from "./mesh-shader.js" */
+/** @import { PaperSource } from "../graphics/papers.js" */
+
+/** Numbers a corner in the buffer that each frame fills: position, normal, confidence and share seen. */
+const STRIDE = 8;
+
+/**
+ * @typedef {object} MeshView
+ * @property {SourcedCamera} camera
+ * @property {{ left: number, top: number, scale: number }} view of the image on the canvas, canvas pixels
+ * @property {[number, number]} canvasSize
+ * @property {MeshOverlay} overlay
+ * @property {PaperSource} paper
+ * @property {number} strength 0 to 1
+ * @property {number} seconds
+ * @property {readonly [number, number]} sheetMm
+ * @property {readonly [number, number, number]} tint
+ * @property {{ near: number, far: number, step: number }} depthScale mm
+ * @property {number} lineWidth canvas pixels
+ * @property {WebGLTexture} smallFrame the camera's image, `SMALL_LENGTH` pixels long
+ * @property {WebGLTexture} painted the paper, if it is painted
+ * @property {WebGLTexture} heat
+ */
+
+export class MeshLayer {
+  #gl;
+  #programs;
+  #lightProgram;
+  #blurProgram;
+  #print;
+  #vertexArray;
+  #emptyArray;
+  #corners;
+  #coordinates;
+  /**
+   * Vertex of each corner of each face.
+   *
+   * @type {Uint32Array}
+   */
+  #faces = new Uint32Array();
+  /** @type {Float32Array} */
+  #filled = new Float32Array();
+  /** @type {{ texture: WebGLTexture, framebuffer: WebGLFramebuffer }[]} the picture of the light, and the one it is blurred through */
+  #light = [];
+  #lightSize = [0, 0];
+  #depthBuffer;
+  /** Whether light can be kept in more than 8 bits. */
+  #fine;
+  #lightIsOld = true;
+
+  /** @param {WebGL2RenderingContext} gl */
+  constructor(gl) {
+    this.#gl = gl;
+    this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
+    this.#lightProgram = createProgram(gl, MESH_VERTEX_SHADER, LIGHT_FRAGMENT_SHADER);
+    this.#blurProgram = createProgram(gl, VERTEX_SHADER, BLUR_FRAGMENT_SHADER);
+    this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
+    this.#print = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
+    this.#emptyArray = gl.createVertexArray();
+    this.#vertexArray = gl.createVertexArray();
+    this.#corners = gl.createBuffer();
+    this.#coordinates = gl.createBuffer();
+    this.#depthBuffer = gl.createRenderbuffer();
+    gl.bindVertexArray(this.#vertexArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
+    for (const [location, size, offset] of [
+      [0, 3, 0],
+      [1, 3, 3],
+      [2, 2, 6],
+    ]) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * STRIDE, 4 * offset);
+    }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
+    for (const [location, size, offset] of [
+      [3, 2, 0],
+      [4, 1, 2],
+    ]) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 12, 4 * offset);
+    }
+    gl.bindVertexArray(null);
+  }
+
+  /** @param {{ texture: ImageData, mesh: MeshTopology }} template */
+  setTemplate({ texture, mesh: { faces, textureCoordinates } }) {
+    const gl = this.#gl;
+    gl.bindTexture(gl.TEXTURE_2D, this.#print);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, texture);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    const coordinates = new Float32Array(3 * faces.length);
+    faces.forEach((vertex, corner) => {
+      const uv = textureCoordinates.subarray(2 * vertex, 2 * vertex + 2);
+      const face = faces.subarray(corner - (corner % 3), corner - (corner % 3) + 3);
+      coordinates.set([...uv, diagonalOf(face, textureCoordinates)], 3 * corner);
+    });
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
+    gl.bufferData(gl.ARRAY_BUFFER, coordinates, gl.STATIC_DRAW);
+    this.#faces = faces;
+    this.#filled = new Float32Array(STRIDE * faces.length);
+  }
+
+  /**
+   * @param {SurfaceMesh} mesh
+   * @param {Float32Array} seen share of each vertex's surroundings that nothing covers, 0 to 1
+   */
+  setMesh({ vertices, normals, confidence }, seen) {
+    const [gl, filled] = [this.#gl, this.#filled];
+    this.#faces.forEach((vertex, corner) => {
+      const at = STRIDE * corner;
+      for (let k = 0; k < 3; k++) {
+        filled[at + k] = vertices[3 * vertex + k];
+        filled[at + 3 + k] = normals[3 * vertex + k];
+      }
+      filled[at + 6] = confidence[vertex];
+      filled[at + 7] = seen[vertex];
+    });
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
+    gl.bufferData(gl.ARRAY_BUFFER, filled, gl.DYNAMIC_DRAW);
+    this.#lightIsOld = true;
+  }
+
+  /**
+   * Draws the mesh over what is on the canvas.
+   *
+   * @param {MeshView} mesh
+   */
+  draw(mesh) {
+    const gl = this.#gl;
+    if (mesh.overlay === "paper" && this.#lightIsOld) this.#drawLight(mesh);
+    gl.viewport(0, 0, ...mesh.canvasSize);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    const { program, uniform } = this.#programs(mesh.overlay, mesh.paper);
+    gl.useProgram(program);
+    this.#bind(uniform, { light: this.#light[0]?.texture ?? null, heat: mesh.heat, painted: mesh.painted });
+    this.#project(uniform, mesh.camera, [mesh.view.left, mesh.view.top, mesh.view.scale], mesh.canvasSize);
+    gl.uniform1f(uniform("u_strength"), mesh.strength);
+    gl.uniform1f(uniform("u_seconds"), mesh.seconds);
+    gl.uniform2f(uniform("u_sheetMm"), ...mesh.sheetMm);
+    gl.uniform3f(uniform("u_tint"), ...mesh.tint);
+    gl.uniform3f(uniform("u_depthScale"), mesh.depthScale.near, mesh.depthScale.far, mesh.depthScale.step);
+    gl.uniform1f(uniform("u_lineWidth"), mesh.lineWidth);
+    this.#drawMesh();
+    gl.disable(gl.BLEND);
+  }
+
+  /**
+   * The picture of the light: luminance seen and printed, both low-passed.
+   *
+   * @param {MeshView} mesh
+   */
+  #drawLight({ camera, smallFrame }) {
+    const gl = this.#gl;
+    const scale = SMALL_LENGTH / Math.max(camera.width, camera.height);
+    const size = /** @type {[number, number]} */ ([Math.ceil(camera.width * scale), Math.ceil(camera.height * scale)]);
+    this.#sizeLight(size);
+    gl.viewport(0, 0, ...size);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#light[0].framebuffer);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const { program, uniform } = this.#lightProgram;
+    gl.useProgram(program);
+    this.#bind(uniform, { frame: smallFrame, print: this.#print });
+    this.#project(uniform, camera, [0, 0, scale], size);
+    this.#drawMesh();
+
+    gl.useProgram(this.#blurProgram.program);
+    gl.uniform2f(this.#blurProgram.uniform("u_targetSize"), ...size);
+    gl.bindVertexArray(this.#emptyArray);
+    for (const [from, to, x, y] of [
+      [0, 1, 1 / size[0], 0],
+      [1, 0, 0, 1 / size[1]],
+    ]) {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.#light[to].framebuffer);
+      this.#bind(this.#blurProgram.uniform, { light: this.#light[from].texture });
+      gl.uniform2f(this.#blurProgram.uniform("u_step"), x, y);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    gl.bindVertexArray(null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.#lightIsOld = false;
+  }
+
+  /** @param {[number, number]} size */
+  #sizeLight(size) {
+    if (size[0] === this.#lightSize[0] && size[1] === this.#lightSize[1]) return;
+    const gl = this.#gl;
+    this.#lightSize = size;
+    gl.bindRenderbuffer(gl.RENDERBUFFER, this.#depthBuffer);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, ...size);
+    for (const { texture, framebuffer } of this.#light) {
+      gl.deleteTexture(texture);
+      gl.deleteFramebuffer(framebuffer);
+    }
+    this.#light = [0, 1].map((i) => {
+      const texture = createTexture(gl, gl.LINEAR);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, this.#fine ? gl.RGBA16F : gl.RGBA8, ...size);
+      const framebuffer = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+      if (i === 0) gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, this.#depthBuffer);
+      return { texture, framebuffer };
+    });
+  }
+
+  /**
+   * @param {(name: string) => WebGLUniformLocation | null} uniform
+   * @param {Record<string, WebGLTexture | null>} textures by sampler
+   */
+  #bind(uniform, textures) {
+    const gl = this.#gl;
+    Object.entries(textures).forEach(([name, texture], unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.uniform1i(uniform(`u_${name}`), unit);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+  }
+
+  /**
+   * @param {(name: string) => WebGLUniformLocation | null} uniform
+   * @param {SourcedCamera} camera
+   * @param {[number, number, number]} view
+   * @param {[number, number]} targetSize
+   */
+  #project(uniform, camera, view, targetSize) {
+    const gl = this.#gl;
+    gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
+    gl.uniform1fv(uniform("u_distortion"), camera.distortion);
+    gl.uniform3f(uniform("u_view"), ...view);
+    gl.uniform2f(uniform("u_targetSize"), ...targetSize);
+    gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
+  }
+
+  #drawMesh() {
+    const gl = this.#gl;
+    gl.enable(gl.DEPTH_TEST);
+    gl.bindVertexArray(this.#vertexArray);
+    gl.drawArrays(gl.TRIANGLES, 0, this.#faces.length);
+    gl.bindVertexArray(null);
+    gl.disable(gl.DEPTH_TEST);
+  }
+}
+
+/**
+ * The corner opposite the edge that only halves a cell of a grid: the one that runs along neither u nor v.
+ *
+ * @param {Uint32Array} face three vertices
+ * @param {Float32Array} textureCoordinates
+ * @returns {number} -1 when the face is not half a cell
+ */
+function diagonalOf(face, textureCoordinates) {
+  const runs = (/** @type {number} */ corner, /** @type {0 | 1} */ axis) => {
+    const [from, to] = [face[(corner + 1) % 3], face[(corner + 2) % 3]];
+    return Math.abs(textureCoordinates[2 * from + axis] - textureCoordinates[2 * to + axis]) > 1e-6;
+  };
+  const diagonals = [0, 1, 2].filter((corner) => runs(corner, 0) && runs(corner, 1));
+  return diagonals.length === 1 ? diagonals[0] : -1;
+}

@@ -1,0 +1,137 @@
+// The engine's side of the contract: what the worker and the page say to each other.
+
+import { countedBody } from "./bundle.js";
+import { DeepSftError } from "../error.js";
+import { WorkerCalls } from "./worker-calls.js";
+
+/** @import { LoadProgress } from "./bundle.js" */
+/** @import { DeepSftErrorCode } from "../error.js" */
+
+/**
+ * What runs the network.
+ *
+ * @typedef {object} EngineInfo
+ * @property {"webgpu" | "cpu"} device
+ * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
+ * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
+ * @property {string} modelName
+ * @property {number} parameters of the network
+ * @property {string} version of this package
+ * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
+ */
+
+/**
+ * Milliseconds in the engine: canonical warp, network, confidence.
+ *
+ * @typedef {{ warpMs: number, networkMs: number, judgeMs: number }} EngineTimes
+ */
+
+/**
+ * The maps of one frame as they cross from the worker.
+ *
+ * @typedef {object} RawEstimate
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {Uint8Array} mask
+ * @property {Uint8ClampedArray} canonical
+ * @property {boolean} found
+ * @property {number} confidence
+ * @property {EngineTimes} times
+ * @property {number} readMs time to read the frame's pixels
+ * @property {ImageBitmap | null} bitmap the frame, handed back
+ * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
+ */
+
+/**
+ * One frame after physics refinement.
+ *
+ * @typedef {object} RawRefined
+ * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {Float32Array} vertices
+ * @property {Float32Array} confidence
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {number} refineMs
+ */
+
+/**
+ * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * vertex.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ */
+
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
+
+/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/**
+ * With the canonical image: physics refinement. Without: ARAP completion.
+ *
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ */
+
+/**
+ * Compiles the WebAssembly module while it downloads.
+ *
+ * @param {URL} url
+ * @param {object} [options]
+ * @param {(progress: LoadProgress) => void} [options.onProgress]
+ * @param {AbortSignal} [options.signal]
+ * @returns {Promise<WebAssembly.Module>}
+ * @throws {DeepSftError} `engine-load`
+ */
+export async function compileEngine(url, { onProgress, signal } = {}) {
+  try {
+    const response = await fetch(url, { signal });
+    if (!response.ok) throw new Error(`the server answered ${response.status}`);
+    // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
+    const length = response.headers.has("content-encoding") ? null : response.headers.get("content-length");
+    const totalBytes = length === null ? null : Number(length);
+    let loadedBytes = 0;
+    const body = countedBody(response, (bytes) => {
+      loadedBytes += bytes;
+      onProgress?.({ phase: "engine", loadedBytes, totalBytes });
+    });
+    return await WebAssembly.compileStreaming(new Response(body, { headers: { "content-type": "application/wasm" } }));
+  } catch (error) {
+    signal?.throwIfAborted();
+    const reason = error instanceof Error ? error.message : String(error);
+    const hint = "If a bundler moved the file, pass its address as wasmUrl.";
+    throw new DeepSftError("engine-load", `The engine ${url} could not be loaded (${reason}). ${hint}`, {
+      cause: error,
+    });
+  }
+}
+
+/** The worker that runs the network. */
+export class EngineWorker extends WorkerCalls {
+  /**
+   * @param {StartRequest} request
+   * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
+   */
+  start(request) {
+    return this.call("start", request);
+  }
+
+  /**
+   * @param {EstimateRequest} request
+   * @returns {Promise<RawEstimate>}
+   */
+  estimate(request) {
+    return this.call("estimate", request, [transferable(request.frame)]);
+  }
+
+  /**
+   * @param {RefineRequest} request
+   * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
+   */
+  refine(request) {
+    return this.call("refine", request);
+  }
+}
+
+/** @param {ImageBitmap | ImageData} frame */
+export function transferable(frame) {
+  return frame instanceof ImageBitmap ? frame : frame.data.buffer;
+}

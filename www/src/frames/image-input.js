@@ -1,0 +1,68 @@
+// From whatever a page calls an image to pixels that can cross to the worker.
+
+import { DeepSftError } from "../error.js";
+
+/**
+ * Images that are accepted. Compressed files go in as a Blob (a File is one).
+ *
+ * @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ImageInput
+ */
+
+/**
+ * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
+ * would take 1.6 GB to read.
+ */
+const MOST_PIXELS = 16_777_216;
+
+/**
+ * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
+ *
+ * @param {ImageInput} image
+ * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller
+ * @throws {DeepSftError} `image-unreadable`
+ */
+export async function transferableFrame(image) {
+  if (image instanceof ImageData && image.width * image.height <= MOST_PIXELS) {
+    const { data, width, height } = image;
+    return { frame: new ImageData(new Uint8ClampedArray(data), width, height), width, height };
+  }
+  if (typeof HTMLVideoElement !== "undefined" && image instanceof HTMLVideoElement) await hasPicture(image);
+  let bitmap;
+  try {
+    bitmap = await createImageBitmap(image);
+  } catch (error) {
+    const empty = image instanceof Blob && image.size === 0;
+    const message = empty
+      ? "The image file is empty."
+      : "The image could not be read: it is empty, broken, too large, or of a kind this browser does not know.";
+    throw new DeepSftError("image-unreadable", message, { cause: error });
+  }
+  const { width, height } = bitmap;
+  if (width * height <= MOST_PIXELS) return { frame: bitmap, width, height };
+  const scale = Math.sqrt(MOST_PIXELS / (width * height));
+  const small = await createImageBitmap(bitmap, {
+    resizeWidth: Math.max(1, Math.floor(width * scale)),
+    resizeHeight: Math.max(1, Math.floor(height * scale)),
+    resizeQuality: "high",
+  });
+  bitmap.close();
+  return { frame: small, width, height };
+}
+
+/**
+ * Resolves when a video shows a picture: at once, or, while it jumps (a clip that loops jumps to its start), when it
+ * has arrived.
+ *
+ * @param {HTMLVideoElement} video
+ * @throws {DeepSftError} `image-unreadable` when it has no picture and none is on its way
+ */
+async function hasPicture(video) {
+  while (video.readyState < video.HAVE_CURRENT_DATA) {
+    if (!video.seeking)
+      throw new DeepSftError("image-unreadable", "The video has no picture yet; wait for its loadeddata event.");
+    await new Promise((resolve) => {
+      for (const event of ["seeked", "loadeddata", "emptied", "error"])
+        video.addEventListener(event, resolve, { once: true });
+    });
+  }
+}

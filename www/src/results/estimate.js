@@ -1,0 +1,166 @@
+// What an estimate holds.
+
+import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "../camera/canonical.js";
+import { DeepSftError } from "../error.js";
+import { SurfaceMesh } from "./surface-mesh.js";
+
+/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js" */
+
+/**
+ * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
+ * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
+ *
+ * @typedef {object} EstimateTimes
+ * @property {number} captureMs
+ * @property {number} warpMs
+ * @property {number} networkMs
+ * @property {number} judgeMs
+ * @property {number} refineMs
+ * @property {number} totalMs
+ */
+
+/**
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ *
+ * @template {Float32Array | Uint8Array} A
+ */
+export class EstimateMap {
+  /** @type {A | null} */
+  #values;
+
+  /**
+   * @param {A} values
+   * @param {number} channels
+   */
+  constructor(values, channels) {
+    this.#values = values;
+    /** Columns. */
+    this.width = CANONICAL_WIDTH;
+    /** Rows. */
+    this.height = CANONICAL_HEIGHT;
+    /** Values a pixel. */
+    this.channels = channels;
+    /**
+     * Where the values live.
+     *
+     * @type {"cpu"}
+     */
+    this.location = "cpu";
+  }
+
+  /**
+   * The values themselves, not a copy.
+   *
+   * @returns {A}
+   * @throws {DeepSftError} `closed`
+   */
+  values() {
+    if (this.#values === null) throw new DeepSftError("closed", "This map was used after close().");
+    return this.#values;
+  }
+
+  /**
+   * A copy of the values.
+   *
+   * @returns {Float32Array<ArrayBuffer>}
+   * @throws {DeepSftError} `closed`
+   */
+  toFloat32Array() {
+    return Float32Array.from(this.values());
+  }
+
+  /** Lets the memory go. */
+  close() {
+    this.#values = null;
+  }
+}
+
+/** What one frame shows of the template. */
+export class Estimate {
+  #topology;
+  #refine;
+  /** @type {Promise<RawRefined | null> | null} */
+  #refined = null;
+  /** @type {Promise<RawRefined | null> | null} */
+  #completed = null;
+
+  /**
+   * @param {RawEstimate} raw
+   * @param {SourcedCamera} camera
+   * @param {EstimateTimes} times
+   * @param {MeshTopology} topology of the template's mesh
+   * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
+   */
+  constructor(raw, camera, times, topology, refine) {
+    this.#topology = topology;
+    this.#refine = refine;
+    if (raw.refined) this.#refined = Promise.resolve(raw.refined);
+    /** Whether the template was found; when not, the maps are best ignored. */
+    this.found = raw.found;
+    /** How well image and registered template agree, 0 to 1. */
+    this.confidence = raw.confidence;
+    /** Distance along the optical axis, mm; -1 outside the object. */
+    this.depth = new EstimateMap(raw.depth, 1);
+    /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
+    this.registration = new EstimateMap(raw.registration, 2);
+    /** 1 where the object is seen, else 0. */
+    this.mask = new EstimateMap(raw.mask, 1);
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    this.refined = raw.refined?.accepted === true;
+    /** The canonical image the maps belong to. */
+    this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    /** The camera that was used, with its source. */
+    this.camera = camera;
+    this.times = times;
+    /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
+    this.frame = raw.bitmap;
+  }
+
+  /**
+   * The whole surface, hidden parts included, computed once a method.
+   *
+   * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+   * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
+   * the others follow as rigidly as possible. The mesh's `method` says which it is.
+   *
+   * @param {{ method?: "physics" | "arap" }} [options]
+   * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
+   * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
+   */
+  async completeMesh({ method = "physics" } = {}) {
+    if (!this.found) return null;
+    // Before anything is waited for: close() may be called meanwhile.
+    const maps = { depth: this.depth.values(), registration: this.registration.values() };
+    if (method === "arap") return this.#arapMesh(maps);
+    this.#refined ??= this.#refine({ ...maps, canonical: this.canonical.data });
+    try {
+      const refined = await this.#refined;
+      return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : await this.#arapMesh(maps);
+    } catch (error) {
+      this.#refined = null;
+      throw error;
+    }
+  }
+
+  /** @param {{ depth: Float32Array, registration: Float32Array }} maps */
+  async #arapMesh(maps) {
+    this.#completed ??= this.#refine({ ...maps, canonical: null });
+    try {
+      const completed = await this.#completed;
+      return completed ? new SurfaceMesh(completed, this.#topology, "arap") : null;
+    } catch (error) {
+      this.#completed = null;
+      throw error;
+    }
+  }
+
+  /** Lets the maps and the frame go. */
+  close() {
+    this.depth.close();
+    this.registration.close();
+    this.mask.close();
+    this.frame?.close();
+    this.frame = null;
+  }
+}

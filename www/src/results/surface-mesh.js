@@ -1,0 +1,73 @@
+// The whole surface of the object in one frame, hidden parts included.
+
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+
+/**
+ * Where a mesh comes from: fitted to one image (`physics`), completed from the network's maps (`arap`), or followed through a
+ * video (`tracking`).
+ *
+ * @typedef {"physics" | "arap" | "tracking"} MeshMethod
+ */
+
+/** A triangle mesh in the camera's frame. */
+export class SurfaceMesh {
+  /** @type {Float32Array | null} */
+  #normals = null;
+
+  /**
+   * @param {{ vertices: Float32Array, confidence: Float32Array }} raw
+   * @param {MeshTopology} topology
+   * @param {MeshMethod} method
+   */
+  constructor({ vertices, confidence }, { faces, textureCoordinates }, method) {
+    /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
+    this.vertices = vertices;
+    /**
+     * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `arap`: 1 where the
+     * network sees the vertex, else 0.
+     */
+    this.confidence = confidence;
+    /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
+    this.faces = faces;
+    /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
+    this.textureCoordinates = textureCoordinates;
+    this.method = method;
+  }
+
+  /**
+   * Unit normals (x, y, z) of the vertices, camera frame: the mean of the faces around each, by their area. They point away
+   * from the printed side's back: towards the camera where the print is seen.
+   *
+   * @returns {Float32Array} computed once
+   */
+  get normals() {
+    this.#normals ??= vertexNormals(this.vertices, this.faces);
+    return this.#normals;
+  }
+}
+
+/**
+ * @param {Float32Array} vertices
+ * @param {Uint32Array} faces
+ * @returns {Float32Array}
+ */
+function vertexNormals(vertices, faces) {
+  const normals = new Float32Array(vertices.length);
+  for (let i = 0; i < faces.length; i += 3) {
+    const [a, b, c] = [3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2]];
+    const edge = (/** @type {number} */ to) => [0, 1, 2].map((k) => vertices[to + k] - vertices[a + k]);
+    const [[ux, uy, uz], [vx, vy, vz]] = [edge(b), edge(c)];
+    // The cross product's length is twice the face's area.
+    const [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    for (const corner of [a, b, c]) {
+      normals[corner] += x;
+      normals[corner + 1] += y;
+      normals[corner + 2] += z;
+    }
+  }
+  for (let i = 0; i < normals.length; i += 3) {
+    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+    for (let k = 0; k < 3; k++) normals[i + k] /= length;
+  }
+  return normals;
+}

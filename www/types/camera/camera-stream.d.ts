@@ -1,0 +1,78 @@
+import { DeepSftError } from "../error.js";
+import type { SourcedCamera } from "./intrinsics.js";
+export type OpenCameraOptions = {
+    /**
+     * which way the camera should look; default "environment"
+     */
+    facing?: "environment" | "user";
+    /**
+     * a certain camera
+     */
+    deviceId?: string;
+};
+/**
+ * A browser's refusal as an error with a code.
+ *
+ * @param {unknown} error
+ * @returns {DeepSftError}
+ */
+export declare function cameraError(error: unknown): DeepSftError;
+/**
+ * Opens a camera and plays it in a video element.
+ *
+ * @param {HTMLVideoElement} video must be in the document (iOS plays no other); it is set to play inline and muted
+ * @param {OpenCameraOptions} [options]
+ * @returns {Promise<CameraStream>}
+ * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`, `camera-lost`
+ */
+export declare function openCamera(video: HTMLVideoElement, options?: OpenCameraOptions): Promise<CameraStream>;
+/**
+ * The cameras there are. Labels are empty until a camera was allowed once.
+ *
+ * @returns {Promise<{ deviceId: string, label: string }[]>}
+ */
+export declare function listCameras(): Promise<{
+    deviceId: string;
+    label: string;
+}[]>;
+/**
+ * A camera that plays. Events: `lost`, when the stream ended by itself (`error` then says why), and `resize`, when the
+ * picture's size changed because the device was turned; the intrinsics follow by themselves.
+ */
+export declare class CameraStream extends EventTarget {
+    #private;
+    /** @type {DeepSftError | null} why the stream ended by itself */
+    error: DeepSftError | null;
+    /**
+     * Use {@link openCamera}.
+     *
+     * @param {HTMLVideoElement} video
+     * @param {MediaStream} stream
+     */
+    constructor(video: HTMLVideoElement, stream: MediaStream);
+    /** Plays the stream; called by {@link openCamera}. */
+    start(): Promise<void>;
+    /** Name of the camera. */
+    get label(): string;
+    /** Which way it looks, where the browser tells. */
+    get facing(): string;
+    /** Identifier of the camera, for {@link OpenCameraOptions}. */
+    get deviceId(): string;
+    /**
+     * The camera for images of a size, from its calibration in this browser or else estimated. A function that can be
+     * passed as the `camera` option as it is: it is asked anew for each frame, so it follows a phone that is turned.
+     *
+     * @type {(width: number, height: number) => SourcedCamera}
+     */
+    intrinsics: (width: number, height: number) => SourcedCamera;
+    /**
+     * Keeps a focal length for this camera at this image size, in this browser; null forgets it.
+     *
+     * @param {number} width pixels
+     * @param {number} height pixels
+     * @param {number | null} focal pixels
+     */
+    calibrate(width: number, height: number, focal: number | null): void;
+    /** Ends the stream and frees the camera. */
+    stop(): void;
+}

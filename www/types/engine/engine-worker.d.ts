@@ -1,0 +1,189 @@
+import { WorkerCalls } from "./worker-calls.js";
+import type { LoadProgress } from "./bundle.js";
+import type { DeepSftErrorCode } from "../error.js";
+export type EngineInfo = {
+    device: "webgpu" | "cpu";
+    /**
+     * the GPU adapter's name, or what runs on the CPU
+     */
+    adapterName: string;
+    /**
+     * whether a WebGPU adapter is emulated on the CPU
+     */
+    software: boolean;
+    modelName: string;
+    /**
+     * of the network
+     */
+    parameters: number;
+    /**
+     * of this package
+     */
+    version: string;
+    /**
+     * why `device: "auto"` took the CPU
+     */
+    fallback: {
+        code: DeepSftErrorCode;
+        message: string;
+    } | null;
+};
+export type EngineTimes = {
+    warpMs: number;
+    networkMs: number;
+    judgeMs: number;
+};
+export type RawEstimate = {
+    depth: Float32Array;
+    registration: Float32Array;
+    mask: Uint8Array;
+    canonical: Uint8ClampedArray;
+    found: boolean;
+    confidence: number;
+    times: EngineTimes;
+    /**
+     * time to read the frame's pixels
+     */
+    readMs: number;
+    /**
+     * the frame, handed back
+     */
+    bitmap: ImageBitmap | null;
+    /**
+     * when physics was asked for and the template found: what came of it
+     */
+    refined: RawRefined | null;
+};
+export type RawRefined = {
+    /**
+     * whether the mesh explains the image better than the network's maps
+     */
+    accepted: boolean;
+    vertices: Float32Array;
+    confidence: Float32Array;
+    depth: Float32Array;
+    registration: Float32Array;
+    refineMs: number;
+};
+export type MeshTopology = {
+    faces: Uint32Array;
+    textureCoordinates: Float32Array;
+};
+export type EngineTemplate = {
+    width: number;
+    height: number;
+    rgba: Uint8ClampedArray<ArrayBuffer>;
+    sizeMm: [number, number];
+    mesh: MeshTopology;
+};
+export type StartRequest = {
+    module: WebAssembly.Module;
+    files: Map<string, Uint8Array>;
+    device: "auto" | "webgpu" | "cpu";
+};
+export type EstimateRequest = {
+    frame: ImageBitmap | ImageData;
+    intrinsics: number[];
+    refine: boolean;
+};
+export type RefineRequest = {
+    depth: Float32Array;
+    registration: Float32Array;
+    canonical: Uint8ClampedArray | null;
+};
+/** @import { LoadProgress } from "./bundle.js" */
+/** @import { DeepSftErrorCode } from "../error.js" */
+/**
+ * What runs the network.
+ *
+ * @typedef {object} EngineInfo
+ * @property {"webgpu" | "cpu"} device
+ * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
+ * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
+ * @property {string} modelName
+ * @property {number} parameters of the network
+ * @property {string} version of this package
+ * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
+ */
+/**
+ * Milliseconds in the engine: canonical warp, network, confidence.
+ *
+ * @typedef {{ warpMs: number, networkMs: number, judgeMs: number }} EngineTimes
+ */
+/**
+ * The maps of one frame as they cross from the worker.
+ *
+ * @typedef {object} RawEstimate
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {Uint8Array} mask
+ * @property {Uint8ClampedArray} canonical
+ * @property {boolean} found
+ * @property {number} confidence
+ * @property {EngineTimes} times
+ * @property {number} readMs time to read the frame's pixels
+ * @property {ImageBitmap | null} bitmap the frame, handed back
+ * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
+ */
+/**
+ * One frame after physics refinement.
+ *
+ * @typedef {object} RawRefined
+ * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {Float32Array} vertices
+ * @property {Float32Array} confidence
+ * @property {Float32Array} depth
+ * @property {Float32Array} registration
+ * @property {number} refineMs
+ */
+/**
+ * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * vertex.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
+/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/**
+ * With the canonical image: physics refinement. Without: ARAP completion.
+ *
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ */
+/**
+ * Compiles the WebAssembly module while it downloads.
+ *
+ * @param {URL} url
+ * @param {object} [options]
+ * @param {(progress: LoadProgress) => void} [options.onProgress]
+ * @param {AbortSignal} [options.signal]
+ * @returns {Promise<WebAssembly.Module>}
+ * @throws {DeepSftError} `engine-load`
+ */
+export declare function compileEngine(url: URL, { onProgress, signal }?: {
+    onProgress?: (progress: LoadProgress) => void;
+    signal?: AbortSignal;
+}): Promise<WebAssembly.Module>;
+/** The worker that runs the network. */
+export declare class EngineWorker extends WorkerCalls {
+    /**
+     * @param {StartRequest} request
+     * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
+     */
+    start(request: StartRequest): Promise<{
+        info: EngineInfo;
+        template: EngineTemplate;
+    }>;
+    /**
+     * @param {EstimateRequest} request
+     * @returns {Promise<RawEstimate>}
+     */
+    estimate(request: EstimateRequest): Promise<RawEstimate>;
+    /**
+     * @param {RefineRequest} request
+     * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
+     */
+    refine(request: RefineRequest): Promise<RawRefined | null>;
+}
+/** @param {ImageBitmap | ImageData} frame */
+export declare function transferable(frame: ImageBitmap | ImageData): ArrayBuffer | ImageBitmap;

@@ -1,0 +1,113 @@
+import { SurfaceMesh } from "./surface-mesh.js";
+import type { SourcedCamera } from "../camera/intrinsics.js";
+import type { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js";
+export type EstimateTimes = {
+    captureMs: number;
+    warpMs: number;
+    networkMs: number;
+    judgeMs: number;
+    refineMs: number;
+    totalMs: number;
+};
+/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js" */
+/**
+ * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
+ * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
+ *
+ * @typedef {object} EstimateTimes
+ * @property {number} captureMs
+ * @property {number} warpMs
+ * @property {number} networkMs
+ * @property {number} judgeMs
+ * @property {number} refineMs
+ * @property {number} totalMs
+ */
+/**
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ *
+ * @template {Float32Array | Uint8Array} A
+ */
+export declare class EstimateMap<A extends Float32Array | Uint8Array> {
+    #private;
+    /** Columns. */
+    width: number;
+    /** Rows. */
+    height: number;
+    /** Values a pixel. */
+    channels: number;
+    /**
+     * Where the values live.
+     *
+     * @type {"cpu"}
+     */
+    location: "cpu";
+    /**
+     * @param {A} values
+     * @param {number} channels
+     */
+    constructor(values: A, channels: number);
+    /**
+     * The values themselves, not a copy.
+     *
+     * @returns {A}
+     * @throws {DeepSftError} `closed`
+     */
+    values(): A;
+    /**
+     * A copy of the values.
+     *
+     * @returns {Float32Array<ArrayBuffer>}
+     * @throws {DeepSftError} `closed`
+     */
+    toFloat32Array(): Float32Array<ArrayBuffer>;
+    /** Lets the memory go. */
+    close(): void;
+}
+/** What one frame shows of the template. */
+export declare class Estimate {
+    #private;
+    /** Whether the template was found; when not, the maps are best ignored. */
+    found: boolean;
+    /** How well image and registered template agree, 0 to 1. */
+    confidence: number;
+    /** Distance along the optical axis, mm; -1 outside the object. */
+    depth: EstimateMap<Float32Array<ArrayBufferLike>>;
+    /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
+    registration: EstimateMap<Float32Array<ArrayBufferLike>>;
+    /** 1 where the object is seen, else 0. */
+    mask: EstimateMap<Uint8Array<ArrayBufferLike>>;
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    refined: boolean;
+    /** The canonical image the maps belong to. */
+    canonical: ImageData;
+    /** The camera that was used, with its source. */
+    camera: SourcedCamera;
+    times: EstimateTimes;
+    /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
+    frame: ImageBitmap | null;
+    /**
+     * @param {RawEstimate} raw
+     * @param {SourcedCamera} camera
+     * @param {EstimateTimes} times
+     * @param {MeshTopology} topology of the template's mesh
+     * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
+     */
+    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, refine: (request: RefineRequest) => Promise<RawRefined | null>);
+    /**
+     * The whole surface, hidden parts included, computed once a method.
+     *
+     * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+     * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
+     * the others follow as rigidly as possible. The mesh's `method` says which it is.
+     *
+     * @param {{ method?: "physics" | "arap" }} [options]
+     * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
+     * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
+     */
+    completeMesh({ method }?: {
+        method?: "physics" | "arap";
+    }): Promise<SurfaceMesh | null>;
+    /** Lets the maps and the frame go. */
+    close(): void;
+}

@@ -1,0 +1,41 @@
+import type { MeshTopology } from "../engine/engine-worker.js";
+export type MeshMethod = "physics" | "arap" | "tracking";
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/**
+ * Where a mesh comes from: fitted to one image (`physics`), completed from the network's maps (`arap`), or followed through a
+ * video (`tracking`).
+ *
+ * @typedef {"physics" | "arap" | "tracking"} MeshMethod
+ */
+/** A triangle mesh in the camera's frame. */
+export declare class SurfaceMesh {
+    #private;
+    /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
+    vertices: Float32Array<ArrayBufferLike>;
+    /**
+     * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `arap`: 1 where the
+     * network sees the vertex, else 0.
+     */
+    confidence: Float32Array<ArrayBufferLike>;
+    /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
+    faces: Uint32Array<ArrayBufferLike>;
+    /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
+    textureCoordinates: Float32Array<ArrayBufferLike>;
+    method: MeshMethod;
+    /**
+     * @param {{ vertices: Float32Array, confidence: Float32Array }} raw
+     * @param {MeshTopology} topology
+     * @param {MeshMethod} method
+     */
+    constructor({ vertices, confidence }: {
+        vertices: Float32Array;
+        confidence: Float32Array;
+    }, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
+    /**
+     * Unit normals (x, y, z) of the vertices, camera frame: the mean of the faces around each, by their area. They point away
+     * from the printed side's back: towards the camera where the print is seen.
+     *
+     * @returns {Float32Array} computed once
+     */
+    get normals(): Float32Array;
+}
