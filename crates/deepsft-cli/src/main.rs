@@ -11,7 +11,6 @@ mod clip_folder;
 mod commands;
 mod dataset;
 mod failure;
-mod follow;
 mod input;
 mod network_choice;
 mod output;

@@ -2,7 +2,7 @@
 
 use deepsft_formats::FormatError;
 use deepsft_geometry::GeometryError;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -52,4 +52,14 @@ pub enum SynthError {
     /// A camera, mesh, map or picture was refused.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+}
+
+impl SynthError {
+    /// The error of a file of a recording.
+    pub(crate) fn recording(reason: impl Into<String>, path: &Path) -> Self {
+        Self::Recording {
+            reason: reason.into(),
+            path: path.to_path_buf(),
+        }
+    }
 }

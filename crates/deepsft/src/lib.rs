@@ -1,4 +1,5 @@
-//! Shape-from-Template from one image: network, model bundle, canonical warp, estimator.
+//! Shape-from-Template from one image or video: network, model bundle, canonical warp, estimator, and [`video`], which runs
+//! the network beside the tracker.
 //!
 //! The same code runs natively and in WebAssembly. Nothing here opens a file, reads a clock or
 //! fetches: bundles and pictures come as bytes, devices are started by [`start_device`].
@@ -11,6 +12,7 @@ mod error;
 mod estimator;
 mod network;
 mod photo_consistency;
+pub mod video;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
 pub use deepsft_formats as formats;

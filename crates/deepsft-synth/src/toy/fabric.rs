@@ -1,7 +1,8 @@
 //! Printed cloth: colours as functions of the place on the cloth. Nothing repeats itself exactly, so that every place
 //! can be told from every other.
 
-use crate::noise::{ValueNoise, floor, mix};
+use crate::random::mix;
+use crate::render::value_noise::{ValueNoise, floor};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;

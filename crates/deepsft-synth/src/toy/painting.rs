@@ -3,7 +3,7 @@
 use super::body::Limb;
 use super::fabric::{Fabric, Print};
 use super::sewing::{Piece, Side};
-use crate::noise::mix;
+use crate::random::mix;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;

@@ -4,13 +4,13 @@ mod clip_record;
 mod figure;
 mod summary;
 
-use crate::follow::{Follower, NetworkAnswer, Pace};
 use crate::output::{atomic, sheet};
 use crate::track_errors;
 use crate::{clip_folder, input, progress, synthesis};
 use anyhow::{Context, Result};
 use clap::Args;
 use clip_record::{FrameRecord, Motion, losses};
+use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
@@ -20,6 +20,7 @@ use figure::Worst;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Instant;
 use summary::{ClipRecord, Recoveries, Spread, Summary};
 
 /// What happens in the clips, in turn.
@@ -157,12 +158,18 @@ fn track(
     arguments: &TrackingStudyArguments,
 ) -> Result<TrackedClip> {
     let (template, camera) = (bundle.template(), estimator.canonical_camera());
-    let mut follower = Follower::new(bundle, estimator, Pace::Delayed(arguments.delay), false)?;
+    let options = VideoOptions {
+        pace: NetworkPace::Delayed(arguments.delay),
+        ..VideoOptions::default()
+    };
+    let began = Instant::now();
+    let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
+    let mut tracker = VideoTracker::new(template, estimator, options, clock_ms)?;
     let mut filter = OneEuro::new(OneEuroOptions::default());
     let (mut frames, mut meshes, mut smooth) = (Vec::new(), Vec::new(), Vec::new());
     for (frame, sample) in samples.iter().enumerate() {
         let time_s = frame as f64 / story.length().frames_per_s;
-        let followed = follower.follow(time_s, &sample.image)?;
+        let followed = pollster::block_on(tracker.follow(time_s, &sample.image))?;
         let tracked = followed.tracked;
         let errors = match tracked.found {
             true => Some(track_errors::errors(
@@ -173,7 +180,7 @@ fn track(
             )?),
             false => None,
         };
-        let begins_a_track = followed.answer.as_ref().is_some_and(NetworkAnswer::begins_a_track);
+        let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
         frames.push(FrameRecord {
             frame,
             print_in_view: track_errors::print_in_view(&sample.truth),
@@ -182,7 +189,7 @@ fn track(
             iterations: tracked.iterations,
             registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
             points_rmse_mm: errors.and_then(|errors| errors.points_rmse_mm),
-            network: followed.answer,
+            network: followed.detection,
             ms: followed.times,
         });
         if begins_a_track {
@@ -292,6 +299,6 @@ fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
         }
     };
     ms("follow", &summary.ms.follow);
-    ms("take in an answer", &summary.ms.answer);
+    ms("catch up", &summary.ms.catch_up);
     ms("network", &summary.ms.network);
 }

@@ -1,7 +1,7 @@
 //! What happened in one clip, frame by frame, and what follows from it.
 
-use crate::follow::{FrameTimes, NetworkAnswer};
 use crate::track_errors::{self, TRACKED_PX};
+use deepsft::video::{Detection, FrameTimes};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::ClipStory;
@@ -35,7 +35,7 @@ pub struct FrameRecord {
     pub registration_rmse_px: Option<f64>,
     pub points_rmse_mm: Option<f64>,
     /// The answer of the network that arrived after it.
-    pub network: Option<NetworkAnswer>,
+    pub network: Option<Detection>,
     pub ms: FrameTimes,
 }
 
@@ -227,10 +227,10 @@ mod tests {
     }
 
     fn answered(mut record: FrameRecord, of_frame: u64) -> FrameRecord {
-        record.network = Some(NetworkAnswer {
+        record.network = Some(Detection {
             of_frame,
             found: true,
-            effect: "started",
+            effect: deepsft_geometry::tracking::Answer::Started,
         });
         record
     }

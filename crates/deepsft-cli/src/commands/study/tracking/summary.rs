@@ -1,7 +1,7 @@
 //! The figures of the study.
 
 use super::clip_record::{Cause, FrameRecord, Loss, waiting};
-use crate::follow::FrameTimes;
+use deepsft::video::FrameTimes;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -85,7 +85,7 @@ pub struct Spread {
 #[derive(Serialize)]
 pub struct Times {
     pub follow: Option<Spread>,
-    pub answer: Option<Spread>,
+    pub catch_up: Option<Spread>,
     pub network: Option<Spread>,
 }
 
@@ -150,7 +150,7 @@ impl Summary {
             lag_frames: pair(|clip| clip.lag_frames),
             ms: Times {
                 follow: ms(|ms| Some(ms.follow)),
-                answer: ms(|ms| ms.answer),
+                catch_up: ms(|ms| ms.catch_up),
                 network: ms(|ms| ms.network),
             },
         }
