@@ -24,6 +24,17 @@ const ARROWS: &[(&str, &[&str])] = &[
             "deepsft-geometry",
         ],
     ),
+    (
+        "deepsft-lab",
+        &[
+            "deepsft",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-formats",
+            "deepsft-geometry",
+            "deepsft-cli",
+        ],
+    ),
     ("deepsft-web", &["deepsft", "deepsft-formats", "deepsft-geometry"]),
     ("xtask", &[]),
 ];
@@ -33,6 +44,7 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-train",
     "deepsft-synth",
     "deepsft-cli",
+    "deepsft-lab",
     "clap",
     "anyhow",
     "gltf",

@@ -32,12 +32,6 @@ pub enum SynthError {
         /// Vertices of the template.
         expected: usize,
     },
-    /// The poster cannot be drawn or packed.
-    #[error("the poster cannot be drawn: {reason}")]
-    Poster {
-        /// What is in the way.
-        reason: String,
-    },
     /// A file of an RGB-D recording cannot be used.
     #[error("{reason}: {path}")]
     Recording {

@@ -11,12 +11,10 @@ mod dataset;
 mod deform;
 mod error;
 mod fingerprint;
-mod poster;
 mod random;
 mod recording;
 mod render;
 mod scene;
-mod toy;
 
 pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
@@ -31,10 +29,6 @@ pub use deform::{
     deform, edge_length_change,
 };
 pub use error::SynthError;
-pub use poster::{
-    POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
-    poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
-};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
@@ -44,4 +38,9 @@ pub use scene::{
     Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
     disturbed_maps, faded, sample_pose, share_in_view,
 };
-pub use toy::toy_template;
+
+/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
+pub mod noise {
+    pub use crate::random::mix;
+    pub use crate::render::value_noise::{ValueNoise, floor};
+}
