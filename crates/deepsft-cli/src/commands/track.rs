@@ -281,7 +281,7 @@ impl Track<'_> {
     fn write_in(&self, folder: &str, name: &str, bytes: &[u8]) -> Result<()> {
         let folder = self.folder.path().join(folder);
         fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
-        atomic::write_file(&folder.join(name), bytes)
+        Ok(atomic::write_file(&folder.join(name), bytes)?)
     }
 
     /// Puts the folder in its place.
@@ -295,7 +295,7 @@ impl Track<'_> {
         )?;
         atomic::write_file(&file("track.csv"), table(&report.per_frame).as_bytes())?;
         atomic::write_file(&file(TRACK_FILE), &serde_json::to_vec_pretty(report)?)?;
-        self.folder.commit()
+        Ok(self.folder.commit()?)
     }
 }
 
