@@ -12,6 +12,7 @@ mod commands;
 mod dataset;
 mod failure;
 mod input;
+mod interruption;
 mod network_choice;
 mod output;
 mod progress;
@@ -49,6 +50,7 @@ Exit codes:
   1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
   2  the command line is wrong
   3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
+  130  interrupted by Ctrl-C: track keeps the frames until then
   141  what read the output went away before the end, as head does";
 
 #[derive(Subcommand)]
