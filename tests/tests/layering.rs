@@ -14,6 +14,16 @@ const ARROWS: &[(&str, &[&str])] = &[
         "deepsft-cli",
         &["deepsft", "deepsft-synth", "deepsft-train", "deepsft-geometry"],
     ),
+    (
+        "deepsft-lab",
+        &[
+            "deepsft",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-geometry",
+            "deepsft-cli",
+        ],
+    ),
     ("deepsft-web", &["deepsft", "deepsft-geometry"]),
     ("xtask", &[]),
 ];
@@ -23,6 +33,7 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-train",
     "deepsft-synth",
     "deepsft-cli",
+    "deepsft-lab",
     "clap",
     "anyhow",
     "rayon",

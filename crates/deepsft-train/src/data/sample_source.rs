@@ -140,7 +140,7 @@ fn check_apart(one: &DatasetDescription, other: &DatasetDescription) -> Result<(
 }
 
 /// Samples `0..count` of `seed`, made on all cores.
-pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
+fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
     (0..count)
         .into_par_iter()
         .map(|index| synthesizer.sample(seed, index))
