@@ -10,7 +10,6 @@ use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, FloatDType, Tensor};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// Name of the description in a bundle.
@@ -351,10 +350,9 @@ fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError
 
 impl FileEntry {
     fn of(bytes: &[u8]) -> Self {
-        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Self {
             size: bytes.len() as u64,
-            sha256,
+            sha256: deepsft_formats::sha256(bytes),
         }
     }
 }

@@ -10,8 +10,8 @@ use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
-    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SampleRecord, SimulatedFrame,
+    SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -134,7 +134,8 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
-    let description = DatasetDescription::new(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    let description =
+        deepsft_synth::describe_dataset(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;

@@ -208,7 +208,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         set.write_shard(samples.inspect(|_| bar.inc(1)))?;
     }
     bar.finish_and_clear();
-    let mut description = DatasetDescription::new(
+    let mut description = deepsft_synth::describe_dataset(
         synthesizer.template(),
         synthesizer.config(),
         seed,

@@ -69,7 +69,7 @@ impl TrackFolder {
     pub fn write(&self, kind: &str, number: usize, ending: &str, bytes: &[u8]) -> Result<()> {
         let folder = self.folder.path().join(kind);
         fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
-        atomic::write_file(&folder.join(frame_name(number, ending)), bytes)
+        Ok(atomic::write_file(&folder.join(frame_name(number, ending)), bytes)?)
     }
 
     /// Writes the report and puts the folder in its place.
@@ -87,7 +87,7 @@ impl TrackFolder {
         finish().context("could not write the track")?;
         let path = self.folder.path().join(TRACK_FILE);
         atomic::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
-        self.folder.commit()
+        Ok(self.folder.commit()?)
     }
 }
 
