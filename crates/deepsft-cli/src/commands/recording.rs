@@ -3,9 +3,9 @@
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::input;
 use crate::output::atomic::{self, StagedFolder};
 use crate::progress;
+use crate::{input, interruption};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
@@ -111,10 +111,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let frames = arguments.frames as usize;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
+    interruption::watch()?;
     let records = simulated_frames(&simulator, frames)
         .enumerate()
         .map_while(|(index, frame)| {
-            let written = frame.and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
+            let written = interruption::check()
+                .and(frame)
+                .and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
             bar.inc(1);
             let record = written.map(|sample| SampleRecord {
                 seed: arguments.seed,
