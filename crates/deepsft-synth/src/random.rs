@@ -24,7 +24,7 @@ pub(crate) fn generator(seed: u64, index: u64, stream: Stream) -> Pcg64Mcg {
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64 bits without visible order.
-pub(crate) fn mix(value: u64) -> u64 {
+pub fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -12,4 +12,3 @@ pub use sample_source::{SampleSource, StoredSamples};
 pub use window_batch::{Batch, BatchShape, BatchTensors};
 
 pub(crate) use loader::{Loader, Targets, TrainingBatch};
-pub(crate) use sample_source::held_out;

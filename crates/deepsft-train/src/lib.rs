@@ -9,7 +9,6 @@ mod error;
 mod evaluation;
 mod loss;
 mod run;
-mod study;
 mod supervised;
 mod tuning;
 
@@ -29,9 +28,6 @@ pub use loss::{
     TuningLoss, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
 pub use run::{Checkpoint, CurvePoint, Fingerprint, Progress, existing_checkpoints};
-pub use study::{
-    StudyErrors, StudyFrame, StudyOutcome, StudyRow, StudySeries, StudyStart, StudySummary, study_length, study_physics,
-};
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,

@@ -1,9 +1,10 @@
 //! Deformations of any mesh by handles: some regions are turned at random, the rest follows as rigidly as possible.
 
 use crate::SynthError;
-use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::deform::isometry::edge_length_changes;
 use crate::random::between;
 use crate::random::unit_direction;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};
@@ -352,7 +353,7 @@ impl<'a> Surface<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{capsule, toy_template};
+    use crate::capsule;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
 
@@ -386,33 +387,6 @@ mod tests {
             "{}",
             deformation.length
         );
-    }
-
-    #[test]
-    fn limbs_of_the_toy_move_far_while_edges_keep_their_length() {
-        let toy = toy_template().unwrap();
-        let deformation = HandleDeformation::new(toy.mesh()).unwrap();
-        let config = HandleConfig::default();
-        let (mut moved, mut changes) = (Vec::new(), Vec::new());
-        for seed in 0..12 {
-            let shape = deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed));
-            assert_eq!(shape, deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed)));
-            assert!(shape.strength > 0.0, "{seed} stays at rest");
-            let vertices = shape.vertices;
-            let change = crate::edge_length_change(toy.mesh(), &vertices);
-            assert!(change.median <= 0.021 && change.p95 <= 0.105, "{seed}: {change:?}");
-            changes.push(change.median);
-            let farthest = vertices.iter().zip(toy.mesh().vertices()).map(|(a, b)| a.distance(*b));
-            moved.push(farthest.fold(0.0, f64::max));
-            // Copies of a vertex on a seam stay together.
-            let split = deformation.welding.split(&deformation.welding.weld(&vertices));
-            assert_eq!(split, vertices);
-        }
-        moved.sort_unstable_by(f64::total_cmp);
-        changes.sort_unstable_by(f64::total_cmp);
-        // Half of the shapes move some point by more than a limb is thick.
-        assert!(moved[6] > 20.0, "{moved:?}");
-        assert!(changes[6] > 1e-4, "nothing bends: {changes:?}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use deepsft_geometry::glam::Vec2;
 use rand::{Rng, RngExt};
 
 /// The largest whole numbers not above, for coordinates within 2^31 (the standard function is a call on plain x86-64).
-pub(crate) fn floor(p: Vec2) -> Vec2 {
+pub fn floor(p: Vec2) -> Vec2 {
     let below = |x: f32| {
         let whole = x as i32 as f32;
         if whole > x { whole - 1.0 } else { whole }
@@ -14,16 +14,18 @@ pub(crate) fn floor(p: Vec2) -> Vec2 {
 
 /// Smooth noise in -1 to 1 with features of about one unit (value noise, cubic interpolation).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ValueNoise {
+pub struct ValueNoise {
     seed: u32,
 }
 
 impl ValueNoise {
-    pub(crate) fn new<R: Rng + ?Sized>(rng: &mut R) -> Self {
+    /// A noise of its own for each draw of the generator.
+    pub fn new<R: Rng + ?Sized>(rng: &mut R) -> Self {
         Self { seed: rng.random() }
     }
 
-    pub(crate) fn at(&self, p: Vec2) -> f32 {
+    /// Its value at a point.
+    pub fn at(&self, p: Vec2) -> f32 {
         let cell = floor(p);
         let t = p - cell;
         let t = t * t * (3.0 - 2.0 * t);
@@ -41,7 +43,7 @@ impl ValueNoise {
     }
 
     /// Sum of `octaves` of the noise, each half the size and half the height of the one before; about -1 to 1.
-    pub(crate) fn fractal(&self, p: Vec2, octaves: usize) -> f32 {
+    pub fn fractal(&self, p: Vec2, octaves: usize) -> f32 {
         let (mut sum, mut p, mut height) = (0.0, p, 0.6);
         for _ in 0..octaves {
             sum += height * self.at(p);

@@ -140,7 +140,7 @@ fn check_apart(one: &DatasetDescription, other: &DatasetDescription) -> Result<(
 }
 
 /// Samples `0..count` of `seed`, made on all cores.
-pub(crate) fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
+fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
     (0..count)
         .into_par_iter()
         .map(|index| synthesizer.sample(seed, index))
@@ -155,7 +155,7 @@ mod tests {
 
     fn description(seed: u64, first: u64, samples: u64) -> DatasetDescription {
         let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
-        let mut set = DatasetDescription::new(&template, &SynthConfig::default(), seed, samples, Vec::new());
+        let mut set = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), seed, samples, Vec::new());
         set.first = first;
         set
     }

@@ -10,7 +10,6 @@ use burn::tensor::{Bytes, Tensor};
 use deepsft::Network;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A point of the training curve: the averaged network on the fixed held-out set.
@@ -185,6 +184,12 @@ impl CheckpointFolder {
             fs::remove_dir_all(&fresh).map_err(|e| failure("cannot remove", &e, &fresh))?;
         }
         fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
+        let write = |path: &Path, bytes: &[u8]| {
+            deepsft_formats::write_file(path, bytes).map_err(|e| TrainError::Checkpoint {
+                reason: e.to_string(),
+                path: path.to_path_buf(),
+            })
+        };
         let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
         let mut files = vec![
             (NETWORK, record(network)),
@@ -197,7 +202,7 @@ impl CheckpointFolder {
                 reason,
                 path: path.clone(),
             })?;
-            write_durably(&path, &bytes)?;
+            write(&path, &bytes)?;
         }
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
@@ -205,7 +210,7 @@ impl CheckpointFolder {
             reason: e.to_string(),
             path: path.clone(),
         })?;
-        write_durably(&path, &json)?;
+        write(&path, &json)?;
         sync_folder(&fresh)?;
         if old.exists() {
             fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
@@ -285,16 +290,6 @@ fn has_finite_weights(network: &Network) -> bool {
     let mut finite = Finite(true);
     network.visit(&mut finite);
     finite.0
-}
-
-/// Writes a file and waits until it is on the disk.
-fn write_durably(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
-    let write = || -> std::io::Result<()> {
-        let mut file = fs::File::create(path)?;
-        file.write_all(bytes)?;
-        file.sync_all()
-    };
-    write().map_err(|e| failure("cannot write", &e, path))
 }
 
 /// Waits until the names of the files in `folder` are on the disk, where a folder can be opened as a file (on Unix).

@@ -7,7 +7,8 @@ use crate::run::{CheckpointFolder, Fingerprint};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use deepsft::Network;
-use sha2::{Digest, Sha256};
+use deepsft_formats::{picture_fingerprint, sha256};
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// The names of the parts, as [`CheckpointMismatch`](crate::TrainError::CheckpointMismatch) has them.
@@ -42,8 +43,8 @@ pub(crate) fn fingerprint(
         ),
     };
     fingerprint
-        .with_hash(START, weights(network))
-        .with_hash(FRAMES, frames(set))
+        .with(START, &weights(network))
+        .with(FRAMES, &frames(set))
 }
 
 /// Puts the checkpoint at `config.checkpoint` aside if it is of the same `step` with the same settings and seed, but began
@@ -73,28 +74,34 @@ pub fn set_aside_outdated(
     Ok(None)
 }
 
-fn weights(network: &Network) -> Sha256 {
-    struct Weights(Sha256);
+/// The hash of each weight's values.
+fn weights(network: &Network) -> Vec<String> {
+    struct Weights(Vec<String>);
     impl ModuleVisitor for Weights {
         fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            self.0.update(&param.val().into_data().bytes()[..]);
+            self.0.push(sha256(&param.val().into_data().bytes()[..]));
         }
     }
-    let mut hash = Weights(Sha256::new());
-    network.visit(&mut hash);
-    hash.0
+    let mut hashes = Weights(Vec::new());
+    network.visit(&mut hashes);
+    hashes.0
 }
 
-fn frames(set: &TuningSet<'_>) -> Sha256 {
-    let mut hash = Sha256::new();
-    for frame in &set.frames.training {
-        hash.update(frame.image.rgb());
-        hash.update(frame.index.to_le_bytes());
-        hash.update(frame.level.to_le_bytes());
-        frame.depth_mm.iter().for_each(|depth| hash.update(depth.to_le_bytes()));
-        for mask in [&frame.depth_counts, &frame.inside, &frame.object] {
-            mask.iter().for_each(|&counts| hash.update([u8::from(counts)]));
-        }
-    }
-    hash
+/// The hashes of what is trained on of each frame.
+fn frames(set: &TuningSet<'_>) -> Vec<impl Serialize> {
+    let frames = set.frames.training.iter();
+    frames
+        .map(|frame| {
+            let depth: Vec<u8> = frame.depth_mm.iter().flat_map(|depth| depth.to_le_bytes()).collect();
+            let masks = [&frame.depth_counts, &frame.inside, &frame.object]
+                .map(|mask| sha256(&mask.iter().map(|&set| u8::from(set)).collect::<Vec<_>>()));
+            (
+                frame.index,
+                frame.level,
+                picture_fingerprint(&frame.image),
+                sha256(&depth),
+                masks,
+            )
+        })
+        .collect()
 }
