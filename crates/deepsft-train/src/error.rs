@@ -88,6 +88,9 @@ pub enum TrainError {
     /// The synthesiser refused something.
     #[error(transparent)]
     Synth(#[from] deepsft_synth::SynthError),
+    /// A file of a data set was refused.
+    #[error(transparent)]
+    Format(#[from] deepsft_formats::FormatError),
     /// Maps of different sizes were compared.
     #[error(transparent)]
     Geometry(#[from] deepsft_geometry::GeometryError),

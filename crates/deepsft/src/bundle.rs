@@ -10,7 +10,6 @@ use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, FloatDType, Tensor};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// Name of the description in a bundle.
@@ -302,7 +301,13 @@ impl Manifest {
             Some(name) => Some(self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))?),
             None => None,
         };
-        Ok((description.template(texture, mesh)?, camera))
+        let template = description.template(texture, mesh)?;
+        let fits = self.network.check_fits(&template, &camera);
+        fits.map_err(|reason| DeepSftError::BundleContent {
+            file: MODEL_FILE.to_owned(),
+            reason,
+        })?;
+        Ok((template, camera))
     }
 }
 
@@ -345,10 +350,9 @@ fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError
 
 impl FileEntry {
     fn of(bytes: &[u8]) -> Self {
-        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Self {
             size: bytes.len() as u64,
-            sha256,
+            sha256: deepsft_formats::sha256(bytes),
         }
     }
 }
@@ -472,6 +476,22 @@ mod tests {
         let mut files = files();
         edit(&mut files, "\"blocks_at_32\": 2", "\"blocks_at_32\": 200000000");
         assert!(refusal(&files).contains("blocks_at_32"), "{}", refusal(&files));
+    }
+
+    #[test]
+    fn a_network_for_another_template_or_camera_is_refused() {
+        for (from, to, parts) in [
+            ("297.0,", "298.0,", ["template_size_mm", "298 x 210"]),
+            ("\"focal\": 380.0", "\"focal\": 381.0", ["focal is 381", "380"]),
+            ("240.0,", "250.0,", ["principal_point is (250, 135)", "(240, 135)"]),
+        ] {
+            let mut files = files();
+            edit(&mut files, from, to);
+            // Who only fits meshes is not to be misled either.
+            let template_only = ModelBundle::template_from_files(&files).unwrap_err().to_string();
+            assert_eq!(refusal(&files), template_only);
+            assert!(parts.iter().all(|part| template_only.contains(part)), "{template_only}");
+        }
     }
 
     #[test]

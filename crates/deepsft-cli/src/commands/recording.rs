@@ -3,15 +3,15 @@
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::input;
 use crate::output::atomic::{self, StagedFolder};
 use crate::progress;
+use crate::{input, interruption};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
-    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SampleRecord, SimulatedFrame,
+    SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -111,10 +111,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let frames = arguments.frames as usize;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
+    interruption::watch()?;
     let records = simulated_frames(&simulator, frames)
         .enumerate()
         .map_while(|(index, frame)| {
-            let written = frame.and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
+            let written = interruption::check()
+                .and(frame)
+                .and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
             bar.inc(1);
             let record = written.map(|sample| SampleRecord {
                 seed: arguments.seed,
@@ -131,7 +134,8 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
-    let description = DatasetDescription::new(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    let description =
+        deepsft_synth::describe_dataset(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;

@@ -2,10 +2,11 @@
 
 use crate::clip::motion::{ClipConfig, ClipMotion};
 use crate::random::{Stream, generator, mix};
+use crate::scene::Synthesizer;
 use crate::scene::occluder::PassingArm;
 use crate::scene::{Moment, Scene};
-use crate::scene::{Sample, Synthesizer};
 use crate::{SynthConfig, SynthError};
+use deepsft_formats::Sample;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use rand::RngExt;

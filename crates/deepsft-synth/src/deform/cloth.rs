@@ -15,6 +15,7 @@
 //! stiffness per density, remains.
 
 use crate::deform::xpbd::{Bend, Link};
+use deepsft_geometry::catmull_rom;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
 /// Acceleration of free fall, mm/s^2.
@@ -255,8 +256,8 @@ impl Cloth {
     /// The surface at a point of the texture ((u, v) in the unit square): Catmull-Rom through the particles, so that
     /// it is smooth whatever mesh is laid on it.
     pub(crate) fn surface(&self, uv: DVec2) -> DVec3 {
-        let (i, across) = catmull_rom(uv.x, self.columns);
-        let (j, down) = catmull_rom(uv.y, self.rows);
+        let (i, across) = neighbours(uv.x, self.columns);
+        let (j, down) = neighbours(uv.y, self.rows);
         // Beyond the outline the row or column before it is mirrored through it.
         let row = |j: isize| -> DVec3 {
             let at = |i: isize| -> DVec3 {
@@ -285,19 +286,11 @@ impl Cloth {
     }
 }
 
-/// The first of the four neighbours (it may be -1) of a share of `count` - 1 intervals, and their weights.
-fn catmull_rom(share: f64, count: usize) -> (isize, [f64; 4]) {
-    let x = share.clamp(0.0, 1.0) * (count - 1) as f64;
+/// The first of the four neighbours (it may be -1) of a fraction of `count` - 1 intervals, and their weights.
+fn neighbours(fraction: f64, count: usize) -> (isize, [f64; 4]) {
+    let x = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
     let cell = (x.floor() as usize).min(count - 2);
-    let t = x - cell as f64;
-    let (t2, t3) = (t * t, t * t * t);
-    let weights = [
-        -0.5 * t3 + t2 - 0.5 * t,
-        1.5 * t3 - 2.5 * t2 + 1.0,
-        -1.5 * t3 + 2.0 * t2 + 0.5 * t,
-        0.5 * t3 - 0.5 * t2,
-    ];
-    (cell as isize - 1, weights)
+    (cell as isize - 1, catmull_rom(x - cell as f64))
 }
 
 /// Four values from `first` on; the ones before the first and after the last of `count` go on in a straight line.

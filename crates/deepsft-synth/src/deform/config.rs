@@ -1,8 +1,8 @@
 //! Which deformations of a sheet are drawn, and how strong they are.
 
-use crate::deform::isometry::EdgeLengthChange;
 use crate::deform::manipulation::ClothConfig;
 use crate::random::between;
+use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
 
 /// The kinds of shapes that are drawn.

@@ -1,9 +1,10 @@
 //! Deformations of any mesh by handles: some regions are turned at random, the rest follows as rigidly as possible.
 
 use crate::SynthError;
-use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::deform::isometry::edge_length_changes;
 use crate::random::between;
 use crate::random::unit_direction;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};

@@ -9,10 +9,10 @@
 //! The paper's own way, position-based cloth with anchors and forces, is one more family ([`DeformationFamily::Cloth`]).
 
 use crate::deform::config::{DeformationConfig, DeformationFamily};
-use crate::deform::isometry::EdgeLengthChange;
 use crate::deform::manipulation::Handling;
 use crate::deform::relaxation::Relaxation;
 use crate::deform::sheet_shape::Shape;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::{
     Template, TriangleMesh,
     glam::{DQuat, DVec2, DVec3},

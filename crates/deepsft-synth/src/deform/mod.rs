@@ -17,7 +17,7 @@ pub use config::{DeformationConfig, DeformationFamily};
 pub use control_points::{HandleConfig, HandleDeformation, HandleShape};
 pub use deformation::deform;
 pub(crate) use deformation::face_front;
+pub use isometry::edge_length_change;
 pub(crate) use isometry::edge_length_changes;
-pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use manipulation::ClothConfig;
 pub use volumic::{RodBend, capsule};

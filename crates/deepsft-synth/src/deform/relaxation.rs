@@ -1,6 +1,7 @@
 //! Position-based relaxation: vertices move until the mesh's edges have their rest length again.
 
-use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::deform::isometry::edge_length_changes;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::{Template, glam::DVec3};
 
 /// Share of the error of a row's or column's second difference that one sweep removes: high enough

@@ -11,8 +11,8 @@ use crate::render::texture::Texture;
 use crate::scene::background::{Background, Placement, strew};
 use crate::scene::ingredients::Ingredients;
 use crate::scene::occluder::{Held, Occluder, Placed, sample_occluders};
-use crate::scene::sample::Sample;
 use crate::{PhotographUse, SynthError};
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
@@ -242,7 +242,13 @@ impl<'a> Scene<'a> {
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         let image = self.develop(light, noise_seed);
-        Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
+        Ok(Sample::new(
+            image,
+            truth,
+            vertices_camera,
+            camera,
+            self.light.towards_light.as_dvec3(),
+        ))
     }
 
     /// Light, paper and camera settings.
@@ -285,7 +291,7 @@ impl<'a> Scene<'a> {
             truth,
             vertices_camera,
             self.ingredients.config.camera,
-            &self.light,
+            self.light.towards_light.as_dvec3(),
         )
     }
 
@@ -305,7 +311,7 @@ impl<'a> Scene<'a> {
             Maps::empty(truth.width(), truth.height()),
             Vec::new(),
             camera,
-            &self.light,
+            self.light.towards_light.as_dvec3(),
         )
     }
 

@@ -10,7 +10,6 @@ pub(crate) mod occluder;
 mod paper_protocol;
 mod partial_view;
 mod pose;
-mod sample;
 mod synthesizer;
 
 pub(crate) use composition::Moment;
@@ -20,5 +19,4 @@ pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use occluder::OccluderKind;
 pub use partial_view::PartialView;
 pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
-pub use sample::Sample;
 pub use synthesizer::Synthesizer;

@@ -8,7 +8,7 @@ use crate::render::projected_mesh::ProjectedMesh;
 use crate::scene::composition::{Place, Scene};
 use crate::scene::config::SynthConfig;
 use crate::scene::ingredients::{Ingredients, PosedShape};
-use crate::scene::sample::Sample;
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template};
 use rand::RngExt;

@@ -155,7 +155,7 @@ mod tests {
 
     fn description(seed: u64, first: u64, samples: u64) -> DatasetDescription {
         let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
-        let mut set = DatasetDescription::new(&template, &SynthConfig::default(), seed, samples, Vec::new());
+        let mut set = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), seed, samples, Vec::new());
         set.first = first;
         set
     }
