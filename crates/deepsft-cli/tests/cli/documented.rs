@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 /// All Markdown pages in `folder`.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    files.filter(|path| path.extension().is_some_and(|e| e == "md")).collect()
+    files
+        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .collect()
 }
 
 /// The commands in code blocks and between backticks that begin with `deepsft `, without comments.
@@ -24,7 +26,12 @@ fn commands(text: &str) -> Vec<String> {
 /// The words before the first option that are names of subcommands: lower-case words, two at most.
 fn subcommands(words: &[&str]) -> Vec<String> {
     let is_name = |word: &&&str| word.chars().all(|c| c.is_ascii_lowercase());
-    words.iter().take_while(is_name).take(2).map(|&word| word.to_owned()).collect()
+    words
+        .iter()
+        .take_while(is_name)
+        .take(2)
+        .map(|&word| word.to_owned())
+        .collect()
 }
 
 #[test]
@@ -46,7 +53,11 @@ fn every_command_and_option_in_the_pages_exists() {
             for option in words.iter().filter(|word| word.starts_with("--")) {
                 let name = option.trim_end_matches(|c: char| !c.is_ascii_lowercase());
                 let has = |line: &String| line.split([' ', ',', ']']).any(|word| word == name);
-                assert!(options.iter().any(has), "{}: {command}: there is no {name}", page.display());
+                assert!(
+                    options.iter().any(has),
+                    "{}: {command}: there is no {name}",
+                    page.display()
+                );
             }
         }
     }
