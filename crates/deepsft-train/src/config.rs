@@ -7,5 +7,5 @@ mod tuning_step;
 
 pub use optimizer::{LearningRate, Optimizer};
 pub use schedule::Schedule;
-pub use train_config::{Budget, TuningSettings, TrainConfig};
+pub use train_config::{Budget, TrainConfig, TuningSettings};
 pub use tuning_step::TuningStep;

@@ -9,8 +9,8 @@ use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, TuningSet, TuningStep,
-    TuningSettings, Schedule, TrainConfig, Trained, TrainingFrame, tune, train,
+    BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, Schedule, TrainConfig, Trained,
+    TrainingFrame, TuningSet, TuningSettings, TuningStep, train, tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;

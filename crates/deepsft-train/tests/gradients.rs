@@ -108,7 +108,8 @@ fn the_gradient_of_the_loss_of_step_two_agrees_with_central_differences() {
             let counts = tensor(&mask(MAP, 25), MAP, device);
             let outside = tensor(&mask(MAP, 26), MAP, device);
             let measured = tensor(&measured, MAP, device);
-            loss.apply(depth, measured, counts, Some(outside), DepthRange::default()).total
+            loss.apply(depth, measured, counts, Some(outside), DepthRange::default())
+                .total
         });
         assert!(largest > 0.01, "{largest}");
     }

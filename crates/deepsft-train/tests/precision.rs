@@ -10,8 +10,8 @@ use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, TuningSet,
-    TuningStep, TuningSettings, Schedule, TrainConfig, Trained, tune, train,
+    BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, Schedule, TrainConfig,
+    Trained, TuningSet, TuningSettings, TuningStep, train, tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -271,16 +271,9 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
             truth: &BTreeMap::new(),
         };
         let mut told = Told::default();
-        let refined = tune(
-            &network,
-            TuningStep::Depth,
-            data,
-            config,
-            &Device::flex(),
-            |progress| {
-                told.hear(&progress);
-            },
-        );
+        let refined = tune(&network, TuningStep::Depth, data, config, &Device::flex(), |progress| {
+            told.hear(&progress);
+        });
         (refined.unwrap(), told)
     };
     let (refined, told) = run(&config);

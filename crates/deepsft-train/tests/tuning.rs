@@ -11,9 +11,9 @@ use deepsft::Network;
 use deepsft_geometry::{ColorResponse, photometric_error};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Tuned,
-    TuningSet, TuningStep, TuningSettings, Schedule, TrainConfig, TrainError, TrainingFrame, tune,
-    set_aside_outdated, train,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Schedule,
+    TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated, train,
+    tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -100,12 +100,7 @@ fn run_from(
 }
 
 /// The losses of all updates of a tuning, and what it ended with.
-fn losses_of(
-    network: &Network,
-    step: TuningStep,
-    frames: &RecordedFrames,
-    config: &TrainConfig,
-) -> (Vec<f64>, Tuned) {
+fn losses_of(network: &Network, step: TuningStep, frames: &RecordedFrames, config: &TrainConfig) -> (Vec<f64>, Tuned) {
     let mut losses = Vec::new();
     let refined = run_from(network, step, frames, config, |progress| {
         if let Progress::Step { loss, .. } = progress {
@@ -442,10 +437,7 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
     assert_eq!(set_aside(&network(), step, &frames(2), &config), None);
     assert_eq!(set_aside(&network(), step, &frames(3), &config), None);
     assert_eq!(set_aside(&other, step, &frames(3), &config), None);
-    assert_eq!(
-        set_aside(&other, TuningStep::Registration, &frames(2), &config),
-        None
-    );
+    assert_eq!(set_aside(&other, TuningStep::Registration, &frames(2), &config), None);
     assert_eq!(set_aside(&other, step, &frames(2), &settings), None);
     assert_eq!(set_aside(&other, step, &frames(2), &seed), None);
     // What differs is refused, and stays where it is.

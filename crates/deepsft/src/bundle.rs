@@ -467,21 +467,32 @@ mod tests {
         let mut files = files();
         let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();
         let mut spoilt = String::new();
-        let packed = reader.into_tensors().unwrap().into_iter().enumerate().map(|(number, tensor)| {
-            let (name, kind, shape, id, bytes) = tensor.into_parts().unwrap();
-            if number > 0 {
-                return Packed::new(name, kind, shape, id, bytes);
-            }
-            spoilt = name.clone();
-            let flags = Tensor::<1>::zeros([shape.num_elements()], &Device::flex()).equal_elem(1.0).into_data();
-            let (bytes, _, kind) = flags.into_parts();
-            Packed::new(name, kind, shape, id, bytes)
-        });
+        let packed = reader
+            .into_tensors()
+            .unwrap()
+            .into_iter()
+            .enumerate()
+            .map(|(number, tensor)| {
+                let (name, kind, shape, id, bytes) = tensor.into_parts().unwrap();
+                if number > 0 {
+                    return Packed::new(name, kind, shape, id, bytes);
+                }
+                spoilt = name.clone();
+                let flags = Tensor::<1>::zeros([shape.num_elements()], &Device::flex())
+                    .equal_elem(1.0)
+                    .into_data();
+                let (bytes, _, kind) = flags.into_parts();
+                Packed::new(name, kind, shape, id, bytes)
+            });
         let weights = Writer::new(packed.collect()).into_bytes().unwrap().to_vec();
         let old = FileEntry::of(&files[WEIGHTS_FILE]);
         let new = FileEntry::of(&weights);
         edit(&mut files, &old.sha256, &new.sha256);
-        edit(&mut files, &format!("\"size\": {}", old.size), &format!("\"size\": {}", new.size));
+        edit(
+            &mut files,
+            &format!("\"size\": {}", old.size),
+            &format!("\"size\": {}", new.size),
+        );
         files.insert(WEIGHTS_FILE.to_owned(), weights);
         let refusal = refusal(&files);
         assert!(refusal.contains(&spoilt) && refusal.contains("Bool"), "{refusal}");

@@ -173,7 +173,8 @@ impl Batch {
                 });
             }
         }
-        self.bin_weight.extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
+        self.bin_weight
+            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
     }
 
     /// Frames pushed so far.

@@ -105,7 +105,9 @@ mod tests {
         let compared = comparable_depth(&object, &depth, 20);
         assert_eq!(compared.iter().filter(|&&c| c).count(), 8 * 4 - 1);
         // A wall begins in column 10: columns 9 and 10 are its edge, two more on each side are near it.
-        let depth: Vec<f32> = (0..240).map(|pixel| if pixel % 20 < 10 { 480.0 } else { 900.0 }).collect();
+        let depth: Vec<f32> = (0..240)
+            .map(|pixel| if pixel % 20 < 10 { 480.0 } else { 900.0 })
+            .collect();
         let compared = comparable_depth(&object, &depth, 20);
         let columns: Vec<usize> = (0..20).filter(|x| compared[5 * 20 + x]).collect();
         assert_eq!(columns, [5, 6]);

@@ -64,7 +64,13 @@ mod tests {
                 reduction,
                 unit_mm: None,
             };
-            loss.apply(depth.clone(), measured.clone(), counts.clone(), None, DepthRange::default())
+            loss.apply(
+                depth.clone(),
+                measured.clone(),
+                counts.clone(),
+                None,
+                DepthRange::default(),
+            )
         };
         // 1 + 0.25; only the first two pixels are neighbours that both count: |2 - 1|^2 * 0.5.
         assert_eq!(loss(Reduction::Sum).data.into_scalar::<f32>(), 1.25);

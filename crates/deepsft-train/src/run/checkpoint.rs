@@ -284,7 +284,9 @@ fn has_finite_weights(network: &Network) -> bool {
     impl ModuleVisitor for Finite {
         fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
             let values = param.val().into_data().convert::<f32>();
-            self.0 &= values.as_slice::<f32>().is_ok_and(|values| values.iter().all(|value| value.is_finite()));
+            self.0 &= values
+                .as_slice::<f32>()
+                .is_ok_and(|values| values.iter().all(|value| value.is_finite()));
         }
     }
     let mut finite = Finite(true);
@@ -294,7 +296,11 @@ fn has_finite_weights(network: &Network) -> bool {
 
 /// Waits until the names of the files in `folder` are on the disk, where a folder can be opened as a file (on Unix).
 fn sync_folder(folder: &Path) -> Result<(), TrainError> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
     if cfg!(unix) {
         let synced = fs::File::open(folder).and_then(|folder| folder.sync_all());
         synced.map_err(|e| failure("cannot write", &e, folder))?;
@@ -395,7 +401,10 @@ mod tests {
         checkpoint.save(&state(7), &good, None, &optimizer).unwrap();
         for (network, average) in [(&spoilt, None), (&good, Some(&spoilt))] {
             let error = checkpoint.save(&state(14), network, average, &optimizer).unwrap_err();
-            assert!(matches!(error, TrainError::WeightsNotFinite { samples: 14, .. }), "{error}");
+            assert!(
+                matches!(error, TrainError::WeightsNotFinite { samples: 14, .. }),
+                "{error}"
+            );
         }
         assert_eq!(checkpoint.state().unwrap().unwrap().1.samples, 7);
     }

@@ -92,12 +92,7 @@ pub(crate) fn run<T: TrainingStep>(
         ..Checkpoint::default()
     };
     if config.resume
-        && let Some(saved) = folder.load(
-            || step.make_network(),
-            optimizer_kind.init(),
-            &fingerprint,
-            config.seed,
-        )?
+        && let Some(saved) = folder.load(|| step.make_network(), optimizer_kind.init(), &fingerprint, config.seed)?
     {
         let averaged = saved.average.as_ref().unwrap_or(&saved.network);
         average = WeightAverage::resume(averaged, average_decay, saved.state.step);
@@ -157,7 +152,11 @@ pub(crate) fn run<T: TrainingStep>(
             break;
         }
         let (frames, parts) = batches(&state, progress)?;
-        let Step { network: next, loss, made } = stepper.step(
+        let Step {
+            network: next,
+            loss,
+            made,
+        } = stepper.step(
             network,
             &mut optimizer,
             step.learning_rate(state.step, progress),

@@ -135,7 +135,11 @@ mod tests {
             };
             let parts = BatchPart::of(make(), devices, &terms);
             let mean = parts.into_iter().map(|part| loss(as_it_is(part))).sum::<f64>() / devices as f64;
-            assert!((mean / whole[0] - 1.0).abs() > 1e-4, "{devices}: {mean} and {}", whole[0]);
+            assert!(
+                (mean / whole[0] - 1.0).abs() > 1e-4,
+                "{devices}: {mean} and {}",
+                whole[0]
+            );
         }
     }
 

@@ -69,8 +69,8 @@ pub fn parts<'a>(
             let outside = if says_outside { set(&frame.outside()) } else { 0 };
             set(&frame.depth_counts) + outside
         }),
-        TuningStep::Registration => {
-            FramePart::of(batch, devices, config.photo_consistency.reduction, |frame| set(&frame.inside))
-        }
+        TuningStep::Registration => FramePart::of(batch, devices, config.photo_consistency.reduction, |frame| {
+            set(&frame.inside)
+        }),
     }
 }

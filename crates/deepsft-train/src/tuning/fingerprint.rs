@@ -33,18 +33,13 @@ pub(crate) fn fingerprint(
     let fingerprint = Fingerprint::default();
     let (number, network_config) = (step.number(), network.config());
     let fingerprint = match step {
-        TuningStep::Depth => fingerprint.with(
-            SETTINGS,
-            &(number, tuning, config.depth_loss, network_config, recorded),
-        ),
+        TuningStep::Depth => fingerprint.with(SETTINGS, &(number, tuning, config.depth_loss, network_config, recorded)),
         TuningStep::Registration => fingerprint.with(
             SETTINGS,
             &(number, tuning, config.photo_consistency, network_config, recorded),
         ),
     };
-    fingerprint
-        .with(START, &weights(network))
-        .with(FRAMES, &frames(set))
+    fingerprint.with(START, &weights(network)).with(FRAMES, &frames(set))
 }
 
 /// Puts the checkpoint at `config.checkpoint` aside if it is of the same `step` with the same settings and seed, but began

@@ -38,7 +38,11 @@ impl<'a> FramePart<'a> {
             rest = after;
             all.push(Self {
                 frames: part.to_vec(),
-                weight: if sizes.len() > 1 { divisor(part) / divisor(frames) } else { 1.0 },
+                weight: if sizes.len() > 1 {
+                    divisor(part) / divisor(frames)
+                } else {
+                    1.0
+                },
             });
         }
         all

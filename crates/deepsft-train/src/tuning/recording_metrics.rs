@@ -60,7 +60,9 @@ impl RecordingMetrics {
             errors.add(&maps, frame, &region, truth)?;
             if network.says_outside() {
                 let maps = pollster::block_on(network.infer(&[&frame.image], device))?;
-                errors.mask_iou.extend(maps.iter().map(|maps| iou(&maps.mask(), &region)));
+                errors
+                    .mask_iou
+                    .extend(maps.iter().map(|maps| iou(&maps.mask(), &region)));
             }
         }
         Ok(errors.summary())

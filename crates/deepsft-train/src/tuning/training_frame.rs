@@ -50,14 +50,21 @@ impl TrainingFrame {
         let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
         let mut found = pollster::block_on(network.infer(&[&image], device))?;
         let Some(mut maps) = found.pop() else { return Ok(None) };
-        for pixel in mask.iter().flat_map(|mask| (0..mask.len()).filter(|&pixel| !mask[pixel])) {
+        for pixel in mask
+            .iter()
+            .flat_map(|mask| (0..mask.len()).filter(|&pixel| !mask[pixel]))
+        {
             maps.clear(pixel);
         }
         let object = mask.unwrap_or_else(|| maps.mask());
         if object.iter().filter(|&&object| object).count() < FEWEST_PIXELS {
             return Ok(None);
         }
-        let level = if maps.area() > 0 { mipmap_level(texture, &maps) as usize } else { 0 };
+        let level = if maps.area() > 0 {
+            mipmap_level(texture, &maps) as usize
+        } else {
+            0
+        };
         let frame = Self {
             index,
             level,
@@ -136,7 +143,11 @@ impl FrameTensors {
     /// Where the object surely is not in `frames`, which these are, [N, 1, H, W], 0 or 1.
     pub(crate) fn outside(&self, frames: &[&TrainingFrame]) -> Tensor<4> {
         let outside: Vec<Vec<bool>> = frames.iter().map(|frame| frame.outside()).collect();
-        flags(outside.iter().map(Vec::as_slice), self.inside.dims(), &self.inside.device())
+        flags(
+            outside.iter().map(Vec::as_slice),
+            self.inside.dims(),
+            &self.inside.device(),
+        )
     }
 }
 

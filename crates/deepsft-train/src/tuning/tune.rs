@@ -122,7 +122,9 @@ impl<'a> Tuning<'a> {
         let mut rng = Pcg64Mcg::seed_from_u64(self.config.seed ^ (epoch + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         order.shuffle(&mut rng);
         let rest = order.into_iter().skip(first as usize);
-        rest.take(self.settings.batch.max(1)).map(|index| &frames[index]).collect()
+        rest.take(self.settings.batch.max(1))
+            .map(|index| &frames[index])
+            .collect()
     }
 }
 

@@ -4,7 +4,7 @@ use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
 use crate::network_choice::NetworkChoice;
 use anyhow::Result;
-use deepsft_train::{ACCURACY_SEED, Budget, TuningStep, TrainConfig};
+use deepsft_train::{ACCURACY_SEED, Budget, TrainConfig, TuningStep};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 

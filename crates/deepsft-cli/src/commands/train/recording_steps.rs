@@ -12,8 +12,8 @@ use deepsft::{ModelBundle, Network, encode_png};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
-    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingMetrics, TuningSet, TuningStep,
-    TrainConfig, tune, set_aside_outdated,
+    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep,
+    set_aside_outdated, tune,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -205,7 +205,8 @@ fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingMetr
     }
     if let Some((_, row)) = rows.first() {
         let pixels = row.measured_depth_pixels;
-        table += &format!("\nThe depth RMSE to the sensor is over {pixels} pixels of these frames, the same in every row\n");
+        table +=
+            &format!("\nThe depth RMSE to the sensor is over {pixels} pixels of these frames, the same in every row\n");
     }
     table
 }
@@ -254,7 +255,10 @@ mod tests {
         );
         let lines: Vec<&str> = table.lines().collect();
         assert_eq!(lines[0], "Held-out end of the recording: 2 of 8 frames, mean / median");
-        assert_eq!(lines[2], "| | depth RMSE to the sensor, mm (2 frames) | E_pr (1 frames) |");
+        assert_eq!(
+            lines[2],
+            "| | depth RMSE to the sensor, mm (2 frames) | E_pr (1 frames) |"
+        );
         assert!(table.ends_with("to the sensor is over 4321 pixels of these frames, the same in every row\n"));
         assert_eq!(lines[4], "| before | 12.50 / 2.00 | 0.1250 / 0.1000 |");
         assert!(lines[5].starts_with("| after step 2 | 9.00"));
