@@ -65,9 +65,9 @@ impl Cloth {
         let at = |i: usize, j: usize| (DVec2::new(i as f64, j as f64) / cells - 0.5) * size_mm;
         let rest: Vec<DVec2> = (0..rows * columns).map(|k| at(k % columns, k / columns)).collect();
         let cell_area = (size_mm / cells).element_product();
-        let share = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
+        let fraction = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
         let areas: Vec<f64> = (0..rows * columns)
-            .map(|k| cell_area * share(k % columns, columns) * share(k / columns, rows))
+            .map(|k| cell_area * fraction(k % columns, columns) * fraction(k / columns, rows))
             .collect();
         let mut cloth = Self {
             columns,
@@ -123,7 +123,7 @@ impl Cloth {
         for k in 0..self.rest.len() {
             let (i, j) = (k % columns, k / columns);
             let mut bend = |step: usize, spacing: f64| {
-                // The particle's share of the sheet. No bend is left for the half cell along the outline beyond the last
+                // The particle's fraction of the sheet. No bend is left for the half cell along the outline beyond the last
                 // ones: it resists none across the outline.
                 self.curvatures.push(Bend {
                     particles: [k - step, k, k + step],
@@ -398,8 +398,8 @@ mod tests {
             cloth.hold(k);
         }
         for step in 0..300 {
-            let share = (f64::from(step) / 150.0).min(1.0);
-            let gravity = vec![DVec3::Y * FREE_FALL * share; cloth.rest.len()];
+            let fraction = (f64::from(step) / 150.0).min(1.0);
+            let gravity = vec![DVec3::Y * FREE_FALL * fraction; cloth.rest.len()];
             cloth.step(0.003, &gravity, 0.97);
         }
         let strain = |cloth: &Cloth| {
