@@ -151,7 +151,7 @@ pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl
 /// What `make` makes of `indices` in order, some at a time on all cores.
 pub fn in_order<T: Send>(indices: Range<u64>, make: impl Fn(u64) -> T + Sync) -> impl Iterator<Item = T> {
     indices.clone().step_by(AHEAD as usize).flat_map(move |first| {
-        let some = first..(first + AHEAD).min(indices.end);
+        let some = first..first.saturating_add(AHEAD).min(indices.end);
         some.into_par_iter().map(&make).collect::<Vec<_>>()
     })
 }
@@ -183,6 +183,15 @@ mod tests {
                 "sample {offset}"
             );
         }
+    }
+
+    #[test]
+    fn indices_up_to_the_last_there_is_are_made() {
+        let last = u64::MAX - 6..u64::MAX - 3;
+        assert_eq!(
+            in_order(last.clone(), |index| index).collect::<Vec<_>>(),
+            last.collect::<Vec<_>>()
+        );
     }
 
     #[test]
@@ -233,7 +242,10 @@ mod tests {
             synthesizer(&template, &options).unwrap().config().effects.clone()
         };
         let (paper, default) = (effects(Preset::Paper), EffectsConfig::default());
-        assert_eq!((paper.gain, paper.jpeg_share), ([0.9, 1.1], default.jpeg_share));
+        assert_eq!(
+            (paper.gain, paper.jpeg_probability),
+            ([0.9, 1.1], default.jpeg_probability)
+        );
         assert_eq!(effects(Preset::Default).gain, default.gain);
     }
 
