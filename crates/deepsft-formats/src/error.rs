@@ -51,7 +51,9 @@ pub enum FormatError {
     #[error("picture file is empty (0 bytes)")]
     PictureFileEmpty,
     /// A picture has more pixels than is decoded.
-    #[error("picture of {width} x {height} pixels is too large: at most {longest_side} per side and 178 million in all")]
+    #[error(
+        "picture of {width} x {height} pixels is too large: at most {longest_side} per side and 178 million in all"
+    )]
     PictureTooLarge {
         /// Columns met.
         width: u32,
@@ -155,6 +157,12 @@ pub enum FormatError {
         /// What the system says.
         reason: String,
         /// The file or folder.
+        path: PathBuf,
+    },
+    /// Another process works on a folder.
+    #[error("another process is at work on this folder; wait until it ends: {path}")]
+    Locked {
+        /// The folder.
         path: PathBuf,
     },
     /// A folder is in the way.

@@ -29,7 +29,7 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 #[cfg(all(feature = "fs", feature = "scan"))]
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
-pub use folder::{StagedFolder, check_folder, replace_folder, write_file, write_folder};
+pub use folder::{FolderKind, FolderLock, StagedFolder, check_folder, replace_folder, write_file, write_folder};
 pub use glb::textured_glb;
 pub use npy::{bool_npy, f32_npy};
 pub use obj::{mesh_from_obj, mesh_to_obj};

@@ -162,7 +162,10 @@ mod tests {
         one_bit[24..26].copy_from_slice(&[1, 0]);
         checked(&mut one_bit);
         let error = decode_picture(&one_bit).unwrap_err();
-        assert!(matches!(error, FormatError::PictureTooLarge { width: 15_000, .. }), "{error}");
+        assert!(
+            matches!(error, FormatError::PictureTooLarge { width: 15_000, .. }),
+            "{error}"
+        );
         assert!(matches!(
             decode_picture(&png_header(15_000, 15_000)),
             Err(FormatError::PictureTooLarge { .. })

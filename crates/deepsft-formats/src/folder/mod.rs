@@ -1,10 +1,14 @@
 //! Files and folders of the disk.
 
 mod atomic;
+mod kind;
+mod lock;
 #[cfg(feature = "scan")]
 mod scan;
 
 pub use atomic::{StagedFolder, check_folder, replace_folder, write_file, write_folder};
+pub use kind::FolderKind;
+pub use lock::FolderLock;
 #[cfg(feature = "scan")]
 pub use scan::read_scan_file;
 

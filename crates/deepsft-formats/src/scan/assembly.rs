@@ -221,7 +221,8 @@ mod tests {
     /// A square whose texture coordinates have these corners, v down, with a texture of 1000 x 1000.
     fn square(low: [f64; 2], high: [f64; 2]) -> Scan {
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-        let uv = |&(s, t): &(f64, f64)| DVec2::new(low[0] + s * (high[0] - low[0]), low[1] + t * (high[1] - low[1]));
+        let side = |t: f64, k: usize| if t == 0.0 { low[k] } else { high[k] };
+        let uv = |&(s, t): &(f64, f64)| DVec2::new(side(s, 0), side(t, 1));
         Scan {
             parts: vec![ScanPart {
                 name: "square".into(),

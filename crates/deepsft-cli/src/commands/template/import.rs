@@ -4,7 +4,6 @@ use crate::failure::BlameInput;
 use crate::output::{atomic, turntable};
 use anyhow::Result;
 use clap::Args;
-use deepsft::TEMPLATE_FILE;
 use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
 use deepsft_geometry::glam::DVec3;
 use std::path::PathBuf;
@@ -48,7 +47,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
     let read = || {
         let scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
         let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
