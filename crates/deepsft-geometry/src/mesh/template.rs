@@ -8,10 +8,10 @@ use crate::image::Picture;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Longest side of a grid cell of a thin shell's rest mesh, as a share of the sheet's diagonal.
-const CELL_SHARE: f64 = 1.0 / 36.0;
+/// Longest side of a grid cell of a thin shell's rest mesh, as a fraction of the sheet's diagonal.
+const CELL_FRACTION: f64 = 1.0 / 36.0;
 
-/// Share of the used texture that may belong to several faces: charts that touch within a texel.
+/// Fraction of the used texture that may belong to several faces: charts that touch within a texel.
 const MOST_OVERLAP: f64 = 0.02;
 
 /// How far outside the unit square a texture coordinate counts as rounding.
@@ -26,7 +26,7 @@ const TEXTURE_ROUNDING: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Template {
     surface: Surface,
-    /// Millimetres of the unit of u and of v.
+    /// Millimetres that a difference of 1 in u and in v covers.
     size_mm: DVec2,
     mesh: TriangleMesh,
     texture: Picture,
@@ -51,7 +51,7 @@ impl Template {
                 return Err(GeometryError::TemplateSize { side, actual });
             }
         }
-        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_SHARE)
+        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_FRACTION)
     }
 
     /// A template of any shape: `mesh` is its rest shape (mm, template frame, faces counter-clockwise seen from outside)
@@ -106,7 +106,7 @@ impl Template {
     /// The same sheet with `times` as large cells.
     pub(crate) fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
         self.expect_sheet("a coarser grid")?;
-        let cell = self.size_mm.length() * CELL_SHARE * times as f64;
+        let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.
         Self::with_cells(
             Picture::from_fn(1, 1, |_, _| [0; 3]),
@@ -184,9 +184,9 @@ impl Template {
         })
     }
 
-    /// What a difference of (u, v) is in mm: width and height of a sheet. For other templates the root mean square,
-    /// over the surface, of the millimetres that one unit of u and of v covers, so that a small error of the registration
-    /// times this is about its length on the surface.
+    /// Millimetres that a difference of 1 in u and in v covers: width and height of a sheet. For other templates the
+    /// median over the surface, so that a small error of the registration times this is about its length on the surface.
+    /// The median, because scans have faces that are nearly lines in the texture and would outweigh all others in a mean.
     pub fn size_mm(&self) -> DVec2 {
         self.size_mm
     }
@@ -238,8 +238,7 @@ impl Template {
     }
 }
 
-/// Millimetres of the unit of u and of v: medians over the surface, which a few faces that are nearly lines in the texture,
-/// as scans have them, do not change.
+/// Medians over the surface, by area, of the millimetres that a difference of 1 in u and in v covers.
 fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
     // Length along u, along v, and area of each face.
     let mut scales = Vec::with_capacity(mesh.faces().len());
@@ -426,7 +425,7 @@ mod tests {
         for error in [template.finer().unwrap_err(), template.coarser(2).unwrap_err()] {
             assert!(matches!(error, GeometryError::NotASheet { .. }), "{error}");
         }
-        let refused = crate::fitting::PhysicsRefinement::new(&template, Default::default());
+        let refused = crate::fitting::FrameFitter::new(&template, Default::default());
         assert!(matches!(refused.err(), Some(GeometryError::NotASheet { .. })));
     }
 }

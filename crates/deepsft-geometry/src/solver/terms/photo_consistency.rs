@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::NormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::checked::{check_robust, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
 use glam::{DVec2, DVec3};
 
@@ -21,19 +21,18 @@ pub struct TexturePoint {
 /// Photo-consistency: weight times the sum over template points of rho((I(pi(p)) - T)^2) with image and
 /// template both locally normalised, so that light, exposure and gain drop out. The residual is in local
 /// deviations. Points that project outside the image count as a residual of 1 that does not move. The
-/// paper's photometric loss trains its network; as a fit of the mesh it is the direct method of
+/// paper's photo-consistency loss trains its network; as a fit of the mesh it is the direct method of
 /// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
-pub struct Photometric<'a> {
+pub struct PhotoConsistency<'a> {
     image: &'a NormalizedImage,
     camera: Camera,
     points: Vec<(AnchoredPoint, f64)>,
-    ignored: usize,
     weight: f64,
     robust: Robust,
 }
 
-impl<'a> Photometric<'a> {
+impl<'a> PhotoConsistency<'a> {
     /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
     /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
     /// Converges from about the blur's width in pixels: solve from coarse to fine.
@@ -49,11 +48,9 @@ impl<'a> Photometric<'a> {
         weight: f64,
         robust: Robust,
     ) -> Result<Self, GeometryError> {
-        check_weight("photometric", weight)?;
-        if let Some(scale) = robust.scale() {
-            check_scale("photometric", scale)?;
-        }
-        check_size((image.width(), image.height()), camera.size())?;
+        check_weight("photo-consistency", weight)?;
+        check_robust("photo-consistency", robust)?;
+        check_size(image.size(), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             if let Some(anchored) = AnchoredPoint::new(template, point.point)?
@@ -65,16 +62,10 @@ impl<'a> Photometric<'a> {
         Ok(Self {
             image,
             camera: *camera,
-            ignored: points.len() - kept.len(),
             points: kept,
             weight,
             robust,
         })
-    }
-
-    /// How many points were not finite.
-    pub fn ignored(&self) -> usize {
-        self.ignored
     }
 
     /// Residual and image gradient at an image position.
@@ -85,9 +76,9 @@ impl<'a> Photometric<'a> {
     }
 }
 
-impl Energy for Photometric<'_> {
+impl Energy for PhotoConsistency<'_> {
     fn name(&self) -> &'static str {
-        "photometric"
+        "photo-consistency"
     }
 
     fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {

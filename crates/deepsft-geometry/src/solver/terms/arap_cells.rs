@@ -1,6 +1,6 @@
 //! As-rigid-as-possible cells of a template: what the ARAP term and ARAP completion share.
 
-use super::bending::DEGENERATE_FACE;
+use super::bending::cotangent;
 use crate::mesh::{TriangleMesh, nearest_rotation};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -21,7 +21,7 @@ const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
 ///
 /// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
 #[derive(Clone, Debug)]
-pub(crate) struct ArapPrior {
+pub(crate) struct ArapCells {
     /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
     starts: Vec<usize>,
     neighbours: Vec<usize>,
@@ -56,14 +56,14 @@ pub(crate) enum Rotations<'a> {
     Held(&'a [DQuat]),
 }
 
-impl ArapPrior {
+impl ArapCells {
     /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
     pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
         let v = template.vertices();
         let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
         for &[a, b, c] in template.faces() {
             for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
-                let half = 0.5 * cotangent(v[k], v[i], v[j]);
+                let half = cotangent(v[k], v[i], v[j]).map_or(0.0, |(cotangent, _)| 0.5 * cotangent);
                 half_edges.extend([([i, j], half), ([j, i], half)]);
             }
         }
@@ -214,17 +214,5 @@ impl ArapPrior {
             }
             gradient[i] += pulls;
         })
-    }
-}
-
-/// Cotangent of the angle at `a`; 0 in a face without area.
-fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    let (e, f) = (b - a, c - a);
-    let doubled = e.cross(f).length();
-    let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
-    if doubled > DEGENERATE_FACE * longest {
-        e.dot(f) / doubled
-    } else {
-        0.0
     }
 }
