@@ -242,7 +242,7 @@ mod tests {
         let records = (0..)
             .zip(samples.clone())
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
-        let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
+        let folder = StagedFolder::new(place, &deepsft_formats::FolderKind::DATASET).unwrap();
         let shards = write_shards(&folder, records, 2).unwrap();
         let description =
             DatasetDescription::new(&template, SynthConfig::default().description(), 3, described, shards);

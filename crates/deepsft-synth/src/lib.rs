@@ -5,7 +5,6 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod atlas;
 mod clip;
 mod deform;
 mod error;
@@ -14,7 +13,6 @@ mod recording;
 mod render;
 mod scene;
 
-pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
 pub use deepsft_formats::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
