@@ -21,7 +21,7 @@ pub use deepsft_formats::{
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    RodBend, capsule, deform, edge_length_change,
+    capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
 pub use recording::{
@@ -30,12 +30,13 @@ pub use recording::{
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
-    disturbed_maps, faded, fraction_in_view, sample_pose,
+    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
+    sample_pose,
 };
 
-/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
-pub mod noise {
-    pub use crate::random::mix;
+/// Seeded randomness, smooth noise and colours of this crate's painters, for what is painted and disturbed elsewhere.
+pub mod painting {
+    pub use crate::random::{Stream, between, generator, mix, sign};
+    pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

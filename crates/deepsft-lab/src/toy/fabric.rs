@@ -2,7 +2,7 @@
 //! can be told from every other.
 
 use deepsft_geometry::glam::{Vec2, Vec3};
-use deepsft_synth::noise::{ValueNoise, floor, mix};
+use deepsft_synth::painting::{ValueNoise, floor, mix};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::f32::consts::TAU;

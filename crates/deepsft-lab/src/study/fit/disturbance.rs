@@ -1,14 +1,10 @@
 //! Disturbances of a known size: what a method is put to the test with.
 
-use crate::Sample;
-use crate::random::between;
-use crate::random::{Stream, generator};
-use crate::render::color::any_color;
-use crate::render::color::srgb8_from_linear;
-use crate::render::value_noise::ValueNoise;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_synth::Sample;
+use deepsft_synth::painting::{Stream, ValueNoise, any_color, between, generator, srgb8_from_linear};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
@@ -201,8 +197,8 @@ pub fn faded(picture: &Picture, contrast: f64) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SynthConfig, Synthesizer};
     use deepsft_geometry::Template;
+    use deepsft_synth::{SynthConfig, Synthesizer};
 
     fn sheet() -> Template {
         let art = Picture::from_fn(60, 45, |x, y| [(4 * x) as u8, (5 * y) as u8, ((x * y) % 200) as u8]);
