@@ -85,10 +85,13 @@ fn weighted(energy: CompletionEnergy) -> f64 {
     energy.data + 20.0 * energy.arap + 0.005 * energy.smoothness
 }
 
-/// Nine iterations, the paper's "fewer than 10", need not reach the minimum: most of what separates the rigid alignment from it
-/// must be gone.
-const MOST_ENERGY_LEFT: f64 = 1.0;
-const MOST_OFF_MM: f64 = 100.0;
+/// The paper's "fewer than 10" iterations seldom reach the minimum where much is hidden. Of the energy between rigid alignment
+/// and minimum they must leave at most this fraction (measured: 0.4 % with three fifths of a sheet hidden), ...
+const MOST_ENERGY_LEFT: f64 = 0.01;
+
+/// ... and of the rigid alignment's error of hidden vertices the distance to the minimum may be at most this fraction
+/// (measured: 0.18).
+const MOST_DISTANCE_LEFT: f64 = 0.25;
 
 /// How far the visible part may give way, mm: the paper's own tables have up to 0.4 mm for its sheets and
 /// toys; the tube's bend stretches it by a tenth, which ARAP takes back.
@@ -120,9 +123,10 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
         report.converged
     );
     assert!(
-        left < MOST_ENERGY_LEFT && off_mm < MOST_OFF_MM,
-        "{name}: {left} of the energy, {off_mm} mm"
+        left < MOST_ENERGY_LEFT && off_mm < MOST_DISTANCE_LEFT * rigid,
+        "{name}: {left} of the energy is left, {off_mm} mm from the minimum"
     );
+    assert!(report.converged || report.iterations == 9, "{name}: {report:?}");
     assert_eq!(report.visible_vertices, points.len());
     assert!(
         arap < rigid && arap < laplacian,
