@@ -5,20 +5,15 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod atlas;
 mod clip;
-mod dataset;
 mod deform;
 mod error;
-mod fingerprint;
 mod random;
 mod recording;
 mod render;
 mod scene;
 
-pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
-pub use dataset::describe_dataset;
 pub use deepsft_formats::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
     IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,

@@ -3,17 +3,31 @@
 use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FOLDER, frame_name};
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
-use crate::output::atomic::{self, StagedFolder};
+use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::{input, interruption, progress, synthesis};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
 use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer};
+use deepsft_synth::{
+    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
+};
 use std::path::{Path, PathBuf};
 
 /// Frames a shard of the truth.
 const SHARD_SIZE: u64 = 500;
+
+/// The folder of a clip.
+const CLIP_FOLDER: FolderKind = FolderKind {
+    known_by: &[CLIP_FILE],
+    files: &[
+        CLIP_FILE,
+        CAMERA_FILE,
+        "frame-#.png",
+        "truth/dataset.json",
+        "truth/shard-#.tar",
+    ],
+};
 
 #[derive(Args)]
 #[command(
@@ -75,7 +89,7 @@ pub struct ClipArguments {
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
     let template = template(arguments)?;
-    let folder = StagedFolder::new(&arguments.out, &[CLIP_FILE])?;
+    let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
     let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
@@ -105,7 +119,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let config = synthesizer.config();
-    let description = deepsft_synth::describe_dataset(&template, config, arguments.seed, frames as u64, shards);
+    let description = DatasetDescription::new(&template, config.description(), arguments.seed, frames as u64, shards);
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, camera_to_json(&camera))?;
@@ -124,7 +138,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
 
 /// Writes the shards of the truth into a folder of the clip's.
 fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
-    let truth = StagedFolder::new(folder, &[DATASET_FILE])?;
+    let truth = StagedFolder::new(folder, &FolderKind::DATASET)?;
     let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
     truth.commit()?;
     Ok(shards)

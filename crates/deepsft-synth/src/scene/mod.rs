@@ -9,6 +9,7 @@ mod ingredients;
 pub(crate) mod occluder;
 mod paper_protocol;
 mod partial_view;
+mod photographs;
 mod pose;
 mod synthesizer;
 
