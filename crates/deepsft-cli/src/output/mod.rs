@@ -8,6 +8,7 @@ pub mod color_map;
 pub mod contact_sheet;
 pub mod curve_plot;
 pub mod glb;
+pub mod lettering;
 pub mod model_card;
 pub mod npy;
 pub mod panels;
