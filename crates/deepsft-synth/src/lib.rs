@@ -12,7 +12,7 @@ mod dataset_description;
 mod deform;
 mod error;
 mod fingerprint;
-mod random;
+pub mod random;
 mod recording;
 mod render;
 mod scene;
@@ -35,14 +35,14 @@ pub use recording::{
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Sample, Scene, SynthConfig, Synthesizer, UniformPose,
-    covered, disturbed_maps, faded, sample_pose, share_in_view,
+    OccluderKind, PhotographUse, PoseConfig, Sample, Scene, SynthConfig, Synthesizer, UniformPose, sample_pose,
+    share_in_view,
 };
 pub use shard_index::IndexedShards;
 pub use shard_reader::ShardReader;
 
-/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
-pub mod noise {
-    pub use crate::random::mix;
+/// Colours and smooth noise, for painting.
+pub mod painting {
+    pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -72,7 +72,14 @@ impl Lettering {
 
     /// Calls `paint` with the column and row of each pixel that `text` covers and the covered fraction of it. The middle of
     /// its capitals is at height `middle`.
-    pub(super) fn rasterise(&self, text: &str, x: f64, middle: f64, align: Align, mut paint: impl FnMut(i64, i64, f32)) {
+    pub(super) fn rasterise(
+        &self,
+        text: &str,
+        x: f64,
+        middle: f64,
+        align: Align,
+        mut paint: impl FnMut(i64, i64, f32),
+    ) {
         let Some(font) = self.font() else { return };
         let (glyphs, width) = self.glyphs(text);
         let left = match align {
@@ -151,7 +158,10 @@ mod tests {
     fn capitals_are_as_high_as_the_font_says_and_stand_about_the_middle() {
         for lettering in [Lettering::regular(100.0, [0; 3]), Lettering::semibold(100.0, [0; 3])] {
             let (area, [left, top, right, bottom]) = measured(lettering, "H", Align::Centre);
-            assert!(((bottom - top) as f64 - 100.0 * CAPITAL_HEIGHT).abs() <= 1.0, "{top} to {bottom}");
+            assert!(
+                ((bottom - top) as f64 - 100.0 * CAPITAL_HEIGHT).abs() <= 1.0,
+                "{top} to {bottom}"
+            );
             assert!((top + bottom - 200).abs() <= 2 && (left + right - 400).abs() <= 2);
             assert!(area > 1000.0);
         }

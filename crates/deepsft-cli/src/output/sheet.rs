@@ -111,7 +111,12 @@ pub fn sheet(rows: &[Row]) -> Option<Picture> {
         for (i, panel) in row.panels.iter().enumerate() {
             let left = gap + i * (panel_width + gap);
             let title = Lettering::regular(text, FAINT_INK).fitting(&panel.title, panel_width as f64);
-            canvas.write(&panel.title, (left as f64, middle(panel_top - line)), Align::Left, title);
+            canvas.write(
+                &panel.title,
+                (left as f64, middle(panel_top - line)),
+                Align::Left,
+                title,
+            );
             canvas.draw(&panel.picture, left, panel_top);
             if let Some(bar) = &panel.bar {
                 let below = panel_top + panel_height + gap / 2;

@@ -1,6 +1,7 @@
 //! What completion is studied on: objects of which a camera sees a part.
 
 use super::interpolation::{laplacian, rigid};
+use super::partial_view::PartialView;
 use crate::poster::{POSTER_HEIGHT_MM, POSTER_WIDTH_MM};
 use anyhow::Result;
 use deepsft_geometry::glam::DVec3;
@@ -8,7 +9,7 @@ use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{
     ArapCompletion, Camera, CompletionOptions, Picture, Template, TriangleMesh, VisibleVertices, Welding,
 };
-use deepsft_synth::{PartialView, SynthConfig, Synthesizer, capsule, edge_length_change};
+use deepsft_synth::{SynthConfig, Synthesizer, capsule, edge_length_change};
 use serde::Serialize;
 
 /// Hidden shares that are drawn, of a sheet's vertices and of a closed mesh's, whose back is always hidden.

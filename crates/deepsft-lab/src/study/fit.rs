@@ -1,5 +1,6 @@
 //! `deepsft-lab study fit`: how a method's errors grow with what makes a frame hard.
 
+mod disturbance;
 mod measurement;
 mod outcome;
 mod plan;

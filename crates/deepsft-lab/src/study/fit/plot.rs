@@ -65,7 +65,12 @@ pub fn study_plot(series: &[Series]) -> Option<Picture> {
     for (i, (name, row)) in rows.iter().enumerate() {
         let top = LEGEND + i * height;
         let middle = top as f64 + HEADING as f64 / 2.0;
-        canvas.write(name, (LEFT, middle), Align::Left, Lettering::semibold(TITLE_SIZE + 1.0, INK));
+        canvas.write(
+            name,
+            (LEFT, middle),
+            Align::Left,
+            Lettering::semibold(TITLE_SIZE + 1.0, INK),
+        );
         for (j, chart) in row.iter().enumerate() {
             chart.draw(&mut canvas, j * width, top + HEADING);
         }

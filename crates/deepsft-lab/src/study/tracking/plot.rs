@@ -159,7 +159,11 @@ mod tests {
         let green = rows_of(&|[r, g, _]| g > r.saturating_add(30));
         let dots = rows_of(&|color| color == LINE);
         assert!(!green.is_empty() && !dots.is_empty());
-        assert!(green.iter().all(|y| (dots[0] - 2..=dots[dots.len() - 1] + 2).contains(y)));
+        assert!(
+            green
+                .iter()
+                .all(|y| (dots[0] - 2..=dots[dots.len() - 1] + 2).contains(y))
+        );
         assert!(count(&two, ANSWER) >= 30 * 6);
         assert_eq!(track_plot(&[], [0, 0]).width(), WIDTH);
     }

@@ -1,15 +1,13 @@
 //! Exact maps of a deformed object of which a part is hidden, for measuring completion.
 
-use crate::deform::RodBend;
-use crate::random::{Stream, generator};
-use crate::random::{between, sign};
-use crate::{PoseConfig, SynthConfig, Synthesizer, sample_pose, share_in_view};
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
+use deepsft_synth::random::{Stream, between, generator, sign};
+use deepsft_synth::{PoseConfig, RodBend, SynthConfig, Synthesizer, sample_pose, share_in_view};
 use rand::{Rng, RngExt};
 
-/// Poses are drawn until at least this share of the vertices is in view.
+/// Poses are drawn until at least this fraction of the vertices is in view.
 const LEAST_IN_VIEW: f64 = 0.98;
 
 /// Draws before a frame is taken as it is.
@@ -25,7 +23,7 @@ pub struct PartialView {
     pub vertices_camera: Vec<DVec3>,
     /// Exact depth and registration of what is seen.
     pub maps: Maps,
-    /// The share of the vertices that was to be hidden, self-occlusion included.
+    /// The fraction of the vertices that was to be hidden, self-occlusion included.
     pub hidden_share: f64,
 }
 
@@ -62,7 +60,7 @@ impl Occluder {
 
 impl PartialView {
     /// Frame `index` of `seed`: a sheet bent and posed as in the synthesizer's samples, almost wholly in view, a
-    /// share between the ends of `hidden` of its vertices hidden.
+    /// fraction between the ends of `hidden` of its vertices hidden.
     pub fn of_sheet(synthesizer: &Synthesizer, hidden: [f64; 2], seed: u64, index: u64) -> Self {
         let mut rng = generator(seed, index, Stream::Shape);
         let SynthConfig { camera, .. } = synthesizer.config();
@@ -149,9 +147,9 @@ fn cover(maps: &mut Maps, seen: &[DVec2], occluder: Occluder, count: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capsule;
     use deepsft_geometry::solver::VertexPoint;
     use deepsft_geometry::{Picture, Template, VisibleVertices, training_camera};
+    use deepsft_synth::capsule;
 
     /// Share of vertices that the maps do not show, and the RMSE of the found ones, mm.
     fn hidden_and_error(mesh: &TriangleMesh, view: &PartialView) -> (f64, f64) {

@@ -1,18 +1,15 @@
 //! Disturbances of a known size: what a method is put to the test with.
 
-use crate::Sample;
-use crate::random::between;
-use crate::random::{Stream, generator};
-use crate::render::color::any_color;
-use crate::render::color::srgb8_from_linear;
-use crate::render::value_noise::ValueNoise;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_synth::Sample;
+use deepsft_synth::painting::{ValueNoise, any_color, srgb8_from_linear};
+use deepsft_synth::random::{Stream, between, generator};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
-/// Waves of a registration's error, and their lengths as shares of the template's diagonal.
+/// Waves of a registration's error, and their lengths as fractions of the template's diagonal.
 const WAVES: usize = 4;
 const WAVELENGTH: [f64; 2] = [0.5, 2.0];
 
@@ -118,10 +115,10 @@ const COVER_CONTRAST: f32 = 0.6;
 const LOBE: f64 = 0.25;
 const LOBES: [f64; 2] = [2.0, 5.0];
 
-/// Lays one contiguous, textured thing before `share` (0 to 1) of the pixels in which `sample` shows the object:
-/// around a random point of it, with a wavy outline. It grows until it hides that share (to a pixel), beside
-/// the object as well. Deterministic in `seed` and `index`; a larger share of the same two grows the same thing.
-pub fn covered(sample: &Sample, share: f64, seed: u64, index: u64) -> Cover {
+/// Lays one contiguous, textured thing before `fraction` (0 to 1) of the pixels in which `sample` shows the object:
+/// around a random point of it, with a wavy outline. It grows until it hides that fraction (to a pixel), beside
+/// the object as well. Deterministic in `seed` and `index`; a larger fraction of the same two grows the same thing.
+pub fn covered(sample: &Sample, fraction: f64, seed: u64, index: u64) -> Cover {
     let mut rng = generator(seed, index, Stream::Disturbance);
     let (width, truth) = (sample.truth.width(), &sample.truth);
     let inside: Vec<usize> = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel)).collect();
@@ -137,7 +134,7 @@ pub fn covered(sample: &Sample, share: f64, seed: u64, index: u64) -> Cover {
     };
     let mut reaches: Vec<f64> = inside.iter().map(|&pixel| reach(pixel)).collect();
     reaches.sort_unstable_by(f64::total_cmp);
-    let count = (share.clamp(0.0, 1.0) * reaches.len() as f64).round() as usize;
+    let count = (fraction.clamp(0.0, 1.0) * reaches.len() as f64).round() as usize;
     let limit = count.checked_sub(1).and_then(|last| reaches.get(last)).copied();
     let hidden: Vec<bool> = (0..truth.depth().len())
         .map(|pixel| limit.is_some_and(|limit| reach(pixel) <= limit))
@@ -179,7 +176,7 @@ impl Cover {
     }
 }
 
-/// `picture` with the given share of its contrast: every colour moved towards the mean of all.
+/// `picture` with the given fraction of its contrast: every colour moved towards the mean of all.
 pub fn faded(picture: &Picture, contrast: f64) -> Picture {
     let count = (picture.width() * picture.height()) as f64;
     let sum = |k: usize| {
@@ -201,8 +198,8 @@ pub fn faded(picture: &Picture, contrast: f64) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SynthConfig, Synthesizer};
     use deepsft_geometry::Template;
+    use deepsft_synth::{SynthConfig, Synthesizer};
 
     fn sheet() -> Template {
         let art = Picture::from_fn(60, 45, |x, y| [(4 * x) as u8, (5 * y) as u8, ((x * y) % 200) as u8]);
