@@ -24,7 +24,7 @@ pub struct PartialView {
     /// Exact depth and registration of what is seen.
     pub maps: Maps,
     /// The fraction of the vertices that was to be hidden, self-occlusion included.
-    pub hidden_share: f64,
+    pub hidden_fraction: f64,
 }
 
 /// Where the occluder lies.
@@ -114,7 +114,7 @@ impl PartialView {
             return Self {
                 vertices_camera,
                 maps,
-                hidden_share: target,
+                hidden_fraction: target,
             };
         }
     }
@@ -151,7 +151,7 @@ mod tests {
     use deepsft_geometry::{Picture, Template, VisibleVertices, training_camera};
     use deepsft_synth::capsule;
 
-    /// Share of vertices that the maps do not show, and the RMSE of the found ones, mm.
+    /// Fraction of vertices that the maps do not show, and the RMSE of the found ones, mm.
     fn hidden_and_error(mesh: &TriangleMesh, view: &PartialView) -> (f64, f64) {
         let found = VisibleVertices::new(mesh, 0)
             .find(&view.maps, &training_camera())
@@ -162,16 +162,16 @@ mod tests {
     }
 
     #[test]
-    fn the_wanted_share_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
+    fn the_wanted_fraction_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
         let template = Template::thin_shell(Picture::from_fn(8, 8, |x, _| [30 * x as u8; 3]), 297.0, 210.0).unwrap();
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
         for index in 0..20 {
             let view = PartialView::of_sheet(&synthesizer, [0.3, 0.7], 5, index);
             let (hidden, error) = hidden_and_error(template.mesh(), &view);
             assert!(
-                (hidden - view.hidden_share).abs() < 0.12,
+                (hidden - view.hidden_fraction).abs() < 0.12,
                 "{index}: {hidden} for {}",
-                view.hidden_share
+                view.hidden_fraction
             );
             // A vertex at a mask's edge is extrapolated by up to a pixel: 2 mm far away, more where the sheet is steep.
             assert!(error < 1.0, "{index}: {error} mm");

@@ -226,8 +226,8 @@ mod tests {
                 "{metrics:?}"
             );
             assert_eq!(metrics.mask_iou, Some(1.0));
-            let share = metrics.depth_rmse_mm.unwrap() / f64::from(sample.truth.depth()[inside(&sample)]);
-            assert!(share > 0.0 && share < 0.15, "{share}");
+            let fraction = metrics.depth_rmse_mm.unwrap() / f64::from(sample.truth.depth()[inside(&sample)]);
+            assert!(fraction > 0.0 && fraction < 0.15, "{fraction}");
         }
         let other = disturbed_maps(&sample, sheet().size_mm(), 2.0, 1, 3).unwrap();
         assert_ne!(other, disturbed_maps(&sample, sheet().size_mm(), 2.0, 1, 2).unwrap());
@@ -238,15 +238,15 @@ mod tests {
     }
 
     #[test]
-    fn a_cover_hides_the_share_asked_for_and_only_there_the_picture_changes() {
+    fn a_cover_hides_the_fraction_asked_for_and_only_there_the_picture_changes() {
         let sample = sample();
         let area = sample.truth.area();
-        for share in [0.0, 0.3, 0.6] {
-            let cover = covered(&sample, share, 1, 2);
+        for fraction in [0.0, 0.3, 0.6] {
+            let cover = covered(&sample, fraction, 1, 2);
             let cut = cover.cut(&sample.truth, 0);
             let hidden = (area - cut.area()) as f64;
             // Pixels at the same reach come together: at most a few.
-            assert!((hidden - share * area as f64).abs() <= 4.0, "{hidden} of {area}");
+            assert!((hidden - fraction * area as f64).abs() <= 4.0, "{hidden} of {area}");
             for pixel in 0..480 * 270 {
                 let (x, y) = (pixel % 480, pixel / 480);
                 let changed = cover.image.pixel(x, y) != sample.image.pixel(x, y);
