@@ -4,7 +4,7 @@ use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
 use deepsft_synth::random::{Stream, between, generator, sign};
-use deepsft_synth::{PoseConfig, RodBend, SynthConfig, Synthesizer, sample_pose, share_in_view};
+use deepsft_synth::{PoseConfig, RodBend, SynthConfig, Synthesizer, sample_pose, fraction_in_view};
 use rand::{Rng, RngExt};
 
 /// Poses are drawn until at least this fraction of the vertices is in view.
@@ -98,7 +98,7 @@ impl PartialView {
         loop {
             tries += 1;
             let vertices_camera = draw(rng);
-            let in_view = share_in_view(camera, &vertices_camera, &DAffine3::IDENTITY);
+            let in_view = fraction_in_view(camera, &vertices_camera, &DAffine3::IDENTITY);
             let surface = VisibleSurface::new(mesh, &vertices_camera, camera);
             let seen = seen_vertices(mesh, &vertices_camera, &surface, camera);
             let covered = target - (1.0 - seen.len() as f64 / vertices_camera.len().max(1) as f64);

@@ -208,7 +208,7 @@ mod tests {
 
     fn sample() -> Sample {
         let config = SynthConfig {
-            empty_share: 0.0,
+            empty_probability: 0.0,
             ..SynthConfig::default()
         };
         Synthesizer::new(&sheet(), config).unwrap().sample(3, 1)
