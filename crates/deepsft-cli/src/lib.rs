@@ -18,7 +18,6 @@ pub mod network_choice;
 pub mod output;
 pub mod progress;
 mod refine;
-mod scan;
 pub mod synthesis;
 pub mod track_errors;
 mod unfinished_dataset;

@@ -1,7 +1,7 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
 use super::arguments::TrainArguments;
-use super::bundle_folder::{MARKERS, companions, file_name};
+use super::bundle_folder::{BUNDLE_FOLDER, file_name};
 use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
@@ -14,6 +14,7 @@ use anyhow::Result;
 use deepsft::{DeviceDescription, ModelBundle, encode_png};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{Checkpoint, CurvePoint, Device, SampleSource, Trained, export_bundle, train};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -95,7 +96,7 @@ impl Training<'_> {
             .or_else(|| file_name(&arguments.out))
             .unwrap_or_default();
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
-        let mut extra = companions(&arguments.out)?;
+        let mut extra = BTreeMap::new();
         let table = refined.as_ref().map(|refined| refined.table.as_str());
         extra.insert(
             model_card::CARD_FILE.to_owned(),
@@ -112,7 +113,7 @@ impl Training<'_> {
         }
         extra.extend(refined.into_iter().flat_map(|refined| refined.files));
         extra.extend(bundle.to_files()?);
-        atomic::write_folder(&arguments.out, &MARKERS, &extra)?;
+        atomic::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
         Ok(bundle)
     }
 }

@@ -156,7 +156,7 @@ mod tests {
             let rows = (0..HEIGHT).filter(|&y| (0..WIDTH).any(|x| ink(two.pixel(x, y))));
             rows.collect()
         };
-        let green = rows_of(&|[r, g, _]| g > r.saturating_add(30));
+        let green = rows_of(&|[r, g, b]| g > r.saturating_add(30) && g > b.saturating_add(20));
         let dots = rows_of(&|color| color == LINE);
         assert!(!green.is_empty() && !dots.is_empty());
         assert!(
