@@ -7,6 +7,7 @@ mod config;
 mod ingredients;
 pub(crate) mod occluder;
 mod paper_protocol;
+mod photographs;
 mod pose;
 mod synthesizer;
 
