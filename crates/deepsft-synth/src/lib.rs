@@ -30,8 +30,8 @@ pub use recording::{
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose,
-    fraction_in_view, sample_pose,
+    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
+    sample_pose,
 };
 
 /// Colours and smooth noise, for painting.

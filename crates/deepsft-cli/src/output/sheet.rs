@@ -180,7 +180,10 @@ mod tests {
         // The last colour of the map is on the last column of the bar and nowhere else: 8 pixels.
         assert_eq!(count(&picture, [0xfd, 0xe7, 0x25]), 8);
         // Neither paper nor panels nor the ramp have light grey: that is lettering.
-        let light = picture.rgb().chunks_exact(3).filter(|pixel| pixel.iter().all(|&c| c > 120));
+        let light = picture
+            .rgb()
+            .chunks_exact(3)
+            .filter(|pixel| pixel.iter().all(|&c| c > 120));
         assert!(light.count() > 100);
         assert!(sheet(&[]).is_none());
     }
