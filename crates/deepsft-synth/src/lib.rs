@@ -8,7 +8,7 @@
 mod clip;
 mod deform;
 mod error;
-mod random;
+pub mod random;
 mod recording;
 mod render;
 mod scene;
@@ -30,12 +30,12 @@ pub use recording::{
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
-    disturbed_maps, faded, fraction_in_view, sample_pose,
+    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
+    sample_pose,
 };
 
-/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
-pub mod noise {
-    pub use crate::random::mix;
+/// Colours and smooth noise, for painting.
+pub mod painting {
+    pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -179,8 +179,8 @@ impl Synthesizer {
             .sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
-    /// The vertices of a random shape in a random pose, mm, camera frame.
-    pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
+    /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
+    pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
     }
 }
