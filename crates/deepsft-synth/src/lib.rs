@@ -8,7 +8,7 @@
 mod clip;
 mod deform;
 mod error;
-mod random;
+pub mod random;
 mod recording;
 mod render;
 mod scene;
@@ -34,9 +34,8 @@ pub use scene::{
     sample_pose,
 };
 
-/// Seeded randomness, smooth noise and colours of this crate's painters, for what is painted and disturbed elsewhere.
+/// Colours and smooth noise, for painting.
 pub mod painting {
-    pub use crate::random::{Stream, between, generator, mix, sign};
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -8,19 +8,19 @@ use rand_pcg::Pcg64Mcg;
 /// the others as they were.
 #[derive(Clone, Copy, Debug)]
 pub enum Stream {
-    /// Everything around the template.
+    /// What is around the template: background, light, occluders, camera.
     Scene,
-    /// The template's shape and pose.
+    /// Its shape and pose.
     Shape,
-    /// Pools of backgrounds and art.
+    /// The shapes that samples draw from.
     Pool,
-    /// Motion of a clip.
+    /// How it moves in a clip.
     Motion,
-    /// Disturbances that methods are tested with.
+    /// Disturbances of known size, for measurements.
     Disturbance,
-    /// Print and room of a recording.
+    /// An RGB-D recording.
     Recording,
-    /// Noise of a depth camera.
+    /// The noise of a depth camera.
     DepthNoise,
 }
 

@@ -4,7 +4,7 @@ use super::rod_bend::RodBend;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
-use deepsft_synth::painting::{Stream, between, generator, sign};
+use deepsft_synth::random::{Stream, between, generator, sign};
 use deepsft_synth::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
 use rand::{Rng, RngExt};
 
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wanted_share_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
+    fn the_wanted_fraction_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
         let template = Template::thin_shell(Picture::from_fn(8, 8, |x, _| [30 * x as u8; 3]), 297.0, 210.0).unwrap();
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
         for index in 0..20 {

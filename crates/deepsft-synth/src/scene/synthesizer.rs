@@ -179,7 +179,7 @@ impl Synthesizer {
             .sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
-    /// The template's vertices in a shape and pose drawn from `rng`, mm, camera frame.
+    /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
     pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
     }

@@ -4,7 +4,8 @@ use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::{GeometryError, Maps, Picture};
 use deepsft_synth::Sample;
-use deepsft_synth::painting::{Stream, ValueNoise, any_color, between, generator, srgb8_from_linear};
+use deepsft_synth::painting::{ValueNoise, any_color, srgb8_from_linear};
+use deepsft_synth::random::{Stream, between, generator};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cover_hides_the_share_asked_for_and_only_there_the_picture_changes() {
+    fn a_cover_hides_the_fraction_asked_for_and_only_there_the_picture_changes() {
         let sample = sample();
         let area = sample.truth.area();
         for fraction in [0.0, 0.3, 0.6] {
