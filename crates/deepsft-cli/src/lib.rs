@@ -20,7 +20,6 @@ pub mod progress;
 mod refine;
 mod scan;
 pub mod synthesis;
-pub mod track_errors;
 mod unfinished_dataset;
 mod video;
 

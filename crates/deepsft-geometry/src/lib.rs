@@ -42,7 +42,7 @@ pub use glam;
 pub use image::Picture;
 pub use maps::{
     ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photometric_error, raster,
-    relit_photometric_error, remove_islands,
+    relit_photometric_error, remove_islands, visible_surface,
 };
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, texture_overlap};
 pub use recovery::{RefinedMesh, Refinement};

@@ -20,14 +20,17 @@ pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSour
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationSummary, Figures, FrameRefinement, FrameResult, FrameTruth,
-    RefinementSummary,
+    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, Figures, FrameRefinement, FrameReport,
+    FrameResult, FrameTruth, RefinementSummary, accuracy_table, reports_to_json, tracking_errors,
 };
 pub use loss::{
     DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,
     TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
-pub use run::{Checkpoint, CurvePoint, Progress, existing_checkpoints};
+pub use run::{
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
+    model_card,
+};
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, TrainingFrame, refine,

@@ -27,6 +27,6 @@ pub use estimator::{Estimate, Estimator, Judgement};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
-    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, pictures_to_tensor,
+    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, layer_table, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;

@@ -1,9 +1,7 @@
 //! `deepsft eval`: models against ground truth, in one table.
 
 mod figure;
-mod report;
 mod sets;
-mod table;
 mod worst;
 
 use crate::failure::usage;
@@ -14,9 +12,8 @@ use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_train::Evaluation;
+use deepsft_train::{Evaluation, EvaluationReport, accuracy_table, reports_to_json};
 use figure::Chosen;
-use report::Report;
 use sets::{DataSet, FrameSet};
 use std::path::PathBuf;
 use worst::Worst;
@@ -139,9 +136,9 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
             reports.push(report);
         }
     }
-    println!("{}", table::table(&reports));
+    println!("{}", accuracy_table(&reports));
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &report::to_json(&reports)?)?;
+        atomic::write_file(path, &reports_to_json(&reports)?)?;
     }
     for (path, rows) in [(&arguments.sheet, worst_rows), (&arguments.figure, figure_rows)] {
         if let Some(path) = path {
@@ -180,7 +177,7 @@ struct Measured<'a> {
 
 impl Measured<'_> {
     /// A row of the table, and the frames to draw.
-    fn evaluation(&self, set: FrameSet) -> Result<(Report, Worst, Chosen)> {
+    fn evaluation(&self, set: FrameSet) -> Result<(EvaluationReport, Worst, Chosen)> {
         let bar = progress::counting(set.count, "frames");
         let (mut worst, mut chosen) = (Worst::default(), Chosen::new(set.count));
         let mut unreadable = None;
@@ -207,7 +204,7 @@ impl Measured<'_> {
         match unreadable {
             Some(error) => Err(error),
             None => Ok((
-                Report::new(self.name, None, &set.name, &evaluation, self.device),
+                EvaluationReport::new(self.name, None, &set.name, &evaluation, self.device),
                 worst,
                 chosen,
             )),
@@ -215,7 +212,7 @@ impl Measured<'_> {
     }
 
     /// A row for each stage of the network.
-    fn ablation(&self, set: FrameSet) -> Result<Vec<Report>> {
+    fn ablation(&self, set: FrameSet) -> Result<Vec<EvaluationReport>> {
         let bar = progress::counting(set.count, "frames");
         let mut unreadable = None;
         let frames = set
@@ -226,7 +223,8 @@ impl Measured<'_> {
         if let Some(error) = unreadable {
             return Err(error);
         }
-        let report = |(stage, evaluation)| Report::new(self.name, Some(stage), &set.name, &evaluation, self.device);
+        let report =
+            |(stage, evaluation)| EvaluationReport::new(self.name, Some(stage), &set.name, &evaluation, self.device);
         Ok(stages.into_iter().map(report).collect())
     }
 }

@@ -1,10 +1,9 @@
 //! `deepsft network`: what a network is made of.
 
-mod layer_table;
-
 use crate::network_choice;
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use deepsft::layer_table;
 
 #[derive(Subcommand)]
 pub enum NetworkCommand {
@@ -32,7 +31,7 @@ pub fn run(command: &NetworkCommand) -> Result<()> {
     let network = network_choice::named(&arguments.network)?;
     print!(
         "{}",
-        layer_table::text(network.config().architecture.name(), &network.describe())
+        layer_table(network.config().architecture.name(), &network.describe())
     );
     Ok(())
 }

@@ -2,13 +2,13 @@
 
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::failure::{self, BlameInput, usage};
-use crate::output::{atomic, glb, npy, panels, sheet, surface};
+use crate::output::{atomic, glb, npy, panels, sheet};
 use crate::refine::Refine;
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error};
+use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -227,7 +227,7 @@ impl Model {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = surface::visible_surface(maps, self.estimator.canonical_camera())?;
+        let mesh = visible_surface(maps, self.estimator.canonical_camera())?;
         let registration = maps.registration().iter().flatten().copied();
         let mut files = BTreeMap::from([
             (

@@ -6,8 +6,10 @@ mod islands;
 pub mod metrics;
 mod photo_consistency;
 pub mod raster;
+mod visible_surface;
 
 pub use color_response::{ColorMatch, ColorResponse};
 pub use depth_and_registration::{Maps, OUTSIDE};
 pub use islands::remove_islands;
 pub use photo_consistency::{draw_template, mipmap_level, photometric_error, relit_photometric_error};
+pub use visible_surface::visible_surface;

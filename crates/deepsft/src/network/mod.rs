@@ -8,6 +8,7 @@ mod compact;
 mod config;
 mod description;
 mod half_precision;
+mod layer_table;
 mod maps;
 mod module;
 mod paper;
@@ -23,6 +24,7 @@ pub use compact::{
 };
 pub use config::{Architecture, DepthRange, NetworkConfig};
 pub use description::LayerDescription;
+pub use layer_table::layer_table;
 pub use maps::{NetworkMaps, OUTSIDE};
 pub use paper::{PaperConfig, PaperNetwork};
 pub use r50f::{R50FConfig, R50FNetwork};

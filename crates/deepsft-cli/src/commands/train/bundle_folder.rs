@@ -1,9 +1,10 @@
 //! The folder of a model bundle that a training writes.
 
 use super::recording_steps::FIGURES_FILE;
-use crate::output::{curve_plot, model_card};
+use crate::output::curve_plot;
 use anyhow::{Context, Result};
 use deepsft::MODEL_FILE;
+use deepsft_train::{CARD_FILE, CURVE_FILE};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -20,8 +21,8 @@ pub fn companions(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
         MODEL_FILE,
         "weights.bpk",
         "template",
-        model_card::CARD_FILE,
-        model_card::CURVE_FILE,
+        CARD_FILE,
+        CURVE_FILE,
         curve_plot::PLOT_FILE,
         FIGURES_FILE,
         "step-2.csv",

@@ -5,7 +5,7 @@ use super::progress_lines::tell;
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::output::{curve_plot, model_card};
+use crate::output::curve_plot;
 use crate::progress;
 use anyhow::{Context, Result};
 use deepsft::{ModelBundle, Network, encode_png};
@@ -13,7 +13,7 @@ use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
     Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingFigures, RefinementData, RefinementStep,
-    TrainConfig, refine, set_aside_outdated,
+    TrainConfig, curve_csv, refine, set_aside_outdated,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -131,8 +131,7 @@ impl RefinedBundle {
         self.samples += state.samples;
         self.seconds += state.seconds;
         let name = |ending: &str| format!("step-{}.{ending}", step.number());
-        self.files
-            .insert(name("csv"), model_card::curve_csv(&state.curve).into_bytes());
+        self.files.insert(name("csv"), curve_csv(&state.curve).into_bytes());
         if let Some(plot) = curve_plot::curve_plot(&state.curve) {
             self.files.insert(name("png"), encode_png(&plot)?);
         }
