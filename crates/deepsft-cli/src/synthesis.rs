@@ -242,7 +242,10 @@ mod tests {
             synthesizer(&template, &options).unwrap().config().effects.clone()
         };
         let (paper, default) = (effects(Preset::Paper), EffectsConfig::default());
-        assert_eq!((paper.gain, paper.jpeg_share), ([0.9, 1.1], default.jpeg_share));
+        assert_eq!(
+            (paper.gain, paper.jpeg_probability),
+            ([0.9, 1.1], default.jpeg_probability)
+        );
         assert_eq!(effects(Preset::Default).gain, default.gain);
     }
 

@@ -25,8 +25,8 @@ pub use deepsft_formats::{
     write_shard,
 };
 pub use deform::{
-    ClothConfig, DeformationConfig, DeformationFamily, HandleConfig, HandleDeformation, HandleShape, RodBend, capsule,
-    deform, edge_length_change,
+    ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
+    RodBend, capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
 pub use recording::{
@@ -36,7 +36,7 @@ pub use recording::{
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
     Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
-    disturbed_maps, faded, sample_pose, share_in_view,
+    disturbed_maps, faded, fraction_in_view, sample_pose,
 };
 
 /// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.

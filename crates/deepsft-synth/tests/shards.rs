@@ -14,7 +14,7 @@ static SYNTHESIZER: LazyLock<Synthesizer> = LazyLock::new(|| {
     Synthesizer::new(
         &template,
         SynthConfig {
-            empty_share: 0.5,
+            empty_probability: 0.5,
             ..SynthConfig::default()
         },
     )

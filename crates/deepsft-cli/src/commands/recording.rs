@@ -104,7 +104,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
     let folder = StagedFolder::new(&arguments.out, &[&marker])?;
     let config = SimulationConfig {
-        place_changes: arguments.changing_place,
+        conditions_change: arguments.changing_place,
         ..SimulationConfig::default()
     };
     let simulator = RecordingSimulator::new(&template, config, arguments.seed)?;
@@ -146,7 +146,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
 
 /// The frames in order, a take at a time on all cores.
 fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Iterator<Item = Result<SimulatedFrame>> {
-    let a_take = simulator.config().frames_a_take;
+    let a_take = simulator.config().frames_per_take;
     (0..frames.div_ceil(a_take)).flat_map(move |number| {
         let take = simulator.take(number);
         let count = a_take.min(frames - number * a_take);
@@ -198,7 +198,7 @@ Figures measured on it are figures on simulated data.
 ",
         version = env!("CARGO_PKG_VERSION"),
         rate = simulator.config().frames_per_s,
-        place = if simulator.config().place_changes {
+        place = if simulator.config().conditions_change {
             "others in every take"
         } else {
             "the same in all takes"

@@ -2,7 +2,7 @@
 //! (the paper's adaptation A = K_train K_test^-1, after lens distortion is removed).
 
 use super::pinhole::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 use glam::DVec2;
 
@@ -83,11 +83,7 @@ impl CanonicalWarp {
     /// # Errors
     /// [`GeometryError::MapSize`] when the picture is not of the source camera's size.
     pub fn apply(&self, picture: &Picture) -> Result<Picture, GeometryError> {
-        let expected = (self.source.width() as usize, self.source.height() as usize);
-        let actual = (picture.width(), picture.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(picture.size(), self.source.size())?;
         Ok(
             if self.source.distortion() == self.canonical.distortion() && self.source.distortion() == [0.0; 5] {
                 self.apply_separable(picture)

@@ -147,6 +147,11 @@ impl Camera {
         self.height
     }
 
+    /// Columns and rows of the image, pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width as usize, self.height as usize)
+    }
+
     /// Focal lengths (fx, fy), pixels.
     pub fn focal(&self) -> DVec2 {
         DVec2::new(self.fx, self.fy)

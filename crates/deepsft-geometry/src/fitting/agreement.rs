@@ -72,7 +72,7 @@ impl Agreement {
         for point in points {
             let corners = mesh.faces()[point.point.face];
             let weights = point.point.barycentric;
-            let position: DVec3 = corners.iter().zip(weights).map(|(&v, w)| w * vertices[v]).sum();
+            let position = point.point.position(mesh.faces(), vertices);
             let Some((seen, _)) = camera.project(position).and_then(|pixel| image.sample(pixel)) else {
                 continue;
             };

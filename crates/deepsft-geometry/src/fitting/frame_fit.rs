@@ -6,7 +6,7 @@ use super::measurements::{Measurement, measurements};
 use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX, check_blurs};
 use super::options::PhysicsOptions;
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::{GreyImage, Normalizer, Picture};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
@@ -91,12 +91,8 @@ impl PhysicsRefinement {
         maps: &Maps,
         start: Option<&[DVec3]>,
     ) -> Result<Option<Refined>, GeometryError> {
-        let expected = (camera.width() as usize, camera.height() as usize);
-        for actual in [(image.width(), image.height()), (maps.width(), maps.height())] {
-            if actual != expected {
-                return Err(GeometryError::MapSize { actual, expected });
-            }
-        }
+        check_size(image.size(), camera.size())?;
+        check_size(maps.size(), camera.size())?;
         let vertices = self.fit.template.mesh().vertices().len();
         if let Some(actual) = start.map(<[DVec3]>::len).filter(|&actual| actual != vertices) {
             return Err(GeometryError::StartLength {

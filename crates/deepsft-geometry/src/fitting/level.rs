@@ -1,7 +1,7 @@
 //! The template's mesh at two resolutions.
 
 use crate::error::GeometryError;
-use crate::mesh::{SurfaceLocator, Template, TriangleMesh};
+use crate::mesh::{SurfaceLocator, Template, TriangleMesh, catmull_rom};
 use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, SolveOptions, SolveReport};
 use glam::{DVec2, DVec3};
 
@@ -161,16 +161,6 @@ impl Interpolation {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w as f32 * values[i]).sum::<f32>();
         self.weights.iter().map(|w| sum(w).clamp(0.0, 1.0)).collect()
     }
-}
-
-fn catmull_rom(t: f64) -> [f64; 4] {
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-    ]
 }
 
 #[cfg(test)]

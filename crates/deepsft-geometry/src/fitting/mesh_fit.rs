@@ -174,10 +174,7 @@ fn rigidly_moved(
     steps: usize,
 ) -> Vec<DVec3> {
     let faces = level.mesh.faces();
-    let position = |p: &TexturePoint| {
-        let corners = faces[p.point.face].iter().zip(p.point.barycentric);
-        (corners.map(|(&v, w)| w * vertices[v]).sum::<DVec3>(), p.value)
-    };
+    let position = |p: &TexturePoint| (p.point.position(faces, &vertices), p.value);
     let positions: Vec<_> = points.iter().map(position).collect();
     let place = rigid_fit(image, camera, &positions, robust, steps);
     vertices.into_iter().map(place).collect()

@@ -1,5 +1,6 @@
 //! Grey values freed from light and gain.
 
+use super::grey_image::GreyImage;
 use super::picture::Picture;
 use glam::DVec2;
 
@@ -14,26 +15,6 @@ const MIDDLE_LEVEL: f32 = 128.0;
 
 /// Share of a blurred neighbourhood that must be seen for a value to exist.
 const LEAST_SUPPORT: f32 = 0.02;
-
-/// A grey image, row-major, 0..=255.
-#[derive(Clone, Debug)]
-pub(crate) struct GreyImage {
-    pub width: usize,
-    pub height: usize,
-    pub values: Vec<f32>,
-}
-
-impl GreyImage {
-    /// Rec. 601 luma of the stored (gamma) values.
-    pub fn of(picture: &Picture) -> Self {
-        let luma = |c: &[u8]| 0.299 * f32::from(c[0]) + 0.587 * f32::from(c[1]) + 0.114 * f32::from(c[2]);
-        Self {
-            width: picture.width(),
-            height: picture.height(),
-            values: picture.rgb().chunks_exact(3).map(luma).collect(),
-        }
-    }
-}
 
 /// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
 /// light and exposure change.

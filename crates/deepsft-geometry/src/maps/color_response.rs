@@ -2,7 +2,7 @@
 
 use super::depth_and_registration::Maps;
 use super::photo_consistency::drawn_colors;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 
 /// How a camera, with the print and the light before it, shows the colours of a template: each colour's intensity times a
@@ -67,10 +67,7 @@ impl ColorMatch {
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the image's size.
     pub fn add(&mut self, image: &Picture, texture: &Picture, maps: &Maps) -> Result<(), GeometryError> {
-        let (actual, expected) = ((maps.width(), maps.height()), (image.width(), image.height()));
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(maps.size(), image.size())?;
         if maps.area() == 0 {
             return Ok(());
         }

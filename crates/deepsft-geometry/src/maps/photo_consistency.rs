@@ -1,9 +1,8 @@
 //! The template seen through the registration, and how it differs from the image.
 
 use super::depth_and_registration::Maps;
-use super::metrics::{MeanSquare, central_differences, uv};
-use crate::image::Picture;
-use glam::DVec2;
+use super::metrics::{MeanSquare, central_differences};
+use crate::image::{MipLevel, Picture};
 
 /// The template as the registration places it in the image: the paper's rendered image I', black
 /// outside the mask, of the maps' size. Nothing corrects for light.
@@ -98,19 +97,12 @@ impl ColorMoments {
 
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
 pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
-    let mut texture = texture.clone();
-    // Texels in the template's width and height; halving leaves the last of an odd number out, they count here.
-    let mut size = DVec2::new(texture.width() as f64, texture.height() as f64);
-    for _ in 0..mipmap_level(&texture, maps) {
-        texture = texture.halved();
-        size /= 2.0;
-    }
-    (0..maps.depth().len())
-        .filter(|&pixel| maps.inside(pixel))
-        .map(move |pixel| {
-            let at = uv(maps, pixel) * size;
-            (pixel, texture.sample(at.x, at.y))
-        })
+    let halvings = mipmap_level(texture, maps);
+    let level = (0..halvings).fold(MipLevel::finest(texture.clone()), |level, _| {
+        level.coarser().unwrap_or(level)
+    });
+    let inside = (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel));
+    inside.map(move |pixel| (pixel, level.sample(maps.uv(pixel))))
 }
 
 /// Change of the registration over a pixel beyond which it is a jump, over a seam of the texture or to another part.

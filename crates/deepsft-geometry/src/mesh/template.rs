@@ -232,8 +232,7 @@ impl Template {
             Surface::Sheet { .. } => Some(((uv - 0.5) * self.size_mm).extend(0.0)),
             Surface::Mesh(locator) => {
                 let point = locator.locate(uv)?;
-                let corners = self.mesh.faces()[point.face].map(|v| self.mesh.vertices()[v]);
-                Some(corners.into_iter().zip(point.barycentric).map(|(p, w)| p * w).sum())
+                Some(point.position(self.mesh.faces(), self.mesh.vertices()))
             }
         }
     }

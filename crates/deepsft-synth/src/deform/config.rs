@@ -38,7 +38,7 @@ impl DeformationFamily {
 }
 
 /// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
-/// shares make a configuration fit sheets of any size.
+/// fractions make a configuration fit sheets of any size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeformationConfig {
     /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.

@@ -14,7 +14,7 @@ mod xpbd;
 
 pub(crate) use bend::{Bend, Rulings};
 pub use config::{DeformationConfig, DeformationFamily};
-pub use control_points::{HandleConfig, HandleDeformation, HandleShape};
+pub use control_points::{ControlPointConfig, ControlPointDeformation, ControlPointShape};
 pub use deformation::deform;
 pub(crate) use deformation::face_front;
 pub use isometry::edge_length_change;

@@ -1,7 +1,7 @@
 //! The template seen through the registration, differentiable (paper, appendix "Warping with Bilinear Interpolation").
 
 use burn::tensor::{DType, Device, Int, Tensor, TensorData};
-use deepsft_geometry::Picture;
+use deepsft_geometry::{MipLevel, Picture};
 
 /// A template's texture and its successive halvings on a device, intensities 0..=255: level k is [3, h / 2^k, w / 2^k].
 ///
@@ -23,19 +23,14 @@ struct Texture {
 impl TexturePyramid {
     /// All levels of `texture`.
     pub fn new(texture: &Picture, device: &Device) -> Self {
-        let mut picture = texture.clone();
-        let mut extent = [texture.width() as f64, texture.height() as f64];
-        let mut levels = Vec::new();
-        loop {
-            levels.push(Texture {
-                texels: texels(&picture, device),
-                extent,
-            });
-            if picture.width() == 1 && picture.height() == 1 {
-                return Self { levels };
-            }
-            picture = picture.halved();
-            extent = extent.map(|side| side / 2.0);
+        let levels = std::iter::successors(Some(MipLevel::finest(texture.clone())), MipLevel::coarser);
+        Self {
+            levels: levels
+                .map(|level| Texture {
+                    texels: texels(&level.picture, device),
+                    extent: level.extent.to_array(),
+                })
+                .collect(),
         }
     }
 

@@ -4,7 +4,7 @@ use super::options::TrackingOptions;
 use super::search::best_shift;
 use super::tracked::{Answer, Tracked};
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::fitting::frame_fit::PhysicsRefinement;
 use crate::fitting::measurements::measurements;
 use crate::fitting::mesh_fit::{Resolution, Round, check_blurs};
@@ -110,11 +110,7 @@ impl Tracker {
         image: &Picture,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        let expected = (camera.width() as usize, camera.height() as usize);
-        let actual = (image.width(), image.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(image.size(), camera.size())?;
         let goes_on = self
             .frames
             .back()
@@ -165,11 +161,7 @@ impl Tracker {
         let Some(maps) = maps else {
             return Ok(self.deny(frame));
         };
-        let expected = (camera.width() as usize, camera.height() as usize);
-        let actual = (maps.width(), maps.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(maps.size(), camera.size())?;
         // After a search the image decides also where the two are near each other.
         let searched = std::mem::take(&mut self.searched);
         if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
@@ -228,14 +220,9 @@ impl Tracker {
         let mut distances: Vec<f64> = measurements(maps, &fit.template)
             .iter()
             .filter_map(|m| {
-                let SurfacePoint { face, barycentric } = fit.coarse.locator.locate(m.uv)?;
-                let corners = fit.coarse.mesh.faces()[face];
-                let p: DVec3 = corners
-                    .iter()
-                    .zip(barycentric)
-                    .map(|(&v, w)| w * mesh.vertices[v])
-                    .sum();
-                Some(camera.project(p)?.distance(m.pixel))
+                let point = fit.coarse.locator.locate(m.uv)?;
+                let position = point.position(fit.coarse.mesh.faces(), &mesh.vertices);
+                Some(camera.project(position)?.distance(m.pixel))
             })
             .collect();
         let rank = distances.len() * 4 / 5;

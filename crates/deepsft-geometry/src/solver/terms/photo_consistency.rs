@@ -1,7 +1,7 @@
 //! The template's texture against the image.
 
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::NormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
 use crate::solver::checked::{check_scale, check_weight};
@@ -53,11 +53,7 @@ impl<'a> Photometric<'a> {
         if let Some(scale) = robust.scale() {
             check_scale("photometric", scale)?;
         }
-        let expected = (camera.width() as usize, camera.height() as usize);
-        let actual = (image.width(), image.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size((image.width(), image.height()), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             if let Some(anchored) = AnchoredPoint::new(template, point.point)?
