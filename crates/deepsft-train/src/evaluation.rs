@@ -8,8 +8,8 @@ mod report;
 pub mod tracking_errors;
 
 pub use accuracy_table::accuracy_table;
-pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
+pub use evaluate::{Evaluation, EvaluationSummary, FitSummary, FrameFit, FrameResult, MeasuredPixels, SetMetrics};
 pub use evaluation_frame::{EvaluationFrame, FrameTruth};
 pub use report::{EvaluationReport, FrameReport, reports_to_json};
 
-pub(crate) use measured_depth::depth_counts;
+pub(crate) use measured_depth::{comparable_depth, eroded, trusted_depth};

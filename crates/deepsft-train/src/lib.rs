@@ -15,24 +15,23 @@ mod tuning;
 /// What a training computes on, see `deepsft::start_device`.
 pub use burn::tensor::Device;
 
-pub use config::{Budget, LearningRate, Optimizer, RefinementSteps, Schedule, TrainConfig};
+pub use config::{Budget, LearningRate, Optimizer, Schedule, TrainConfig, TuningSettings, TuningStep};
 pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSource, StoredSamples};
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, Figures, FrameRefinement, FrameReport,
-    FrameResult, FrameTruth, RefinementSummary, accuracy_table, reports_to_json, tracking_errors,
+    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitSummary, FrameFit, FrameReport, FrameResult,
+    FrameTruth, MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
 pub use loss::{
-    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,
-    TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss,
+    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, Residual, SupervisedLosses, TexturePyramid,
+    TuningLoss, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
 pub use run::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Fingerprint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
     model_card,
 };
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
-    MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, TrainingFrame, refine,
-    set_aside_outdated,
+    MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
 };

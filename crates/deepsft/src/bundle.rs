@@ -6,7 +6,7 @@
 use crate::network::{Network, NetworkConfig};
 use crate::{DeepSftError, TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use burn::module::{Module, ModuleMapper, Param};
-use burn::store::ModuleRecord;
+use burn::store::{ModuleRecord, burn_pack::Reader};
 use burn::tensor::{Bytes, Device, FloatDType, Tensor};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
@@ -147,7 +147,9 @@ impl ModelBundle {
         };
         manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
         let (template, camera) = manifest.template(files)?;
-        let bytes = Bytes::from_bytes_vec(manifest.listed(files, WEIGHTS_FILE)?.to_vec());
+        let weights = manifest.listed(files, WEIGHTS_FILE)?;
+        check_weights(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
+        let bytes = Bytes::from_bytes_vec(weights.to_vec());
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
         let network = manifest.network.init_folded(&Device::flex());
         let network = network
@@ -318,6 +320,18 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
         .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
 }
 
+/// Whether all tensors of a file of weights are of floating-point numbers: burn panics where it is to load others into them.
+fn check_weights(bytes: &[u8]) -> Result<(), String> {
+    let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| e.to_string())?;
+    for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
+        let (name, kind, ..) = tensor.into_parts().map_err(|e| e.to_string())?;
+        if !kind.is_float() {
+            return Err(format!("{name} holds {kind:?}, expected floating-point numbers"));
+        }
+    }
+    Ok(())
+}
+
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
     let malformed = |e: serde_json::Error| DeepSftError::BundleContent {
         file: MODEL_FILE.to_owned(),
@@ -445,6 +459,43 @@ mod tests {
         let mut files = files();
         files.get_mut(WEIGHTS_FILE).unwrap()[5000] ^= 1;
         assert!(refusal(&files).starts_with("weights.bpk of the model bundle is not the file that was published"));
+    }
+
+    #[test]
+    fn weights_that_are_no_floating_point_numbers_are_refused() {
+        use burn::store::burn_pack::{Tensor as Packed, Writer};
+        let mut files = files();
+        let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();
+        let mut spoilt = String::new();
+        let packed = reader
+            .into_tensors()
+            .unwrap()
+            .into_iter()
+            .enumerate()
+            .map(|(number, tensor)| {
+                let (name, kind, shape, id, bytes) = tensor.into_parts().unwrap();
+                if number > 0 {
+                    return Packed::new(name, kind, shape, id, bytes);
+                }
+                spoilt = name.clone();
+                let flags = Tensor::<1>::zeros([shape.num_elements()], &Device::flex())
+                    .equal_elem(1.0)
+                    .into_data();
+                let (bytes, _, kind) = flags.into_parts();
+                Packed::new(name, kind, shape, id, bytes)
+            });
+        let weights = Writer::new(packed.collect()).into_bytes().unwrap().to_vec();
+        let old = FileEntry::of(&files[WEIGHTS_FILE]);
+        let new = FileEntry::of(&weights);
+        edit(&mut files, &old.sha256, &new.sha256);
+        edit(
+            &mut files,
+            &format!("\"size\": {}", old.size),
+            &format!("\"size\": {}", new.size),
+        );
+        files.insert(WEIGHTS_FILE.to_owned(), weights);
+        let refusal = refusal(&files);
+        assert!(refusal.contains(&spoilt) && refusal.contains("Bool"), "{refusal}");
     }
 
     #[test]

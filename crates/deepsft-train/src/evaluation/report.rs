@@ -1,6 +1,6 @@
 //! What evaluations found, as JSON.
 
-use super::{Evaluation, EvaluationSummary, FrameResult};
+use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use deepsft::Stage;
 use serde::Serialize;
 
@@ -45,12 +45,14 @@ pub struct FrameReport {
     mask_iou: Option<f64>,
     coverage: Option<f64>,
     photometric_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured_pixels: Option<MeasuredPixels>,
     #[serde(flatten)]
-    refinement: Option<RefinementReport>,
+    fit: Option<FitReport>,
 }
 
 #[derive(Serialize)]
-struct RefinementReport {
+struct FitReport {
     mesh_taken: bool,
     network_depth_rmse_mm: Option<f64>,
     network_registration_rmse_px: Option<f64>,
@@ -99,12 +101,13 @@ impl FrameReport {
             mask_iou: metrics.mask_iou,
             coverage: metrics.coverage,
             photometric_error: result.photometric_error,
-            refinement: result.refinement.map(|refinement| RefinementReport {
-                mesh_taken: refinement.mesh_taken,
-                network_depth_rmse_mm: refinement.network.depth_rmse_mm,
-                network_registration_rmse_px: refinement.network.registration_rmse_px,
-                network_rmse_3d_mm: refinement.network.points_rmse_mm,
-                photometric_cost: refinement.photometric_cost,
+            measured_pixels: result.measured_pixels,
+            fit: result.fit.map(|fit| FitReport {
+                mesh_taken: fit.mesh_taken,
+                network_depth_rmse_mm: fit.network.depth_rmse_mm,
+                network_registration_rmse_px: fit.network.registration_rmse_px,
+                network_rmse_3d_mm: fit.network.points_rmse_mm,
+                photometric_cost: fit.photometric_cost,
             }),
         }
     }

@@ -67,14 +67,14 @@ impl TexturePyramid {
         };
         let along_u: Tensor<2> = along_u.reshape([1, pixels]);
         let along_v: Tensor<2> = along_v.reshape([1, pixels]);
-        let between = |a: Tensor<2>, b: Tensor<2>, share: &Tensor<2>| a.clone() + (b - a) * share.clone();
+        let between = |a: Tensor<2>, b: Tensor<2>, fraction: &Tensor<2>| a.clone() + (b - a) * fraction.clone();
         let top = between(at(&above, &left), at(&above, &right), &along_u);
         let bottom = between(at(&below, &left), at(&below, &right), &along_u);
         between(top, bottom, &along_v).reshape([1, 3, rows, columns])
     }
 }
 
-/// Of one coordinate of the registration: both neighbouring texels, clamped, and the share of the second, [H * W] each.
+/// Of one coordinate of the registration: both neighbouring texels, clamped, and the weight of the second, [H * W] each.
 fn neighbours(
     registration: &Tensor<4>,
     coordinate: usize,
@@ -90,8 +90,8 @@ fn neighbours(
     // Far beyond the texture a whole number would not fit its type.
     let first = floor.clone().clamp(-1.0, length as f64).int();
     let last = length as i64 - 1;
-    let share = position - floor;
-    (first.clone().clamp(0, last), (first + 1).clamp(0, last), share)
+    let weight = position - floor;
+    (first.clone().clamp(0, last), (first + 1).clamp(0, last), weight)
 }
 
 fn texels(picture: &Picture, device: &Device) -> Tensor<3> {
