@@ -35,17 +35,17 @@ impl Preset {
     }
 }
 
-/// How commands that make images are told what images.
+/// Options of the commands that make synthetic images.
 #[derive(Args, Clone, Debug, Default)]
 pub struct SynthesisOptions {
     /// What is varied in the images, and how far
     #[arg(id = "images", long = "images", value_name = "PRESET", value_enum, default_value_t)]
     pub images: Preset,
-    /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without; its gain stays
+    /// Add the default preset's camera effects (blur, noise, white balance, JPEG, ...) to a preset without; its gain stays
     #[arg(long)]
     pub camera_effects: bool,
-    /// Photographs (PNG or JPEG) to use as backgrounds: beside the drawn ones; with the paper's preset in place of them,
-    /// and as they are
+    /// Folder of photographs (PNG or JPEG) to show as backgrounds beside the drawn ones; the paper's preset shows only
+    /// them, unchanged
     #[arg(long, value_name = "DIR")]
     pub backgrounds: Option<PathBuf>,
     /// Largest in-plane rotation to either side, degrees: 45 for an object that stays upright, which a short training learns

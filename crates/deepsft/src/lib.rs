@@ -8,6 +8,7 @@
 
 mod bundle;
 mod device;
+mod device_kind;
 mod error;
 mod estimator;
 mod network;
@@ -21,7 +22,8 @@ pub use deepsft_formats::{
     mesh_to_obj, parse_camera, template_to_files,
 };
 pub use deepsft_geometry as geometry;
-pub use device::{DeviceDescription, DeviceKind, start_device, start_devices};
+pub use device::{DeviceDescription, start_device, start_devices};
+pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use network::{

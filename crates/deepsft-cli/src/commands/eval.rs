@@ -5,8 +5,8 @@ mod sets;
 mod worst;
 
 use crate::failure::usage;
+use crate::mesh_choice::MeshChoice;
 use crate::output::{atomic, sheet};
-use crate::refine::Refine;
 use crate::synthesis::SynthesisOptions;
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -32,7 +32,7 @@ predicted mask; printed are mean and median over the frames that show the object
   rmse_3d_mm             3D points, mm
   frames_per_second      frames answered in a second, one after the other
 The JSON of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
-{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --refine physics,
+{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --mesh,
 \"fit\" says where the mesh was rejected and where it is worse than the network's own maps, whose errors stand beside
 each frame's (\"network_...\").
 
@@ -52,7 +52,7 @@ better the registration).
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
-  deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --refine physics
+  deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --mesh fit
   deepsft eval --model with-tv --model without-tv --synthetic 200 --seed 999 --data held-out --data recording
   deepsft eval --model models/poster-a4 --synthetic 200 --seed 999 --ablation
   deepsft eval --model models/poster-a4 --synthetic 100 --seed 999 --figure figure.png"
@@ -72,12 +72,11 @@ pub struct EvalArguments {
     /// Measure on a data set as `deepsft synth` writes, or on an RGB-D recording; may be given several times
     #[arg(long, visible_alias = "dataset", value_name = "DIR")]
     data: Vec<PathBuf>,
-    /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
-    /// network sees by what is hidden (arap)
-    #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
-    refine: Refine,
+    /// How to find the whole mesh, whose maps are then measured
+    #[arg(long, alias = "refine", value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
+    mesh: MeshChoice,
     /// Measure the maps after each block of the network
-    #[arg(long, conflicts_with_all = ["refine", "sheet", "figure"])]
+    #[arg(long, conflicts_with_all = ["mesh", "sheet", "figure"])]
     ablation: bool,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
@@ -185,7 +184,7 @@ impl Measured<'_> {
         let frames = set
             .frames
             .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
-        let mut refinement = self.arguments.refine.prepare(self.bundle.template())?;
+        let mut refinement = self.arguments.mesh.prepare(self.bundle.template())?;
         let evaluation = Evaluation::run(
             self.estimator,
             refinement.as_mut(),

@@ -9,9 +9,9 @@ use deepsft::layer_table;
 pub enum NetworkCommand {
     /// Print a network's layers: sizes, parameters and operations, by block and in all.
     #[command(after_help = "\
-Operations are those of convolutions and dense layers for one 480 x 270 image, a multiplication and an addition
-counted as two. A network by its name is described as it is trained, with batch normalisation (four parameters a
-channel); that of a model is folded.
+Operations are those of convolutions and dense layers for one 480 x 270 image; a multiplication and an addition count as
+two. A network given by name is described as it is trained, with batch normalisation (four parameters per channel). The
+network of a model is folded.
 
 Examples:
   deepsft network describe paper

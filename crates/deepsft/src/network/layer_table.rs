@@ -1,6 +1,7 @@
 //! The table of a network's layers as text.
 
-use super::{Block, LayerDescription};
+use super::block::Block;
+use super::description::LayerDescription;
 use std::fmt::Write;
 
 /// The layers of the network called `name`, the totals of its blocks and of all: lines for a terminal.
