@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
-use deepsft_geometry::{CompletionOptions, MapsCompletion, Refinement, Template};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Template};
 
 /// How the whole mesh is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -20,10 +20,10 @@ pub enum MeshChoice {
 
 impl MeshChoice {
     /// What finds the mesh of `template`, if one is asked for.
-    pub fn prepare(self, template: &Template) -> Result<Option<Refinement>> {
+    pub fn prepare(self, template: &Template) -> Result<Option<MeshRecovery>> {
         Ok(match self {
             Self::None => None,
-            Self::Fit => Some(PhysicsRefinement::new(template, PhysicsOptions::default())?.into()),
+            Self::Fit => Some(FrameFitter::new(template, FitOptions::default())?.into()),
             Self::Complete => Some(MapsCompletion::new(template.mesh(), CompletionOptions::default())?.into()),
         })
     }

@@ -8,7 +8,7 @@ use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error, visible_surface};
+use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
     let texture_png = encode_png(bundle.template().texture())?;
     let mut model = Model {
-        refinement: arguments.mesh.prepare(bundle.template())?,
+        recovery: arguments.mesh.prepare(bundle.template())?,
         bundle,
         estimator,
         device,
@@ -145,7 +145,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// A model ready to be used on one image after the other.
 struct Model {
-    refinement: Option<Refinement>,
+    recovery: Option<MeshRecovery>,
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
@@ -164,11 +164,11 @@ impl Model {
         let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
         let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
         let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
-        let mut mesh_taken = self.refinement.as_ref().map(|_| false);
+        let mut mesh_taken = self.recovery.as_ref().map(|_| false);
         let mut whole = None;
-        if let Some(refinement) = self.refinement.as_mut().filter(|_| judgement.found) {
+        if let Some(recovery) = self.recovery.as_mut().filter(|_| judgement.found) {
             let camera = self.estimator.canonical_camera();
-            let fitted = stages.time("mesh", || refinement.refine(&canonical, camera, &maps))?;
+            let fitted = stages.time("mesh", || recovery.recover(&canonical, camera, &maps))?;
             if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
                 mesh_taken = Some(true);
                 maps = fitted.maps;
@@ -183,7 +183,7 @@ impl Model {
             mask_area: judgement.area,
             mesh_taken,
             depth_mm: depth_range(&maps),
-            photometric_error: photometric_error(&canonical, self.bundle.template().texture(), &maps),
+            photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
             canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
             device: format!("{}: {}", self.device.kind, self.device.adapter_name),
