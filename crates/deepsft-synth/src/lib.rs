@@ -11,6 +11,7 @@ mod dataset;
 mod deform;
 mod error;
 mod fingerprint;
+mod in_order;
 mod random;
 mod recording;
 mod render;
@@ -29,6 +30,7 @@ pub use deform::{
     RodBend, capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
+pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,

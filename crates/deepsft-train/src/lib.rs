@@ -34,4 +34,5 @@ pub use run::{
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
+    tuning_json, tuning_table,
 };

@@ -4,7 +4,7 @@ use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FO
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
 use crate::output::atomic::{self, StagedFolder};
-use crate::{input, interruption, progress, synthesis};
+use crate::{input, interruption, progress};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
@@ -84,10 +84,10 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
-    let records = synthesis::clip_frames(&story, 0..frames)
+    let records = deepsft_synth::clip_frames(&story, 0..frames)
         .enumerate()
         .map_while(|(frame, sample)| {
-            let written = interruption::check().and(sample).and_then(|sample| {
+            let written = interruption::check().and_then(|()| Ok(sample?)).and_then(|sample| {
                 let png = encode_png(&sample.image)?;
                 atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
                 Ok(SampleRecord {

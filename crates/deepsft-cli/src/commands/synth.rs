@@ -120,7 +120,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         fingerprint: format!("{:016x}", synthesizer.fingerprint()),
     };
     if let Some(path) = &arguments.sheet {
-        let some: Vec<_> = synthesis::samples(synthesizer.clone(), seed, indices.clone())
+        let some: Vec<_> = deepsft_synth::samples(synthesizer.clone(), seed, indices.clone())
             .take(contact_sheet::SAMPLES)
             .collect();
         atomic::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
@@ -193,7 +193,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
     while set.finished() < plan.samples {
         let first = plan.first + set.finished();
         let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
-        let samples = synthesis::in_order(first..end, |index| {
+        let samples = deepsft_synth::in_order(first..end, |index| {
             let (sample, strength) = synthesizer.sample_and_strength(seed, index);
             let seen = sample.has_template;
             let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));

@@ -11,7 +11,7 @@ use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
 use deepsft_cli::output::{atomic, sheet};
-use deepsft_cli::{clip_folder, input, progress, synthesis};
+use deepsft_cli::{clip_folder, input, progress};
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
@@ -113,8 +113,8 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             ..ClipLength::default()
         };
         let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
-        let frames = synthesis::clip_frames(&story, 0..story.length().frames);
-        let samples: Vec<Sample> = frames.collect::<Result<_>>()?;
+        let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
+        let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
         let tracked = track(&bundle, &estimator, &story, &samples, arguments)?;
         if arguments.sheet.is_some() {
             worst.offer(bundle.template(), &samples, &tracked);
