@@ -274,13 +274,17 @@ export class DeepSft {
 }
 
 /**
+ * Refuses settings that are no numbers; the tracker itself has the defaults of those that are absent.
+ *
  * @param {Smoothing} smooth
  * @returns {Smoothing}
  */
 function checkedSmoothing(smooth) {
-  const { minCutoff = 1, beta = 0 } = smooth;
-  if (!(Number.isFinite(minCutoff) && minCutoff > 0)) throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
-  if (!(Number.isFinite(beta) && beta >= 0)) throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
+  const { minCutoff, beta } = smooth;
+  if (minCutoff !== undefined && !(Number.isFinite(minCutoff) && minCutoff > 0))
+    throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
+  if (beta !== undefined && !(Number.isFinite(beta) && beta >= 0))
+    throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
   return smooth;
 }
 

@@ -241,7 +241,7 @@ mod tests {
         let records = (0..)
             .zip(samples.clone())
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
-        let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
+        let folder = StagedFolder::new(place, &deepsft_formats::FolderKind::DATASET).unwrap();
         let shards = write_shards(&folder, records, 2).unwrap();
         let description = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, described, shards);
         fs::write(folder.path().join(DATASET_FILE), description.to_json().unwrap()).unwrap();

@@ -18,7 +18,6 @@ mod mesh_choice;
 pub mod network_choice;
 pub mod output;
 pub mod progress;
-mod scan;
 pub mod synthesis;
 mod unfinished_dataset;
 mod video;

@@ -13,9 +13,9 @@ mod surface_nets;
 
 use anyhow::Result;
 use body::BOUNDS_MM;
+use deepsft_formats::pack_rectangles;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Template, TriangleMesh};
-use deepsft_synth::pack_rectangles;
 use sewing::Piece;
 use surface_nets::Implicit;
 

@@ -5,7 +5,6 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod atlas;
 mod clip;
 mod dataset;
 mod deform;
@@ -17,7 +16,6 @@ mod recording;
 mod render;
 mod scene;
 
-pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
 pub use dataset::describe_dataset;
 pub use deepsft_formats::{

@@ -3,7 +3,7 @@
 use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FOLDER, frame_name};
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
-use crate::output::atomic::{self, StagedFolder};
+use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::{input, interruption, progress};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
@@ -14,6 +14,18 @@ use std::path::{Path, PathBuf};
 
 /// Frames a shard of the truth.
 const SHARD_SIZE: u64 = 500;
+
+/// The folder of a clip.
+const CLIP_FOLDER: FolderKind = FolderKind {
+    known_by: &[CLIP_FILE],
+    files: &[
+        CLIP_FILE,
+        CAMERA_FILE,
+        "frame-#.png",
+        "truth/dataset.json",
+        "truth/shard-#.tar",
+    ],
+};
 
 #[derive(Args)]
 #[command(
@@ -75,7 +87,7 @@ pub struct ClipArguments {
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
     let template = template(arguments)?;
-    let folder = StagedFolder::new(&arguments.out, &[CLIP_FILE])?;
+    let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
     let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
@@ -124,7 +136,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
 
 /// Writes the shards of the truth into a folder of the clip's.
 fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
-    let truth = StagedFolder::new(folder, &[DATASET_FILE])?;
+    let truth = StagedFolder::new(folder, &FolderKind::DATASET)?;
     let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
     truth.commit()?;
     Ok(shards)

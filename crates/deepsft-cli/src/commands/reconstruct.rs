@@ -3,6 +3,7 @@
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::failure::{self, BlameInput, usage};
 use crate::mesh_choice::MeshChoice;
+use crate::output::atomic::FolderKind;
 use crate::output::{atomic, glb, npy, panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -16,6 +17,20 @@ use std::time::Instant;
 
 /// Name of the report, by which a folder of results is known.
 const REPORT_FILE: &str = "report.json";
+
+/// The folder of an image's results.
+const RESULTS_FOLDER: FolderKind = FolderKind {
+    known_by: &[REPORT_FILE],
+    files: &[
+        REPORT_FILE,
+        "depth.npy",
+        "registration.npy",
+        "mask.npy",
+        "sheet.png",
+        "mesh.glb",
+        "whole-mesh.glb",
+    ],
+};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -137,7 +152,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
                 "two of the images would be written to {folder}: reconstruct them one by one"
             )));
         }
-        atomic::check_folder(&folder, &[REPORT_FILE])?;
+        atomic::check_folder(&folder, &RESULTS_FOLDER)?;
         folders.push(folder);
     }
     Ok(folders)
@@ -192,7 +207,7 @@ impl Model {
         };
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
-        atomic::write_folder(folder, &[REPORT_FILE], &files)?;
+        atomic::write_folder(folder, &RESULTS_FOLDER, &files)?;
         let found = if judgement.found { "found" } else { "not found" };
         Ok(format!(
             "{}: {found}, confidence {:.2}: {}",

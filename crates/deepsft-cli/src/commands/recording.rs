@@ -3,7 +3,7 @@
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::output::atomic::{self, StagedFolder};
+use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::progress;
 use crate::{input, interruption};
 use anyhow::Result;
@@ -24,6 +24,21 @@ const JPEG_QUALITY: u8 = 92;
 
 /// Name of the file that says in words what the folder is.
 const README: &str = "README.md";
+
+/// The folder of a simulated recording. The truth is what recordings of other people do not have: their folders are never
+/// replaced.
+const SIMULATED_FOLDER: FolderKind = FolderKind {
+    known_by: &["truth/dataset.json"],
+    files: &[
+        CAMERA_FILE,
+        README,
+        "rgb/#.jpg",
+        "depth/#.png",
+        "mask/#.png",
+        "truth/dataset.json",
+        "truth/shard-#.tar",
+    ],
+};
 
 #[derive(Subcommand)]
 pub enum RecordingCommand {
@@ -99,9 +114,7 @@ pub struct VerifyArguments {
 
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let template = template(arguments)?;
-    // The truth is what recordings of other people do not have: their folders are never replaced.
-    let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
-    let folder = StagedFolder::new(&arguments.out, &[&marker])?;
+    let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
     let config = SimulationConfig {
         conditions_change: arguments.changing_place,
         ..SimulationConfig::default()
@@ -125,7 +138,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
             });
             record.map_err(|error| failure = Some(error)).ok()
         });
-    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &[DATASET_FILE])?;
+    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &FolderKind::DATASET)?;
     let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
     truth.commit()?;
     if let Some(error) = failure {

@@ -6,7 +6,7 @@ use crate::failure::BlameInput;
 use crate::{input, output::atomic};
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft::{TEMPLATE_FILE, template_to_files};
+use deepsft::template_to_files;
 use deepsft_geometry::{Picture, Template};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -81,7 +81,7 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
 }
 
 fn new(arguments: &NewArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
     let SizeMm { width, height } = arguments.size_mm;
     for warning in warnings(&picture, arguments.size_mm) {
@@ -93,7 +93,11 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let size = (texture.width(), texture.height());
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
-    atomic::write_folder(&arguments.out, &[TEMPLATE_FILE], &template_to_files(&template)?)?;
+    atomic::write_folder(
+        &arguments.out,
+        &atomic::FolderKind::TEMPLATE,
+        &template_to_files(&template)?,
+    )?;
     println!(
         "template of {width} x {height} mm with {} x {} pixels: {}",
         size.0,

@@ -6,7 +6,8 @@ mod track_folder;
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::clip_folder::{CAMERA_FILE, Clip};
 use crate::failure::{self, BlameInput};
-use crate::output::{atomic, glb, wireframe};
+use crate::output::atomic::{self, FolderKind};
+use crate::output::{glb, wireframe};
 use crate::video::Video;
 use crate::{input, interruption, progress};
 use anyhow::{Result, anyhow};
@@ -25,6 +26,18 @@ use track_folder::TrackFolder;
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
+
+/// The folder of a track.
+const TRACK_FOLDER: FolderKind = FolderKind {
+    known_by: &[TRACK_FILE],
+    files: &[
+        TRACK_FILE,
+        "track.csv",
+        "vertices.npy",
+        "meshes/frame-#.glb",
+        "pictures/frame-#.png",
+    ],
+};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -103,7 +116,7 @@ impl TrackArguments {
 }
 
 pub fn run(arguments: &TrackArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TRACK_FILE])?;
+    atomic::check_folder(&arguments.out, &TRACK_FOLDER)?;
     let clip = Clip::open(&arguments.video)?;
     let rate = arguments
         .fps

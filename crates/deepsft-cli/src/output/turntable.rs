@@ -3,7 +3,7 @@
 use super::atomic;
 use super::canvas::Canvas;
 use anyhow::Result;
-use deepsft::{TEMPLATE_FILE, encode_png, template_to_files};
+use deepsft::{encode_png, template_to_files};
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -57,7 +57,7 @@ pub fn turntable(template: &Template) -> Result<Picture> {
 pub fn write_template(out: &Path, template: &Template) -> Result<()> {
     let mut files = template_to_files(template)?;
     files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
-    atomic::write_folder(out, &[TEMPLATE_FILE], &files)?;
+    atomic::write_folder(out, &atomic::FolderKind::TEMPLATE, &files)?;
     let (size, texture) = (template.extent_mm(), template.texture());
     println!(
         "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",

@@ -42,14 +42,9 @@ impl NormalizedImage {
         self.value(index % self.width, index / self.width)
     }
 
-    /// Columns.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Rows.
-    pub fn height(&self) -> usize {
-        self.height
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
     }
 
     /// Bilinear value and its gradient (per pixel) at an image position, pixel centres at half integers;

@@ -2,6 +2,7 @@
 
 use super::depth_and_registration::Maps;
 use super::metrics::{MeanSquare, central_differences};
+use super::paired_sums::PairedSums;
 use crate::image::{MipLevel, Picture};
 
 /// The template as the registration places it in the image: the paper's rendered image I', black
@@ -47,52 +48,16 @@ pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &
     if (image.width(), image.height()) != (maps.width(), maps.height()) {
         return None;
     }
-    let mut moments = [ColorMoments::default(); 3];
+    let mut colors = [PairedSums::default(); 3];
     for (pixel, drawn) in drawn_colors(texture, maps) {
         let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
-        for ((moments, drawn), seen) in moments.iter_mut().zip(drawn).zip(seen) {
-            moments.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
+        for ((sums, drawn), seen) in colors.iter_mut().zip(drawn).zip(seen) {
+            sums.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
         }
     }
-    let count = moments[0].count;
-    let sum: f64 = moments.iter().map(ColorMoments::residual).sum();
+    let count = colors[0].count();
+    let sum: f64 = colors.iter().map(PairedSums::residual).sum();
     (count > 0.0).then(|| (sum / (3.0 * count)).sqrt())
-}
-
-/// Sums for the straight line from drawn to seen values of one colour.
-#[derive(Clone, Copy, Default)]
-struct ColorMoments {
-    count: f64,
-    drawn: f64,
-    seen: f64,
-    drawn_drawn: f64,
-    drawn_seen: f64,
-    seen_seen: f64,
-}
-
-impl ColorMoments {
-    fn add(&mut self, drawn: f64, seen: f64) {
-        self.count += 1.0;
-        self.drawn += drawn;
-        self.seen += seen;
-        self.drawn_drawn += drawn * drawn;
-        self.drawn_seen += drawn * seen;
-        self.seen_seen += seen * seen;
-    }
-
-    /// Sum of the squared distances from the best line.
-    fn residual(&self) -> f64 {
-        let n = self.count.max(1.0);
-        let spread = |a: f64, b: f64, ab: f64| ab - a * b / n;
-        let (along, across) = (
-            spread(self.drawn, self.drawn, self.drawn_drawn),
-            spread(self.seen, self.seen, self.seen_seen),
-        );
-        let together = spread(self.drawn, self.seen, self.drawn_seen);
-        // A template of one tone has no gain to be found.
-        let explained = if along > 1e-9 { together * together / along } else { 0.0 };
-        (across - explained).max(0.0)
-    }
 }
 
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.

@@ -2,10 +2,9 @@
 
 use crate::failure::BlameInput;
 use crate::output::{atomic, turntable};
-use crate::scan;
 use anyhow::Result;
 use clap::Args;
-use deepsft::TEMPLATE_FILE;
+use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
 use deepsft_geometry::glam::DVec3;
 use std::path::PathBuf;
 
@@ -48,13 +47,13 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
     let read = || {
-        let scan = scan::read(&arguments.scan, arguments.texture.as_deref())?;
+        let scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
         let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
-        scan::assemble(scan, mm_per_unit)
+        assemble_scan(scan, mm_per_unit)
     };
-    let scan::Import {
+    let ScannedTemplate {
         template,
         topology,
         notes,

@@ -1,7 +1,7 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
 use super::arguments::TrainArguments;
-use super::bundle_folder::{MARKERS, companions, file_name};
+use super::bundle_folder::{BUNDLE_FOLDER, file_name};
 use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
@@ -16,6 +16,7 @@ use deepsft_train::{
     CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, SampleSource, Trained, TrainingCourse, curve_csv,
     export_bundle, model_card, train,
 };
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -97,7 +98,7 @@ impl Training<'_> {
             .or_else(|| file_name(&arguments.out))
             .unwrap_or_default();
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
-        let mut extra = companions(&arguments.out)?;
+        let mut extra = BTreeMap::new();
         let table = refined.as_ref().map(|refined| refined.table.as_str());
         extra.insert(CARD_FILE.to_owned(), self.card(&bundle, curve, table).into_bytes());
         if !curve.is_empty() {
@@ -108,7 +109,7 @@ impl Training<'_> {
         }
         extra.extend(refined.into_iter().flat_map(|refined| refined.files));
         extra.extend(bundle.to_files()?);
-        atomic::write_folder(&arguments.out, &MARKERS, &extra)?;
+        atomic::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
         Ok(bundle)
     }
 }
