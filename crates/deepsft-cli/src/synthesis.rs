@@ -4,7 +4,7 @@ use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use deepsft_geometry::{Picture, Template};
+use deepsft_geometry::Template;
 use deepsft_synth::{EffectsConfig, SynthConfig, Synthesizer};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -113,13 +113,13 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
-        Some(folder) => synthesizer.with_photographs(photographs(folder)?),
+        Some(folder) => synthesizer.with_photographs(photographs(folder)?)?,
         None => synthesizer,
     })
 }
 
 /// The PNG and JPEG files of a folder, by name.
-fn photographs(folder: &Path) -> Result<Vec<Picture>> {
+fn photographs(folder: &Path) -> Result<Vec<PathBuf>> {
     let list = || -> Result<Vec<PathBuf>> {
         let paths = fs::read_dir(folder)?
             .map(|entry| Ok(entry?.path()))
@@ -131,16 +131,13 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
         }
         Ok(paths)
     };
-    list()
-        .blame("folder of photographs", folder)?
-        .iter()
-        .map(|path| input::picture(path))
-        .collect()
+    list().blame("folder of photographs", folder)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deepsft_geometry::Picture;
 
     #[test]
     fn the_name_of_a_set_says_what_is_not_the_default() {

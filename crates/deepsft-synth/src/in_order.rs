@@ -11,8 +11,16 @@ use std::ops::Range;
 const AHEAD: u64 = 32;
 
 /// The samples `indices` of `seed` in order, made some at a time on all cores.
-pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
-    in_order(indices, move |index| synthesizer.sample(seed, index))
+pub fn samples(
+    synthesizer: Synthesizer,
+    seed: u64,
+    indices: Range<u64>,
+) -> impl Iterator<Item = Result<Sample, SynthError>> {
+    in_order(indices, move |index| {
+        let sample = synthesizer.sample(seed, index);
+        synthesizer.check_photographs()?;
+        Ok(sample)
+    })
 }
 
 /// What `make` makes of `indices` in order, some at a time on all cores.
@@ -44,7 +52,9 @@ mod tests {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
-        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3).collect();
+        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3)
+            .map(Result::unwrap)
+            .collect();
         assert_eq!(some.len() as u64, AHEAD + 3);
         for offset in [0, AHEAD - 1, AHEAD, AHEAD + 2] {
             assert!(
