@@ -4,7 +4,7 @@ use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use deepsft_geometry::{Picture, Template};
+use deepsft_geometry::Template;
 use deepsft_synth::{ClipStory, EffectsConfig, Sample, SynthConfig, Synthesizer};
 use rayon::prelude::*;
 use std::fs;
@@ -118,13 +118,13 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
-        Some(folder) => synthesizer.with_photographs(photographs(folder)?),
+        Some(folder) => synthesizer.with_photographs(photographs(folder)?)?,
         None => synthesizer,
     })
 }
 
 /// The PNG and JPEG files of a folder, by name.
-fn photographs(folder: &Path) -> Result<Vec<Picture>> {
+fn photographs(folder: &Path) -> Result<Vec<PathBuf>> {
     let list = || -> Result<Vec<PathBuf>> {
         let paths = fs::read_dir(folder)?
             .map(|entry| Ok(entry?.path()))
@@ -136,16 +136,16 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
         }
         Ok(paths)
     };
-    list()
-        .blame("folder of photographs", folder)?
-        .iter()
-        .map(|path| input::picture(path))
-        .collect()
+    list().blame("folder of photographs", folder)
 }
 
 /// The samples `indices` of `seed` in order, made some at a time on all cores.
-pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
-    in_order(indices, move |index| synthesizer.sample(seed, index))
+pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Result<Sample>> {
+    in_order(indices, move |index| {
+        let sample = synthesizer.sample(seed, index);
+        synthesizer.check_photographs()?;
+        Ok(sample)
+    })
 }
 
 /// What `make` makes of `indices` in order, some at a time on all cores.
@@ -169,13 +169,16 @@ pub fn clip_frames(story: &ClipStory<'_>, frames: Range<usize>) -> impl Iterator
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deepsft_geometry::Picture;
 
     #[test]
     fn samples_come_in_order_and_none_is_lost_at_the_end() {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
         let synthesizer = synthesizer(&template, &SynthesisOptions::default()).unwrap();
-        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3).collect();
+        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3)
+            .collect::<Result<_>>()
+            .unwrap();
         assert_eq!(some.len() as u64, AHEAD + 3);
         for offset in [0, AHEAD - 1, AHEAD, AHEAD + 2] {
             assert!(

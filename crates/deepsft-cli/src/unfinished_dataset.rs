@@ -339,7 +339,7 @@ mod tests {
         let mut set = UnfinishedDataset::open(&place, plan(1)).unwrap();
         set.write_shard([sample(0)].into_iter()).unwrap();
         let shards = set.shards();
-        let description = deepsft_synth::describe_dataset(&template(), &SynthConfig::default(), 3, 1, shards);
+        let description = DatasetDescription::new(&template(), SynthConfig::default().description(), 3, 1, shards);
         set.finish(&description).unwrap();
         let names = |folder: &Path| {
             let entries = fs::read_dir(folder).unwrap();

@@ -3,6 +3,7 @@
 mod accuracy;
 mod benchmark_shape;
 mod interpolation;
+mod partial_view;
 mod picture;
 mod speed;
 mod subject;

@@ -6,17 +6,14 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod clip;
-mod dataset;
 mod deform;
 mod error;
-mod fingerprint;
-mod random;
+pub mod random;
 mod recording;
 mod render;
 mod scene;
 
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
-pub use dataset::describe_dataset;
 pub use deepsft_formats::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
     IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,
@@ -33,12 +30,12 @@ pub use recording::{
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
-    disturbed_maps, faded, fraction_in_view, sample_pose,
+    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
+    sample_pose,
 };
 
-/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
-pub mod noise {
-    pub use crate::random::mix;
+/// Colours and smooth noise, for painting.
+pub mod painting {
+    pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -9,7 +9,9 @@ use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
 use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer};
+use deepsft_synth::{
+    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
+};
 use std::path::{Path, PathBuf};
 
 /// Frames a shard of the truth.
@@ -117,7 +119,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let config = synthesizer.config();
-    let description = deepsft_synth::describe_dataset(&template, config, arguments.seed, frames as u64, shards);
+    let description = DatasetDescription::new(&template, config.description(), arguments.seed, frames as u64, shards);
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, camera_to_json(&camera))?;

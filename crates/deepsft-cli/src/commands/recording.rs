@@ -10,8 +10,8 @@ use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SampleRecord, SimulatedFrame,
-    SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
+    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -68,13 +68,12 @@ Writes a simulated RGB-D recording in the layout of TUM and Open3D:
                        image. Training never reads it; it is there to measure on
   DIR/README.md        that it is simulated, and how
 
-The pictures are not drawn as those of step 1: the sheet is a print with duller colours and a few
-per cent smaller than the template (a page fitted into a printer's margins), the light is harder and more
+The pictures are not drawn as those of step 1: the sheet is a print with duller colours, up to 5 % smaller or larger
+than the template (printers scale pages to their margins), the light is harder and more
 coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
 camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
 whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 20 frames there is another take with
-another motion, another background and other hands; light, print and camera stay what they are, as where one
-recording is made. The same seed gives the same recording.
+another motion, another background and other hands; light, print and camera stay what they are, as in one place. The same seed gives the same recording.
 
 Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
 
@@ -150,8 +149,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
-    let description =
-        deepsft_synth::describe_dataset(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    let description = DatasetDescription::new(
+        &template,
+        simulator.renderer().description(),
+        arguments.seed,
+        frames as u64,
+        shards,
+    );
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;

@@ -118,12 +118,12 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         first: indices.start,
         samples: indices.end - indices.start,
         shard_size: arguments.shard_size,
-        fingerprint: format!("{:016x}", synthesizer.fingerprint()),
+        fingerprint: synthesizer.fingerprint(),
     };
     if let Some(path) = &arguments.sheet {
         let some: Vec<_> = synthesis::samples(synthesizer.clone(), seed, indices.clone())
             .take(contact_sheet::SAMPLES)
-            .collect();
+            .collect::<Result<_>>()?;
         atomic::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
         println!("{} samples on a sheet: {}", some.len(), path.display());
     }
@@ -197,6 +197,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
         let samples = synthesis::in_order(first..end, |index| {
             let (sample, strength) = synthesizer.sample_and_strength(seed, index);
+            synthesizer.check_photographs()?;
             let seen = sample.has_template;
             let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));
             let record = SampleRecord { seed, index, sample };
@@ -209,9 +210,9 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         set.write_shard(samples.inspect(|_| bar.inc(1)))?;
     }
     bar.finish_and_clear();
-    let mut description = deepsft_synth::describe_dataset(
+    let mut description = DatasetDescription::new(
         synthesizer.template(),
-        synthesizer.config(),
+        synthesizer.config().description(),
         seed,
         plan.samples,
         set.shards(),

@@ -6,6 +6,7 @@ pub mod chart;
 pub mod color_map;
 pub mod contact_sheet;
 pub mod curve_plot;
+pub mod lettering;
 pub mod model_card;
 pub mod panels;
 pub mod sheet;

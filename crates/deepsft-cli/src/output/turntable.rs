@@ -2,6 +2,7 @@
 
 use super::atomic;
 use super::canvas::Canvas;
+use super::lettering::{Align, Lettering};
 use anyhow::Result;
 use deepsft::{encode_png, template_to_files};
 use deepsft_geometry::glam::{DQuat, DVec3};
@@ -48,7 +49,8 @@ pub fn turntable(template: &Template) -> Result<Picture> {
         let view = synthesizer.render_clean(template.mesh().vertices().iter().map(place).collect())?;
         let (left, top) = (number % 3 * SIDE, number / 3 * SIDE);
         canvas.draw(&view.image, left, top);
-        canvas.write(name, left + 8, top + 8, 2, [255; 3]);
+        let corner = (left as f64 + 12.0, top as f64 + 18.0);
+        canvas.write(name, corner, Align::Left, Lettering::semibold(16.0, [255; 3]));
     }
     Ok(canvas.into_picture())
 }

@@ -4,6 +4,7 @@ use crate::deform::manipulation::ClothConfig;
 use crate::random::between;
 use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
+use serde::Serialize;
 
 /// The kinds of shapes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +40,7 @@ impl DeformationFamily {
 
 /// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
 /// fractions make a configuration fit sheets of any size.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DeformationConfig {
     /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.
     /// Default 1, 3, 2, 2, 2, 3, and 0 for cloth, which the shipped models have not seen.

@@ -8,6 +8,7 @@ use crate::random::unit_direction;
 use crate::random::{between, chance, sign};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use rand::{Rng, RngExt};
+use serde::Serialize;
 
 /// Radius of what a hand holds, fractions of the sheet's diagonal: 11 to 29 mm of an A4 sheet.
 const GRIP_RADIUS: [f64; 2] = [0.03, 0.08];
@@ -41,7 +42,7 @@ const WIND_EVERY: usize = 8;
 
 /// How sheets are handled in the simulation of cloth. Ranges are `[least, most]` and drawn uniformly; fractions are of the
 /// sheet's diagonal, so that a configuration fits sheets of any size. All values are our choice.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClothConfig {
     /// Bending length (Peirce 1930): how far a strip reaches out before it bends under its own weight, fraction of the
     /// diagonal, uniform in its logarithm. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).

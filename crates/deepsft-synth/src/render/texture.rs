@@ -54,6 +54,11 @@ impl Texture {
         }
     }
 
+    /// Memory of the texels, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&*level.texels)).sum()
+    }
+
     /// Width and height of the picture, texels of the finest level.
     pub(crate) fn size(&self) -> Vec2 {
         self.levels[0].extent

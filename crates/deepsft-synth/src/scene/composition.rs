@@ -18,6 +18,7 @@ use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Reflectance (linear) of the ground of clean renders: mid grey.
 const CLEAN_GROUND: f32 = 0.2;
@@ -38,7 +39,7 @@ pub struct Scene<'a> {
     effects: Option<CameraEffects>,
     bars: Option<Bars>,
     /// What is held in the template's place when it is not there.
-    stand_in: Option<StandIn<'a>>,
+    stand_in: Option<StandIn>,
 }
 
 /// What stays the same where a camera stands still: its settings, the light, and the paper that was printed on.
@@ -56,9 +57,9 @@ pub(crate) struct Moment {
 }
 
 /// Another sheet in the template's place, or only its shape, which places the occluders.
-struct StandIn<'a> {
+struct StandIn {
     vertices_camera: Vec<DVec3>,
-    art: Option<&'a Texture>,
+    art: Option<Arc<Texture>>,
 }
 
 impl std::fmt::Debug for Scene<'_> {
@@ -103,7 +104,7 @@ impl<'a> Scene<'a> {
         if rng.random_bool(ingredients.config.empty_distractor_probability) {
             let kind = rng.random::<f64>();
             art = Some(if kind < BLANK_FRACTION {
-                &ingredients.blank
+                ingredients.blank.clone()
             } else {
                 ingredients.other_art(rng)
             });
@@ -140,10 +141,10 @@ impl<'a> Scene<'a> {
         let side = Vec2::new(width as f32, height as f32);
         let background = match (ingredients.background(rng), config.photographs) {
             (Background::Photograph(texture), PhotographUse::Plain) => {
-                Placement::filling(texture, side).frame(texture, width, height)
+                Placement::filling(&texture, side).frame(&texture, width, height)
             }
             (Background::Photograph(texture) | Background::Drawn(texture), _) => {
-                let mut background = Placement::sample(texture, side, rng).frame(texture, width, height);
+                let mut background = Placement::sample(&texture, side, rng).frame(&texture, width, height);
                 strew(&mut background, rng);
                 background
             }
@@ -187,7 +188,7 @@ impl<'a> Scene<'a> {
             .map(|p| centre * farther + (*p - centre) * stretch)
             .collect();
         let art = self.ingredients.other_art(rng);
-        self.paint_sheet(&vertices, art, &Paper::sample(&self.ingredients.config.lighting, rng));
+        self.paint_sheet(&vertices, &art, &Paper::sample(&self.ingredients.config.lighting, rng));
     }
 
     fn paint_sheet(&mut self, vertices_camera: &[DVec3], art: &Texture, paper: &Paper) {
@@ -309,7 +310,7 @@ impl<'a> Scene<'a> {
         let StandIn { vertices_camera, art } = self.stand_in.as_ref().unwrap_or(&nothing);
         let mesh = self.ingredients.template.mesh();
         let sheet = ProjectedMesh::new(mesh, vertices_camera, &camera);
-        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, *art, noise_seed);
+        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, art.as_deref(), noise_seed);
         Sample::new(
             image,
             Maps::empty(truth.width(), truth.height()),

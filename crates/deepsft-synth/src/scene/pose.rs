@@ -6,12 +6,13 @@ use deepsft_geometry::{
     glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot},
 };
 use rand::Rng;
+use serde::Serialize;
 
 /// Draws before the best pose so far is taken.
 const POSE_TRIES: usize = 64;
 
 /// What poses are drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseConfig {
     /// Least and greatest depth (z) of the sheet's centroid in mm, uniform in the logarithm of the
     /// depth so that every ratio of image scales is equally frequent. Default 250 to 900, made for an
@@ -40,7 +41,7 @@ pub struct PoseConfig {
 
 /// Rotation about the camera's axes and translation of the sheet's centroid, each number uniform and independent of the
 /// others: the paper's section 5.1.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UniformPose {
     /// Largest angle about each of the camera's x, y and z axes, to either side, degrees; the rotation is
     /// R_x R_y R_z (the paper says "the camera's optical axes", which we read as all three).

@@ -60,7 +60,7 @@ fn synthetic(count: u64, seed: u64, images: &SynthesisOptions, bundle: &ModelBun
     Ok(FrameSet {
         name: format!("{count} synthetic frames of seed {seed}{}", images.note()),
         count,
-        frames: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(|sample| Ok(sample.into()))),
+        frames: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(|sample| Ok(sample?.into()))),
     })
 }
 

@@ -7,7 +7,7 @@ use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::ClipStory;
 use serde::Serialize;
 
-/// Share of the print that must be seen for a frame to count as one with the sheet in view.
+/// Fraction of the print that must be seen for a frame to count as one with the sheet in view.
 pub const IN_VIEW: f64 = 0.3;
 
 /// A track that is off by more than this is lost, whatever it says; pixels.
@@ -27,7 +27,7 @@ const SPEED_STEP: f64 = 0.25;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FrameRecord {
     pub frame: usize,
-    /// Share of the print that is seen.
+    /// Fraction of the print that is seen.
     pub print_in_view: f64,
     pub found: bool,
     pub agreement: f64,
