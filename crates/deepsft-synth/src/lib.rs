@@ -8,6 +8,7 @@
 mod clip;
 mod deform;
 mod error;
+mod in_order;
 pub mod random;
 mod recording;
 mod render;
@@ -21,9 +22,10 @@ pub use deepsft_formats::{
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    RodBend, capsule, deform, edge_length_change,
+    capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
+pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
