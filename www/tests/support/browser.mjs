@@ -5,7 +5,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
-import { WWW, startServer } from "./server.mjs";
+import { WWW, serve } from "../../serve.mjs";
 
 /** The program and its flags: from `cargo xtask test`, or Debian's Chromium with a software WebGPU adapter. */
 const PROGRAM = process.env.DEEPSFT_CHROMIUM ?? "/usr/bin/chromium";
@@ -55,7 +55,7 @@ export async function openDemo(
   browser,
   { device = DESKTOP, query = "", permissions = [], expectedErrors = [], prepare } = {},
 ) {
-  const server = await startServer();
+  const server = await serve();
   const context = await browser.newContext({ ...device, permissions });
   context.setDefaultTimeout(SLOW_MS);
   const requests = [];

@@ -9,7 +9,7 @@ import { promisify } from "node:util";
 import { glbPositions } from "./glb.mjs";
 import { readNpy } from "./npy.mjs";
 import { decodePng } from "./png.mjs";
-import { ROOT } from "./server.mjs";
+import { ROOT } from "../../serve.mjs";
 import { untar } from "./tar.mjs";
 
 const CLI = process.env.DEEPSFT_CLI ?? join(ROOT, "target", "release", "deepsft");
