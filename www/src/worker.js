@@ -25,6 +25,6 @@ self.addEventListener("message", async ({ data: { id, method, request } }) => {
     self.postMessage({ id, value }, { transfer });
   } catch (error) {
     const { code, message } = explained(error);
-    self.postMessage({ id, error: { code, message } });
+    self.postMessage({ id, error: { code, message }, fatal: error instanceof WebAssembly.RuntimeError });
   }
 });

@@ -1,6 +1,5 @@
 // The engine's side of the contract: what the worker and the page say to each other.
 
-import { countedBody } from "./bundle.js";
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
@@ -74,6 +73,9 @@ import { WorkerCalls } from "./worker-calls.js";
 /**
  * Compiles the WebAssembly module while it downloads.
  *
+ * Browsers keep compiled code beside the response it came from, so the response itself is compiled, and its bytes are
+ * counted on a copy.
+ *
  * @param {URL} url
  * @param {object} [options]
  * @param {(progress: LoadProgress) => void} [options.onProgress]
@@ -85,15 +87,14 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
   try {
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`the server answered ${response.status}`);
-    // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
-    const length = response.headers.has("content-encoding") ? null : response.headers.get("content-length");
-    const totalBytes = length === null ? null : Number(length);
-    let loadedBytes = 0;
-    const body = countedBody(response, (bytes) => {
-      loadedBytes += bytes;
-      onProgress?.({ phase: "engine", loadedBytes, totalBytes });
-    });
-    return await WebAssembly.compileStreaming(new Response(body, { headers: { "content-type": "application/wasm" } }));
+    const counted = onProgress && countBytes(response.clone(), onProgress);
+    // Some servers do not know the type; then the browser compiles only bytes.
+    const isTyped = /^application\/wasm$/i.test(response.headers.get("content-type") ?? "");
+    const compiled = isTyped
+      ? WebAssembly.compileStreaming(response)
+      : response.arrayBuffer().then((bytes) => WebAssembly.compile(bytes));
+    const [module] = await Promise.all([compiled, counted]);
+    return module;
   } catch (error) {
     signal?.throwIfAborted();
     const reason = error instanceof Error ? error.message : String(error);
@@ -102,6 +103,25 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
       cause: error,
     });
   }
+}
+
+/**
+ * @param {Response} response read to its end
+ * @param {(progress: LoadProgress) => void} onProgress
+ */
+function countBytes({ headers, body }, onProgress) {
+  // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
+  const length = headers.has("content-encoding") ? null : headers.get("content-length");
+  const totalBytes = length === null ? null : Number(length);
+  let loadedBytes = 0;
+  return body?.pipeTo(
+    new WritableStream({
+      write({ byteLength }) {
+        loadedBytes += byteLength;
+        onProgress({ phase: "engine", loadedBytes, totalBytes });
+      },
+    }),
+  );
 }
 
 /** The worker that runs the network. */
