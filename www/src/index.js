@@ -20,7 +20,7 @@ export { TrackedFrame } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
-/** @typedef {import("./camera/camera-stream.js").OpenCameraOptions} OpenCameraOptions */
+/** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
