@@ -3,7 +3,7 @@
 //
 //     node bench/browser.mjs MODEL_FOLDER EXPORT_FOLDER NETWORK.onnx ONNXRUNTIME_WEB_DIST RUNS
 //
-// EXPORT_FOLDER is what `deepsft bench --export` wrote. Without NETWORK.onnx and ONNXRUNTIME_WEB_DIST ("-") only this
+// EXPORT_FOLDER is what `deepsft-lab bench --export` wrote. Without NETWORK.onnx and ONNXRUNTIME_WEB_DIST ("-") only this
 // package is measured. Prints one line of JSON.
 
 import { join, normalize } from "node:path";

@@ -9,7 +9,7 @@ import { TrackerWorker } from "../src/tracking/tracker-worker.js";
 /** Turns before the measured ones. */
 const WARM_UP = 3;
 
-/** Frames of the clip that the mesh is followed through: as many as `deepsft bench --export` writes. */
+/** Frames of the clip that the mesh is followed through: as many as `deepsft-lab bench --export` writes. */
 const CLIP_FRAMES = 24;
 
 /** Rows of the network's input: the canonical image's, up to a multiple of 16. */
@@ -106,7 +106,7 @@ function difference(ours, theirs) {
 }
 
 /**
- * What follows the network, on the same frames as `deepsft bench` measures natively: the mesh fitted to one frame, the start
+ * What follows the network, on the same frames as `deepsft-lab bench` measures natively: the mesh fitted to one frame, the start
  * of a track, and a frame followed. The tracker has a worker and an instance of the engine of its own, as on a page.
  *
  * @param {DeepSft} sft
@@ -116,10 +116,10 @@ async function measureMesh(sft, camera) {
   const numbers = Array.from({ length: CLIP_FRAMES }, (_, k) => k);
   const clip = await Promise.all(numbers.map((k) => imageData(`/bench-export/clip-${String(k).padStart(2, "0")}.png`)));
   const copy = (frame) => new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
-  const [refinement, completion, trackStart, track, answers] = [[], [], [], [], []];
+  const [fit, completion, trackStart, track, answers] = [[], [], [], [], []];
   for (const frame of clip) {
     const refined = await sft.estimate(copy(frame), { camera, refine: "physics" });
-    refinement.push(refined.times.refineMs);
+    fit.push(refined.times.refineMs);
     refined.close();
     const plain = await sft.estimate(copy(frame), { camera });
     if (!plain.found) throw new Error("the network did not find the template in the clip");
@@ -162,7 +162,7 @@ async function measureMesh(sft, camera) {
   }
   return {
     frames: CLIP_FRAMES,
-    refinement: summary(refinement),
+    fit: summary(fit),
     completion: summary(completion),
     track_start: summary(trackStart),
     track: summary(track),
@@ -210,7 +210,7 @@ export async function measure({ runs, withOnnxRuntime }) {
     estimate.close();
   }
   const { width, height } = trained;
-  const physics = await measureMesh(sft, { width, height, fx: trained.fx, fy: trained.fy, cx: trained.cx, cy: trained.cy });
+  const mesh = await measureMesh(sft, { width, height, fx: trained.fx, fy: trained.fy, cx: trained.cx, cy: trained.cy });
   sft.close();
   const network = summary(ours.network);
   const rivalNetwork = rival && summary(theirs.network);
@@ -223,7 +223,7 @@ export async function measure({ runs, withOnnxRuntime }) {
     network,
     confidence: summary(ours.judge),
     frame: summary(ours.frame),
-    physics,
+    mesh,
     rival: rival && {
       name: `onnxruntime-web ${rival.version}`,
       load_ms: rivalLoadMs,

@@ -24,12 +24,17 @@ const FORMAT_VERSION: u32 = 1;
 /// The content of `clip.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipDescription {
+    /// Version of the layout.
     pub format_version: u32,
     /// Always true: nobody recorded this.
     pub synthetic: bool,
+    /// Seed of the clip.
     pub seed: u64,
+    /// Number of frames.
     pub frames: usize,
+    /// Frames per second.
     pub frames_per_s: f64,
+    /// Exposure of each frame, seconds.
     pub exposure_s: f64,
     /// What happens, by the name of its `ClipEvent`.
     pub event: String,
@@ -67,7 +72,9 @@ pub fn event(text: &str) -> Result<ClipEvent, String> {
 
 /// A clip with its truth.
 pub struct Clip {
+    /// The content of `clip.json`.
     pub description: ClipDescription,
+    /// The camera of its frames.
     pub camera: Camera,
     truth: PathBuf,
     samples: DatasetDescription,

@@ -1,10 +1,15 @@
-//! Which network a command line asks for.
+//! Which network a command line asks for: an architecture to train, or a network by name or from a bundle.
 
 use crate::failure::usage;
+use crate::input;
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft::{Architecture, CompactConfig, NetworkConfig, PaperConfig, R50FConfig};
-use deepsft_geometry::Camera;
+use deepsft::{Architecture, CompactConfig, DeviceKind, Network, NetworkConfig, PaperConfig, R50FConfig, start_device};
+use deepsft_geometry::{Camera, training_camera};
+use std::path::Path;
+
+/// Size of the template that a network without a model is made for, mm: A4. No layer depends on it.
+const TEMPLATE_SIZE_MM: [f64; 2] = [297.0, 210.0];
 
 /// An architecture by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,10 +37,22 @@ impl NetworkChoice {
     }
 }
 
+/// The network called `name`, untrained, or that of the model bundle in the folder `name`.
+pub fn named(name: &str) -> Result<Network> {
+    let camera = training_camera();
+    let config = match name {
+        "compact" => NetworkConfig::compact(TEMPLATE_SIZE_MM, &camera),
+        "paper" => NetworkConfig::paper(TEMPLATE_SIZE_MM, &camera),
+        "r50f" => NetworkConfig::r50f(TEMPLATE_SIZE_MM, &camera),
+        folder => return Ok(input::bundle(Path::new(folder))?.network().clone()),
+    };
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+    Ok(config.init(&device))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use deepsft_geometry::training_camera;
 
     #[test]
     fn every_network_has_a_config_that_can_be_made_and_only_some_can_be_narrow() {

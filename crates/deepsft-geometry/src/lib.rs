@@ -21,45 +21,28 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod camera;
-mod canonical;
-mod color_response;
 mod completion;
-mod disjoint_sets;
 mod error;
-mod islands;
+pub mod fitting;
+mod image;
 mod maps;
 mod mesh;
-pub mod metrics;
-mod photometric;
-pub mod physics;
-mod picture;
-pub mod raster;
-mod refinement;
-mod rigid_alignment;
-mod rotation;
+mod recovery;
 pub mod solver;
-mod template;
-mod topology;
-pub mod tracking;
-mod welding;
 
-pub use camera::{Camera, PAPER_CAMERAS};
-pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
-pub use color_response::{ColorMatch, ColorResponse};
+pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, PAPER_CAMERAS, training_camera};
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,
 };
-pub use disjoint_sets::DisjointSets;
 pub use error::GeometryError;
+pub use fitting as physics;
+pub use fitting::tracking;
 pub use glam;
-pub use islands::remove_islands;
-pub use maps::{Maps, OUTSIDE};
-pub use mesh::TriangleMesh;
-pub use photometric::{draw_template, mipmap_level, photometric_error, relit_photometric_error};
-pub use picture::Picture;
-pub use refinement::{RefinedMesh, Refinement};
-pub use rigid_alignment::RigidMotion;
-pub use template::Template;
-pub use topology::{Topology, texture_overlap};
-pub use welding::Welding;
+pub use image::Picture;
+pub use maps::{
+    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photometric_error, raster,
+    relit_photometric_error, remove_islands,
+};
+pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, texture_overlap};
+pub use recovery::{RefinedMesh, Refinement};

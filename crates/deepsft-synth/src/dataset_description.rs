@@ -1,7 +1,7 @@
 //! `dataset.json`: what a data set is, beside its shards.
 
 use crate::dataset::{DEPTH_UNITS_PER_MM, UV_ONE};
-use crate::synthesizer::template_fingerprint;
+use crate::fingerprint::template_fingerprint;
 use crate::{EdgeLengthChange, EdgeLengthHistogram, SynthConfig, SynthError};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! What can go wrong in synthesis and data sets.
 
 use deepsft_geometry::GeometryError;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -30,12 +30,6 @@ pub enum SynthError {
         actual: usize,
         /// Vertices of the template.
         expected: usize,
-    },
-    /// The poster cannot be drawn or packed.
-    #[error("the poster cannot be drawn: {reason}")]
-    Poster {
-        /// What is in the way.
-        reason: String,
     },
     /// A shard could not be read or written.
     #[error("shard: {0}")]
@@ -131,4 +125,14 @@ pub enum SynthError {
     /// A camera, mesh, map or picture was refused.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+}
+
+impl SynthError {
+    /// The error of a file of a recording.
+    pub(crate) fn recording(reason: impl Into<String>, path: &Path) -> Self {
+        Self::Recording {
+            reason: reason.into(),
+            path: path.to_path_buf(),
+        }
+    }
 }

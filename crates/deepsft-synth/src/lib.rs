@@ -5,77 +5,44 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod artwork;
 mod atlas;
-mod background;
-mod bars;
-mod bend;
 mod clip;
-mod clip_story;
-mod cloth;
-mod color;
-mod config;
 mod dataset;
 mod dataset_description;
-mod deformation;
-mod disturbance;
+mod deform;
 mod error;
-mod figure;
-mod frame;
-mod hand;
-mod handles;
-mod handling;
-mod isometry;
-mod noise;
-mod occluder;
-mod paper_protocol;
-mod partial_view;
-mod passing;
-mod photometry;
-mod pose;
-mod poster;
+mod fingerprint;
+mod random;
 mod recording;
-mod relaxation;
-mod sampling;
+mod render;
 mod scene;
-mod shading;
-mod shape;
 mod shard_index;
 mod shard_reader;
-mod sheet;
-mod silhouette;
-mod synthesizer;
-mod texture;
-mod toy;
-mod volumic;
-mod xpbd;
 
 pub use atlas::pack_rectangles;
-pub use clip::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
-pub use clip_story::{ClipEvent, ClipLength, ClipStory};
-pub use config::{EffectsConfig, LightingConfig, OccluderKind, PhotographUse, SynthConfig};
+pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
 pub use dataset::{EncodedSample, SampleRecord, ShardWriter, write_shard};
 pub use dataset_description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
-pub use deformation::{DeformationConfig, DeformationFamily, deform};
-pub use disturbance::{Cover, covered, disturbed_maps, faded};
-pub use error::SynthError;
-pub use handles::{HandleConfig, HandleDeformation, HandleShape};
-pub use handling::ClothConfig;
-pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
-pub use partial_view::PartialView;
-pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
-pub use poster::{
-    POSTER_HEIGHT_MM, POSTER_MARGIN_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_TEXTURE_PIXELS_PER_MM, POSTER_WIDTH_MM,
-    poster_a4_pdf, poster_a4_picture, poster_a4_picture_at,
+pub use deform::{
+    ClothConfig, DeformationConfig, DeformationFamily, EdgeLengthChange, EdgeLengthHistogram, HandleConfig,
+    HandleDeformation, HandleShape, RodBend, capsule, deform, edge_length_change,
 };
+pub use error::SynthError;
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
     encode_depth_png, encode_jpeg, encode_mask_png,
 };
-pub use scene::Scene;
+pub use render::{EffectsConfig, LightingConfig};
+pub use scene::{
+    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Sample, Scene, SynthConfig, Synthesizer, UniformPose,
+    covered, disturbed_maps, faded, sample_pose, share_in_view,
+};
 pub use shard_index::IndexedShards;
 pub use shard_reader::ShardReader;
-pub use synthesizer::{Sample, Synthesizer};
-pub use toy::toy_template;
-pub use volumic::{RodBend, capsule};
+
+/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
+pub mod noise {
+    pub use crate::random::mix;
+    pub use crate::render::value_noise::{ValueNoise, floor};
+}

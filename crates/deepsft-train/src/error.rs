@@ -1,6 +1,5 @@
 //! The one error type of this crate.
 
-use crate::precision::Precision;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -52,7 +51,7 @@ pub enum TrainError {
     #[error("this device does not compute in {precision}, only in {there_are}")]
     Precision {
         /// Asked for.
-        precision: Precision,
+        precision: &'static str,
         /// What it computes in.
         there_are: String,
     },

@@ -1,4 +1,5 @@
-//! Shape-from-Template from one image: network, model bundle, canonical warp, estimator.
+//! Shape-from-Template from one image or video: network, model bundle, canonical warp, estimator, and [`video`], which runs
+//! the network beside the tracker.
 //!
 //! The same code runs natively and in WebAssembly. Nothing here opens a file, reads a clock or
 //! fetches: bundles and pictures come as bytes, devices are started by [`start_device`].
@@ -15,6 +16,7 @@ mod network;
 mod photo_consistency;
 mod picture_file;
 mod template_file;
+pub mod video;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
 pub use camera_file::{camera_to_json, parse_camera};

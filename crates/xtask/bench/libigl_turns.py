@@ -1,4 +1,4 @@
-"""libigl as a rival in `deepsft completion speed --rival`: ARAP (cells of spokes, Sorkine and Alexa 2007) with the
+"""libigl as a rival in `deepsft-lab completion speed --rival`: ARAP (cells of spokes, Sorkine and Alexa 2007) with the
 given vertices held exactly.
 
     python libigl_turns.py FOLDER

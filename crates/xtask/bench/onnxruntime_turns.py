@@ -1,4 +1,4 @@
-"""ONNX Runtime as a rival in `deepsft bench --rival`: for each line on standard input one image goes through the
+"""ONNX Runtime as a rival in `deepsft-lab bench --rival`: for each line on standard input one image goes through the
 network, and a line with the milliseconds comes back.
 
     python onnxruntime_turns.py EXPORT_FOLDER NETWORK.onnx

@@ -1,4 +1,4 @@
-"""Networks as plain arrays, the way `deepsft bench --export DIR` writes them: `network.json` names the arrays and
+"""Networks as plain arrays, the way `deepsft-lab bench --export DIR` writes them: `network.json` names the arrays and
 says where each lies in `arrays.f32`, a row of little-endian 32-bit floats."""
 
 import json

@@ -113,20 +113,20 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         None
     };
 
-    let deepsft = || {
+    let lab = || {
         let mut command = program(&target_folder);
         command.arg("bench").arg("--model").arg(&model);
         command
     };
     let exported = folder.join("network");
-    tools::run(deepsft().arg("--export").arg(&exported))?;
+    tools::run(lab().arg("--export").arg(&exported))?;
     let agreement = rivals
         .as_ref()
         .map(|rivals| rivals.write_network(&exported))
         .transpose()?;
 
     let native_json = folder.join("native.json");
-    let mut native = deepsft();
+    let mut native = lab();
     native
         .args(["--runs", &options.runs.to_string(), "--json"])
         .arg(&native_json);
@@ -175,14 +175,14 @@ fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
         "the mesh, ms, medians, 1 thread", "native", "browser", "ratio"
     );
     for (title, stage) in [
-        ("physics refinement of one frame", "refinement"),
+        ("mesh fitted to one frame", "fit"),
         ("ARAP completion of one frame", "completion"),
         ("start of a track", "track_start"),
         ("one frame followed", "track"),
     ] {
         let median = |figures: &Value| {
             let value = figures
-                .pointer(&format!("/physics/{stage}/median_ms"))
+                .pointer(&format!("/mesh/{stage}/median_ms"))
                 .and_then(Value::as_f64);
             value.with_context(|| format!("nothing was measured of {stage:?}"))
         };
@@ -195,14 +195,14 @@ fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
     Ok(())
 }
 
-/// Builds the program `deepsft`.
+/// Builds the program `deepsft-lab`.
 fn build_program(root: &Path) -> Result<()> {
-    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-cli"]))
+    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-lab"]))
 }
 
-/// The program `deepsft` as it was built.
+/// The program `deepsft-lab` as it was built.
 fn program(target_folder: &Path) -> Command {
-    let name = format!("deepsft{}", env::consts::EXE_SUFFIX);
+    let name = format!("deepsft-lab{}", env::consts::EXE_SUFFIX);
     Command::new(target_folder.join("release").join(name))
 }
 
@@ -210,7 +210,7 @@ fn program(target_folder: &Path) -> Command {
 fn print_agreement(agreement: &Value) -> Result<()> {
     let figure = |pointer: &str| {
         let value = agreement.pointer(pointer).and_then(Value::as_f64);
-        value.with_context(|| format!("write_network.py told nothing of {pointer}"))
+        value.with_context(|| format!("write_network.py reports nothing for {pointer}"))
     };
     println!(
         "\nSame weights, same image: ONNX Runtime's mask logits differ by at most {:.1e}, bin logits by {:.1e}; coordinates\n\

@@ -1,16 +1,14 @@
-//! `deepsft template`: a template out of a picture and a size, out of a scan, or our own soft toy.
+//! `deepsft template`: a template out of a picture and a size, or out of a scan.
 
 mod import;
 
 use crate::failure::BlameInput;
-use crate::output::turntable::{TURNTABLE_FILE, turntable};
 use crate::{input, output::atomic};
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft::{TEMPLATE_FILE, encode_png, template_to_files};
+use deepsft::{TEMPLATE_FILE, template_to_files};
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::toy_template;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Longest side of a texture, pixels: six a millimetre of a sheet 680 mm wide, and more than a 480-pixel
@@ -38,23 +36,6 @@ Writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR
     /// Make the template of an object of any shape from a scan or model of it (OBJ or glTF with a texture).
     #[command(after_help = import::AFTER_HELP)]
     Import(import::ImportArguments),
-    /// Write the built-in soft toy, a template of an object with a volume.
-    ///
-    /// A patchwork rabbit about 300 mm high, made by a program: a closed surface with 18 pieces of texture.
-    #[command(after_help = "\
-Example:
-  deepsft template toy --out toy
-  deepsft synth --template toy --count 100 --seed 7 --out toy-data
-
-Writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png, a picture of it from six sides.")]
-    Toy(ToyArguments),
-}
-
-#[derive(Args)]
-pub struct ToyArguments {
-    /// Folder to write; an older template there is replaced
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
 }
 
 #[derive(Args)]
@@ -96,33 +77,7 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
     match command {
         TemplateCommand::New(arguments) => new(arguments),
         TemplateCommand::Import(arguments) => import::run(arguments),
-        TemplateCommand::Toy(arguments) => toy(arguments),
     }
-}
-
-fn toy(arguments: &ToyArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
-    write_with_views(&arguments.out, &toy_template()?)
-}
-
-/// Writes a template that is no sheet, with a picture of it from several sides.
-fn write_with_views(out: &Path, template: &Template) -> Result<()> {
-    let mut files = template_to_files(template)?;
-    files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
-    atomic::write_folder(out, &[TEMPLATE_FILE], &files)?;
-    let (size, texture) = (template.extent_mm(), template.texture());
-    println!(
-        "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",
-        size.x,
-        size.y,
-        size.z,
-        template.mesh().faces().len(),
-        texture.width(),
-        texture.height(),
-        out.display()
-    );
-    println!("look at it: {}", out.join(TURNTABLE_FILE).display());
-    Ok(())
 }
 
 fn new(arguments: &NewArguments) -> Result<()> {

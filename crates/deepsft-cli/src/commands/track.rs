@@ -5,7 +5,6 @@ mod report;
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::clip_folder::{CAMERA_FILE, Clip, frame_name};
 use crate::failure::BlameInput;
-use crate::follow::{Followed, Follower, Pace};
 use crate::output::atomic::{self, StagedFolder};
 use crate::output::{glb, npy, wireframe};
 use crate::track_errors::{self, TRACKED_PX};
@@ -13,8 +12,10 @@ use crate::video::Video;
 use crate::{input, progress};
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
+use deepsft::video::{NetworkPace, TrackedFrame, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
 use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::Sample;
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians, table};
@@ -24,10 +25,6 @@ use std::time::Instant;
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
-
-/// Frames that the network's answer takes, unless told otherwise: 130 ms at 30 frames a second, what the CPU of a
-/// laptop takes in a browser.
-const TYPICAL_DELAY: u64 = 4;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -111,15 +108,22 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let decode_ms = milliseconds(start);
     let (camera, source) = camera(arguments, &first)?;
     let pace = match (arguments.delay, arguments.network_every) {
-        (_, Some(frames)) => Pace::Every(frames),
-        (delay, None) => Pace::Delayed(delay.unwrap_or(TYPICAL_DELAY)),
+        (_, Some(frames)) => NetworkPace::Every(frames),
+        (Some(frames), None) => NetworkPace::Delayed(frames),
+        (None, None) => NetworkPace::default(),
     };
+    let options = VideoOptions {
+        pace,
+        smoothing: arguments.smooth.then(OneEuroOptions::default),
+        ..VideoOptions::default()
+    };
+    let began = Instant::now();
     let mut track = Track {
         bundle: &bundle,
         estimator: &estimator,
         camera,
         frames_per_s: video.frames_per_s,
-        follower: Follower::new(&bundle, &estimator, pace, arguments.smooth)?,
+        tracker: VideoTracker::new(bundle.template(), &estimator, options, || milliseconds(began))?,
         truth: clip
             .as_ref()
             .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
@@ -146,8 +150,8 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let (delay, every) = match pace {
-        Pace::Delayed(frames) => (Some(frames), None),
-        Pace::Every(frames) => (None, Some(frames)),
+        NetworkPace::Delayed(frames) => (Some(frames), None),
+        NetworkPace::Every(frames) => (None, Some(frames)),
     };
     let report = Report {
         video: arguments.video.display().to_string(),
@@ -199,7 +203,7 @@ struct Track<'a> {
     estimator: &'a Estimator,
     camera: Camera,
     frames_per_s: f64,
-    follower: Follower<'a>,
+    tracker: VideoTracker<'a>,
     truth: Option<Box<dyn Iterator<Item = Result<Sample>>>>,
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
@@ -217,7 +221,11 @@ impl Track<'_> {
         let start = Instant::now();
         let canonical = self.estimator.canonical_image(image, &self.camera)?;
         let warp_ms = milliseconds(start);
-        let Followed { tracked, answer, times } = self.follower.follow(time_s, &canonical)?;
+        let TrackedFrame {
+            tracked,
+            detection,
+            times,
+        } = pollster::block_on(self.tracker.follow(time_s, &canonical))?;
         let template = self.bundle.template();
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
@@ -249,7 +257,7 @@ impl Track<'_> {
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,
-            network: answer,
+            network: detection,
             ms: StageTimes::new(decode_ms, warp_ms, &times),
             truth,
         });
@@ -296,11 +304,11 @@ fn print(report: &Report, out: &Path) {
     let ms = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1} ms"));
     let times = &report.median_ms;
     println!(
-        "medians: decode {}, canonical warp {}, follow {}, take in an answer {}, network {}",
+        "medians: decode {}, canonical warp {}, follow {}, catch up {}, network {}",
         ms(times.decode),
         ms(times.canonical_warp),
         ms(times.follow),
-        ms(times.answer),
+        ms(times.catch_up),
         ms(times.network)
     );
     let Some(errors) = &report.errors else { return };

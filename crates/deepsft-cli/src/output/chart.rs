@@ -2,7 +2,9 @@
 
 use super::canvas::{CHARACTER, Canvas, text_width};
 
+/// Colour of the ground.
 pub const PAPER: [u8; 3] = [252, 251, 247];
+/// Colour of axes' numbers and titles.
 pub const INK: [u8; 3] = [40, 40, 46];
 const GRID: [u8; 3] = [222, 220, 212];
 
@@ -11,13 +13,17 @@ pub const MARGINS: [usize; 4] = [72, 24, 34, 30];
 
 /// Points of one colour, joined by lines: (x, y) in order.
 pub struct Curve {
+    /// Colour of line and dots.
     pub color: [u8; 3],
+    /// (x, y) in order.
     pub points: Vec<(f64, f64)>,
 }
 
 /// One chart. x begins at 0.
 pub struct Chart {
+    /// Above the chart.
     pub title: String,
+    /// Drawn in this order.
     pub curves: Vec<Curve>,
     /// Whether y is drawn on a logarithmic scale.
     pub logarithmic: bool,

@@ -2,8 +2,8 @@
 //! puts them in place.
 
 pub mod atomic;
-mod canvas;
-mod chart;
+pub mod canvas;
+pub mod chart;
 pub mod color_map;
 pub mod contact_sheet;
 pub mod curve_plot;
@@ -12,9 +12,6 @@ pub mod model_card;
 pub mod npy;
 pub mod panels;
 pub mod sheet;
-pub mod study_plot;
-pub mod study_table;
 pub mod surface;
-pub mod track_plot;
 pub mod turntable;
 pub mod wireframe;

@@ -187,7 +187,7 @@ pub fn curve_csv(curve: &[CurvePoint]) -> String {
 mod tests {
     use super::*;
     use deepsft_geometry::Picture;
-    use deepsft_synth::toy_template;
+    use deepsft_synth::capsule;
 
     #[test]
     fn the_curve_has_a_line_a_point_and_leaves_unknown_figures_empty() {
@@ -219,12 +219,8 @@ mod tests {
         let texture = Picture::from_fn(4, 3, |_, _| [9; 3]);
         let sheet = object(&Template::thin_shell(texture, 200.0, 150.5).unwrap());
         assert_eq!(sheet, "thin sheet of 200 x 150.5 mm (`template/texture.png`)");
-        let toy = toy_template().unwrap();
-        let told = object(&toy);
-        let height = toy.extent_mm().y.round();
-        assert!(
-            !told.contains("sheet") && told.contains(&format!(" x {height} x ")),
-            "{told}"
-        );
+        let texture = Picture::from_fn(4, 3, |_, _| [9; 3]);
+        let tube = object(&Template::of_mesh(capsule(240.0, 30.0, 31, 20).unwrap(), texture).unwrap());
+        assert!(!tube.contains("sheet") && tube.contains("240 x 60 x 60"), "{tube}");
     }
 }

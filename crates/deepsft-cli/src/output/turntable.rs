@@ -1,11 +1,14 @@
 //! A template from several sides, for a look at whether it is right.
 
+use super::atomic;
 use super::canvas::Canvas;
 use anyhow::Result;
+use deepsft::{TEMPLATE_FILE, encode_png, template_to_files};
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::path::Path;
 
 /// Name of the picture in a template's folder.
 pub const TURNTABLE_FILE: &str = "views.png";
@@ -48,6 +51,26 @@ pub fn turntable(template: &Template) -> Result<Picture> {
         canvas.write(name, left + 8, top + 8, 2, [255; 3]);
     }
     Ok(canvas.into_picture())
+}
+
+/// Writes a template that is no sheet into the folder `out`, with a picture of it from several sides.
+pub fn write_template(out: &Path, template: &Template) -> Result<()> {
+    let mut files = template_to_files(template)?;
+    files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
+    atomic::write_folder(out, &[TEMPLATE_FILE], &files)?;
+    let (size, texture) = (template.extent_mm(), template.texture());
+    println!(
+        "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",
+        size.x,
+        size.y,
+        size.z,
+        template.mesh().faces().len(),
+        texture.width(),
+        texture.height(),
+        out.display()
+    );
+    println!("look at it: {}", out.join(TURNTABLE_FILE).display());
+    Ok(())
 }
 
 #[cfg(test)]

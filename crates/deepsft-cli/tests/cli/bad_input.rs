@@ -203,8 +203,7 @@ fn a_folder_of_another_kind_is_refused() {
     // Nor is anything written over it.
     write_template(folder.path(), "template");
     for command in [
-        ["poster", "--out", "mine"].as_slice(),
-        &[
+        [
             "synth",
             "--template",
             "template",
@@ -214,7 +213,8 @@ fn a_folder_of_another_kind_is_refused() {
             "1",
             "--out",
             "mine",
-        ],
+        ]
+        .as_slice(),
         &["train", "--template", "template", "--samples", "16", "--out", "mine"],
     ] {
         run(command).fails(FAILED, &["mine exists and holds no"]);

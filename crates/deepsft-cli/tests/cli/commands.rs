@@ -34,7 +34,6 @@ fn help_teaches_by_example_and_names_the_exit_codes() {
         &["reconstruct"],
         &["track"],
         &["clip"],
-        &["poster"],
     ] {
         let help = deepsft(folder.path(), &[command, &["--help"]].concat());
         assert!(help.succeeds().stdout.contains("DIR"), "{command:?}: {}", help.stdout);
@@ -206,24 +205,6 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
 }
 
 #[test]
-fn completion_is_measured_and_its_worst_frames_are_drawn() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["completion", "accuracy", "--frames", "12", "--seed", "3"];
-    let files = ["--json", "completion.json", "--sheet", "completion.png"];
-    let run = deepsft(folder.path(), &[&arguments[..], &files[..]].concat());
-    assert!(run.succeeds().stdout.contains("poster") && run.stdout.contains("closed"));
-    let report = json(&folder.path().join("completion.json"));
-    for object in 0..2 {
-        let object = &report["objects"][object];
-        assert_eq!(object["per_frame"].as_array().unwrap().len(), 12);
-        let figure = |name: &str| object["all"][name].as_f64().unwrap();
-        assert!(figure("arap_mm") > 0.0 && figure("arap_mm") < figure("rigid_mm"));
-    }
-    let sheet = deepsft::decode_picture(&fs::read(folder.path().join("completion.png")).unwrap()).unwrap();
-    assert!(sheet.width() > 5 * 240 && sheet.height() > 12 * 135);
-}
-
-#[test]
 fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
     let folder = tempfile::tempdir().unwrap();
     write_template(folder.path(), "template");
@@ -272,36 +253,7 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
 }
 
 #[test]
-fn a_study_has_every_level_of_every_series_and_draws_them() {
-    let folder = tempfile::tempdir().unwrap();
-    write_bundle(folder.path(), "model");
-    let outputs = ["--json", "study.json", "--plot", "study.png", "--sheet", "worst.png"];
-    let arguments = ["study", "physics", "--model", "model", "--frames", "1", "--seed", "31"];
-    let run = deepsft(folder.path(), &[&arguments[..], &outputs].concat());
-    assert!(run.succeeds().stdout.contains("| px | found |"), "{}", run.stdout);
-    let study = json(&folder.path().join("study.json"));
-    let series = study["series"].as_array().unwrap();
-    assert_eq!(series.len(), 10);
-    // The network is untrained, so only what starts from the disturbed truth is sure to be refined.
-    let errors = &series[0];
-    assert_eq!(errors["start"].as_str(), Some("disturbed-truth"));
-    for row in errors["rows"].as_array().unwrap() {
-        let level = row["level"].as_f64().unwrap();
-        let started = row["start"]["median"]["registration_rmse_px"].as_f64().unwrap();
-        assert!((started - level).abs() < 0.01, "{row}");
-        assert!(
-            row["physics"]["median"]["rmse_3d_mm"].is_number() && row["found"] == 1,
-            "{row}"
-        );
-    }
-    for name in ["study.png", "worst.png"] {
-        let picture = deepsft::decode_picture(&fs::read(folder.path().join(name)).unwrap()).unwrap();
-        assert!(picture.width() > 480, "{name}");
-    }
-}
-
-#[test]
-fn a_network_is_described_by_name_or_from_a_bundle_and_timed() {
+fn a_network_is_described_by_name_or_from_a_bundle() {
     let folder = tempfile::tempdir().unwrap();
     let paper = deepsft(folder.path(), &["network", "describe", "paper"]);
     // The paper's printed count of a refinement block, and the main block's; operations worked out by hand.
@@ -309,14 +261,11 @@ fn a_network_is_described_by_name_or_from_a_bundle_and_timed() {
         assert!(paper.succeeds().stdout.contains(part), "{part}: {}", paper.stdout);
     }
     write_bundle(folder.path(), "model");
-    let timed = deepsft(
-        folder.path(),
-        &["network", "describe", "model", "--time", "--passes", "1"],
-    );
-    let text = &timed.succeeds().stdout;
+    let described = deepsft(folder.path(), &["network", "describe", "model"]);
     assert!(
-        text.starts_with("compact") && text.contains("forward pass on CPU") && text.contains("peak memory"),
-        "{text}"
+        described.succeeds().stdout.starts_with("compact"),
+        "{}",
+        described.stdout
     );
     let missing = deepsft(folder.path(), &["network", "describe", "vgg"]);
     missing.fails(3, &["vgg", "no such folder"]);

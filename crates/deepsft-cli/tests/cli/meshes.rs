@@ -6,7 +6,6 @@ use deepsft::{TemplateFile, decode_picture, encode_png};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, Topology};
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -369,28 +368,4 @@ fn what_is_wrong_with_a_gltf_file_is_told() {
     let whole = glb(&json, &buffer);
     fs::write(folder.join("short.glb"), &whole[..whole.len() / 2]).unwrap();
     deepsft(folder, &["template", "import", "short.glb", "--out", "p"]).fails(3, &["short.glb"]);
-}
-
-#[test]
-fn the_toy_is_written_as_a_template() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = deepsft(folder.path(), &["template", "toy", "--out", "toy"]);
-    assert!(run.succeeds().stdout.contains("views.png"));
-    let files: BTreeMap<String, u64> = (fs::read_dir(folder.path().join("toy")).unwrap())
-        .map(|entry| {
-            let entry = entry.unwrap();
-            (
-                entry.file_name().into_string().unwrap(),
-                entry.metadata().unwrap().len(),
-            )
-        })
-        .collect();
-    assert_eq!(
-        files.keys().collect::<Vec<_>>(),
-        ["mesh.obj", "template.json", "texture.png", "views.png"]
-    );
-    let toy = read_template(&folder.path().join("toy"));
-    let made = deepsft_synth::toy_template().unwrap();
-    assert_eq!(toy.mesh().vertices(), made.mesh().vertices());
-    assert!(toy.texture() == made.texture());
 }

@@ -267,34 +267,3 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }
-
-#[test]
-fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
-    let folder = tempfile::tempdir().unwrap();
-    let model = shipped_model();
-    let study = [
-        "study", "tracking", "--model", &model, "--clips", "1", "--frames", "30", "--event", "still",
-    ];
-    let files = ["--json", "figures.json", "--sheet", "figures.png"];
-    let run = deepsft(folder.path(), &[&study[..], &files].concat());
-    assert!(
-        run.succeeds().stdout.contains("jitter of a still sheet"),
-        "{}",
-        run.stdout
-    );
-    let figures = json(&folder.path().join("figures.json"));
-    assert_eq!(
-        (figures["clips"].as_u64(), figures["frames"].as_u64()),
-        (Some(1), Some(30))
-    );
-    assert!(
-        figures["tracked_share_after_answer"].as_f64().unwrap() > 0.9,
-        "{figures}"
-    );
-    assert_eq!(figures["per_clip"][0]["frames"].as_array().unwrap().len(), 30);
-    // A pixel is five times what a still sheet may jitter by.
-    assert!(figures["jitter_px"][0]["most"].as_f64().unwrap() < 1.0);
-    let sheet = deepsft::decode_picture(&fs::read(folder.path().join("figures.png")).unwrap()).unwrap();
-    assert!(sheet.width() > 4 * 480 && sheet.height() > 270);
-    deepsft(folder.path(), &[&study[..8], &["--event", "earthquake"]].concat()).fails(USAGE, &["jump-cut"]);
-}

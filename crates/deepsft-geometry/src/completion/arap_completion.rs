@@ -1,14 +1,17 @@
 //! The completion of one frame.
 
 use super::components::{Aligned, Components, Holds};
+use super::options::CompletionOptions;
 use super::quasi_newton::{QuasiNewton, dot};
+use super::report::{Completion, CompletionEnergy, CompletionReport};
 use super::rotation_extension::extended_rotations;
 use super::stiffness::Stiffness;
-use super::{Completion, CompletionEnergy, CompletionOptions, CompletionReport};
-use crate::solver::arap_prior::{ArapPrior, CellEnergy, Rotations};
-use crate::solver::checked::{check_scale, check_weight, vertex_in};
+use super::visible_points::Visible;
+use crate::error::GeometryError;
+use crate::mesh::{TriangleMesh, Welding};
+use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::terms::arap_prior::{ArapPrior, CellEnergy, Rotations};
 use crate::solver::{LengthScale, VertexPoint};
-use crate::{GeometryError, TriangleMesh, Welding};
 use glam::{DQuat, DVec3};
 
 /// Halvings of a step that does not lower the energy before the search is given up.
@@ -64,13 +67,6 @@ pub struct ArapCompletion {
     quasi_newton: QuasiNewton,
     scale: LengthScale,
     options: CompletionOptions,
-}
-
-/// Visible welded vertices of one frame: weight (0 when hidden) and weighted mean point of each vertex.
-pub(super) struct Visible {
-    pub(super) weights: Vec<f64>,
-    pub(super) points: Vec<DVec3>,
-    ignored: usize,
 }
 
 /// A shape with its energies, the weighted sum of them, and half the gradient of that sum.
@@ -145,7 +141,7 @@ impl ArapCompletion {
     /// [`GeometryError::StartLength`], [`GeometryError::VertexNotFinite`] for such a start,
     /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
     pub fn complete(&mut self, points: &[VertexPoint], start: Option<&[DVec3]>) -> Result<Completion, GeometryError> {
-        let visible = self.visible(points)?;
+        let visible = Visible::of(points, &self.welding)?;
         let from = self.checked_start(start)?;
         let from = from.as_deref().unwrap_or(self.welding.mesh().vertices());
         let Aligned { vertices, unoriented } = self.components.align(from, &visible.points, &visible.weights);
@@ -221,37 +217,6 @@ impl ArapCompletion {
             vertices: self.welding.split(&here.vertices),
             report,
         })
-    }
-
-    fn visible(&self, points: &[VertexPoint]) -> Result<Visible, GeometryError> {
-        let n = self.prior.vertices();
-        let mut visible = Visible {
-            weights: vec![0.0; n],
-            points: vec![DVec3::ZERO; n],
-            ignored: 0,
-        };
-        for point in points {
-            vertex_in(point.vertex, self.welding.vertices())?;
-            check_weight("point data", point.weight)?;
-            let welded = self.welding.welded(point.vertex).filter(|_| point.p_camera.is_finite());
-            if let Some(vertex) = welded {
-                visible.weights[vertex] += point.weight;
-                visible.points[vertex] += point.weight * point.p_camera;
-            } else {
-                visible.ignored += 1;
-            }
-        }
-        for (sum, &weight) in visible.points.iter_mut().zip(&visible.weights) {
-            if weight > 0.0 {
-                *sum /= weight;
-            }
-        }
-        if visible.weights.iter().all(|&w| w <= 0.0) {
-            return Err(GeometryError::NoVisibleVertex {
-                ignored: visible.ignored,
-            });
-        }
-        Ok(visible)
     }
 
     /// The start's welded vertices.

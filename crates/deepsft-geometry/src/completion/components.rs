@@ -1,7 +1,7 @@
 //! Connected components of a mesh, and what holds each in place.
 
-use crate::RigidMotion;
-use crate::solver::arap_prior::ArapPrior;
+use crate::mesh::RigidMotion;
+use crate::solver::terms::arap_prior::ArapPrior;
 use glam::DVec3;
 
 /// Which component each vertex belongs to.

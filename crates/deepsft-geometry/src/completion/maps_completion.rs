@@ -1,8 +1,14 @@
 //! From maps to the whole mesh, and back to maps.
 
-use super::{ArapCompletion, CompletionOptions, CompletionReport, VisibleVertices};
-use crate::raster::VisibleSurface;
-use crate::{Camera, GeometryError, Maps, TriangleMesh};
+use super::arap_completion::ArapCompletion;
+use super::options::CompletionOptions;
+use super::report::CompletionReport;
+use super::visible_vertices::VisibleVertices;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::maps::Maps;
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
 /// Pixels at the object's edge that are not used: there the network mixes what lies on both sides.

@@ -1,8 +1,8 @@
 //! The matrix of ARAP completion.
 
-use crate::GeometryError;
-use crate::solver::arap_prior::ArapPrior;
+use crate::error::GeometryError;
 use crate::solver::cholesky::SparseCholesky;
+use crate::solver::terms::arap_prior::ArapPrior;
 use glam::DVec3;
 
 /// The n x n matrix that the three coordinates share: the cotangent Laplacian, weighted, and on its diagonal what

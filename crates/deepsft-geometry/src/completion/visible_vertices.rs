@@ -1,7 +1,10 @@
 //! From maps to the vertices they show.
 
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::maps::Maps;
+use crate::mesh::TriangleMesh;
 use crate::solver::VertexPoint;
-use crate::{Camera, GeometryError, Maps, TriangleMesh};
 use glam::{DVec2, DVec3};
 
 /// Cells a side of the grid of vertices over the unit square of the texture.

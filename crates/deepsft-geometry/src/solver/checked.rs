@@ -1,6 +1,6 @@
 //! What every term checks of its measurements.
 
-use crate::GeometryError;
+use crate::error::GeometryError;
 
 pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<(), GeometryError> {
     if weight.is_finite() && weight >= 0.0 {

@@ -1,6 +1,6 @@
 //! Sparse Cholesky factorisation with the symbolic work done once.
 
-use crate::GeometryError;
+use crate::error::GeometryError;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,

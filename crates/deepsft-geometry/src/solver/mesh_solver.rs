@@ -1,8 +1,10 @@
 //! Levenberg-Marquardt over the vertices of a template.
 
 use super::energy::Energy;
+use super::length_scale::LengthScale;
 use super::normal_equations::NormalEquations;
-use crate::{GeometryError, TriangleMesh};
+use crate::error::GeometryError;
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
 /// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
@@ -21,33 +23,6 @@ const TRUSTED_DAMPING: f64 = 1.0;
 
 /// Most of the acceleration as a multiple of the step (the 0.75 of Transtrum and Sethna).
 const MOST_ACCELERATION: f64 = 0.75;
-
-/// The template's mean rest edge length, by which the lengths in all terms are divided.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct LengthScale(f64);
-
-impl LengthScale {
-    /// The mean edge length of `template`, in its unit.
-    ///
-    /// # Errors
-    /// [`GeometryError::MeshWithoutExtent`] when the mesh has no edge of positive length.
-    pub fn of(template: &TriangleMesh) -> Result<Self, GeometryError> {
-        let edges = template.edges();
-        let v = template.vertices();
-        let sum: f64 = edges.iter().map(|&[a, b]| v[a].distance(v[b])).sum();
-        let mean = sum / edges.len() as f64;
-        if mean.is_finite() && mean > 0.0 {
-            Ok(Self(mean))
-        } else {
-            Err(GeometryError::MeshWithoutExtent)
-        }
-    }
-
-    /// The length, in the template's unit.
-    pub fn get(self) -> f64 {
-        self.0
-    }
-}
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]

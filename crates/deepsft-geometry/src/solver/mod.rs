@@ -17,32 +17,20 @@
 //! shape with the same weights. When only 3D points and ARAP are wanted,
 //! [`ArapCompletion`](crate::ArapCompletion) minimises the same energy several times faster.
 
-mod arap;
-pub(crate) mod arap_prior;
-mod bending;
 pub(crate) mod checked;
 pub(crate) mod cholesky;
-mod depth_prior;
 mod energy;
-mod isometry;
+mod length_scale;
 mod mesh_solver;
 mod normal_equations;
-pub(crate) mod normalized_image;
-mod photometric;
-mod point_data;
-mod reprojection;
-mod surface_point;
-#[cfg(test)]
-mod terms_test;
+pub(crate) mod terms;
 
-pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
-pub use bending::Bending;
-pub use depth_prior::{DepthPrior, PointDepth};
+pub use crate::image::NormalizedImage;
+pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
-pub use isometry::Isometry;
-pub use mesh_solver::{LengthScale, MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
-pub use normalized_image::NormalizedImage;
-pub use photometric::{Photometric, TexturePoint};
-pub use point_data::{PointData, VertexPoint};
-pub use reprojection::{ImagePoint, Reprojection};
-pub use surface_point::SurfacePoint;
+pub use length_scale::LengthScale;
+pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
+pub use terms::{
+    Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, Photometric,
+    PointData, PointDepth, Reprojection, TexturePoint, VertexPoint,
+};

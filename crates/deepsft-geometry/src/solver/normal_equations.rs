@@ -2,7 +2,7 @@
 
 use super::cholesky::SparseCholesky;
 use super::energy::ResidualSink;
-use crate::GeometryError;
+use crate::error::GeometryError;
 use glam::{DMat3, DVec3};
 
 /// J^T W J (lower triangle, blocks of 3 x 3) and J^T W r of residuals over n vertices. Which pairs of

@@ -1,6 +1,6 @@
 //! Depth of one camera in the image of another: forward projection with a z-test.
 
-use super::sensor::RgbdSensor;
+use crate::recording::sensor::RgbdSensor;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::ops::Range;

@@ -122,7 +122,7 @@ fn normal<R: Rng + ?Sized>(rng: &mut R) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::{Stream, generator};
+    use crate::random::{Stream, generator};
 
     const WIDTH: usize = 200;
 

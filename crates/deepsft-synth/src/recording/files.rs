@@ -1,6 +1,5 @@
 //! The pictures of a recording as files.
 
-use super::failure;
 use crate::SynthError;
 use crate::dataset::LONGEST_SIDE;
 use deepsft_geometry::{Camera, Picture};
@@ -27,21 +26,23 @@ pub(super) fn read_depth(path: &Path, camera: &Camera) -> Result<Vec<u16>, Synth
         DynamicImage::ImageLuma16(depth) => Ok(depth.into_raw()),
         other => {
             let reason = format!("a depth picture is 16-bit grey, this one is {:?}", other.color());
-            Err(failure(reason, path))
+            Err(SynthError::recording(reason, path))
         }
     }
 }
 
 fn read(path: &Path, camera: &Camera) -> Result<DynamicImage, SynthError> {
-    let bytes = fs::read(path).map_err(|error| failure(error.to_string(), path))?;
+    let bytes = fs::read(path).map_err(|error| SynthError::recording(error.to_string(), path))?;
     let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()))
         .with_guessed_format()
-        .map_err(|error| failure(error.to_string(), path))?;
+        .map_err(|error| SynthError::recording(error.to_string(), path))?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(LONGEST_SIDE);
     limits.max_image_height = Some(LONGEST_SIDE);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| failure(error.to_string(), path))?;
+    let image = reader
+        .decode()
+        .map_err(|error| SynthError::recording(error.to_string(), path))?;
     if (image.width(), image.height()) != (camera.width(), camera.height()) {
         let reason = format!(
             "the picture has {} x {} pixels, its camera {} x {}",
@@ -50,7 +51,7 @@ fn read(path: &Path, camera: &Camera) -> Result<DynamicImage, SynthError> {
             camera.width(),
             camera.height()
         );
-        return Err(failure(reason, path));
+        return Err(SynthError::recording(reason, path));
     }
     Ok(image)
 }

@@ -1,7 +1,7 @@
 //! Which colour and depth pictures of a recording belong together.
 
-use super::{ASSOCIATIONS_FILE, DEPTH_FOLDER, RGB_FOLDER, failure};
 use crate::SynthError;
+use crate::recording::layout::{ASSOCIATIONS_FILE, DEPTH_FOLDER, RGB_FOLDER};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -26,18 +26,21 @@ impl Pair {
 pub(super) fn pairs(folder: &Path) -> Result<Vec<Pair>, SynthError> {
     let list = folder.join(ASSOCIATIONS_FILE);
     let pairs = match fs::read_to_string(&list) {
-        Ok(text) => associated(&text).map_err(|reason| failure(reason, &list))?,
+        Ok(text) => associated(&text).map_err(|reason| SynthError::recording(reason, &list))?,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => by_name(folder)?,
-        Err(error) => return Err(failure(error.to_string(), &list)),
+        Err(error) => return Err(SynthError::recording(error.to_string(), &list)),
     };
     for path in pairs.iter().flat_map(|pair| [&pair.rgb, &pair.depth]) {
         let path = folder.join(path);
         if !path.is_file() {
-            return Err(failure("there is no such picture", &path));
+            return Err(SynthError::recording("there is no such picture", &path));
         }
     }
     if pairs.is_empty() {
-        return Err(failure("there are no pictures in it", &folder.join(RGB_FOLDER)));
+        return Err(SynthError::recording(
+            "there are no pictures in it",
+            &folder.join(RGB_FOLDER),
+        ));
     }
     Ok(pairs)
 }
@@ -80,13 +83,13 @@ fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
     for (name, rgb) in pictures(folder, RGB_FOLDER)? {
         let Some(depth) = depth.remove(&name) else {
             let reason = format!("it has no partner {DEPTH_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
-            return Err(failure(reason, &folder.join(rgb)));
+            return Err(SynthError::recording(reason, &folder.join(rgb)));
         };
         pairs.push(Pair { rgb, depth });
     }
     if let Some((name, path)) = depth.first_key_value() {
         let reason = format!("it has no partner {RGB_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
-        return Err(failure(reason, &folder.join(path)));
+        return Err(SynthError::recording(reason, &folder.join(path)));
     }
     Ok(pairs)
 }
@@ -94,7 +97,7 @@ fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
 /// The PNG and JPEG files of a folder of the recording by name, with their paths within the recording.
 fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, SynthError> {
     let path = folder.join(name);
-    let unreadable = |error: std::io::Error| failure(error.to_string(), &path);
+    let unreadable = |error: std::io::Error| SynthError::recording(error.to_string(), &path);
     let mut pictures = BTreeMap::new();
     for entry in fs::read_dir(&path).map_err(unreadable)? {
         let file = PathBuf::from(entry.map_err(unreadable)?.file_name());

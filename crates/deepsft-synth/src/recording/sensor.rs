@@ -105,7 +105,7 @@ impl RgbdSensor {
             simulated: self.simulated,
         };
         serde_json::to_string_pretty(&json).map_err(|source| SynthError::Json {
-            name: super::CAMERA_FILE.to_owned(),
+            name: crate::recording::layout::CAMERA_FILE.to_owned(),
             source,
         })
     }

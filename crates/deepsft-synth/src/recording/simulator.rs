@@ -1,12 +1,13 @@
 //! Simulated RGB-D recordings: a second renderer setting, so that training steps 2 and 3 can be run and measured where
 //! nobody has recorded anything. Whatever is made of them is to be called simulated.
 
-use super::print_response::PrintResponse;
-use super::{DepthNoise, RgbdSensor, SeenDepth};
-use crate::frame::Frame;
-use crate::noise::{Stream, generator, mix, uniform};
+use crate::random::{Stream, generator, mix, uniform};
+use crate::recording::depth_camera::{DepthNoise, SeenDepth};
+use crate::recording::print_response::PrintResponse;
+use crate::recording::sensor::RgbdSensor;
+use crate::render::frame::Frame;
+use crate::render::projected_mesh::ProjectedMesh;
 use crate::scene::{Moment, Scene};
-use crate::sheet::ImageSheet;
 use crate::{ClipConfig, ClipMotion, EffectsConfig, LightingConfig, Sample, SynthConfig, SynthError, Synthesizer};
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
@@ -199,7 +200,7 @@ impl RecordingSimulator {
             number,
             scene,
             motion: ClipMotion::new(
-                &self.synthesizer.template,
+                self.synthesizer.template(),
                 // Its view is narrower than the colour camera's: what it sees is what counts.
                 &training_camera(),
                 self.config.motion.clone(),
@@ -286,7 +287,7 @@ impl Take<'_> {
         for pixel in bodies.iter().flat_map(|body| body.covered_behind(&frame)) {
             seen[pixel] = hand(middle + HAND_MM);
         }
-        let sheet = ImageSheet::new(self.simulator.synthesizer.template.mesh(), &vertices, camera);
+        let sheet = ProjectedMesh::new(self.simulator.synthesizer.template().mesh(), &vertices, camera);
         sheet.each_seen(|pixel, depth_mm, cosine| seen[pixel] = SeenDepth { depth_mm, cosine });
         for pixel in bodies.iter().flat_map(|body| body.covered_pixels(&frame)) {
             let sheet = seen[pixel].depth_mm.min(middle + HAND_MM);
@@ -301,8 +302,8 @@ impl Take<'_> {
     fn truth(&self, color: &Sample) -> Result<Sample, SynthError> {
         let canonical = training_camera();
         let warp = CanonicalWarp::new(&color.camera, &canonical);
-        let sheet = ImageSheet::new(
-            self.simulator.synthesizer.template.mesh(),
+        let sheet = ProjectedMesh::new(
+            self.simulator.synthesizer.template().mesh(),
             &color.vertices_camera,
             &canonical,
         );

@@ -78,7 +78,7 @@ impl Rivals {
         serde_json::from_str(&printed).context("reading what write_network.py printed")
     }
 
-    /// Tells `deepsft bench` to let ONNX Runtime take turns with it.
+    /// Tells `deepsft-lab bench` to let ONNX Runtime take turns with it.
     pub fn compete(&self, bench: &mut Command, agreement: &Value, exported: &Path) {
         let version = agreement["onnxruntime"].as_str().unwrap_or_default();
         let turns = self.script("onnxruntime_turns.py");

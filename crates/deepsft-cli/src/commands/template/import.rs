@@ -1,8 +1,7 @@
 //! `deepsft template import`: a template out of a scan.
 
-use super::write_with_views;
 use crate::failure::BlameInput;
-use crate::output::atomic;
+use crate::output::{atomic, turntable};
 use crate::scan;
 use anyhow::Result;
 use clap::Args;
@@ -75,7 +74,7 @@ pub fn run(arguments: &ImportArguments) -> Result<()> {
         "{} charts, {} seam edges; {shape}",
         topology.charts, topology.seam_edges
     );
-    write_with_views(&arguments.out, &template)
+    turntable::write_template(&arguments.out, &template)
 }
 
 fn size_warning(extent: DVec3) -> Option<String> {

@@ -1,8 +1,8 @@
 //! What a track is reported as: `track.json` and `track.csv`.
 
 use crate::camera_choice::CameraReport;
-use crate::follow::{FrameTimes, NetworkAnswer};
 use crate::track_errors::TRACKED_PX;
+use deepsft::video::{Detection, FrameTimes};
 use deepsft_geometry::metrics::Summary;
 use serde::Serialize;
 use std::fmt::Write;
@@ -38,8 +38,8 @@ pub struct FrameReport {
     pub found: bool,
     pub agreement: f64,
     pub iterations: usize,
-    /// The answer of the network that arrived.
-    pub network: Option<NetworkAnswer>,
+    /// The detection of the network that arrived.
+    pub network: Option<Detection>,
     pub ms: StageTimes,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<FrameTruth>,
@@ -50,7 +50,7 @@ pub struct StageTimes {
     pub decode: Option<f64>,
     pub canonical_warp: Option<f64>,
     pub follow: Option<f64>,
-    pub answer: Option<f64>,
+    pub catch_up: Option<f64>,
     pub network: Option<f64>,
 }
 
@@ -87,7 +87,7 @@ impl StageTimes {
             decode: Some(decode_ms),
             canonical_warp: Some(warp_ms),
             follow: Some(times.follow),
-            answer: times.answer,
+            catch_up: times.catch_up,
             network: times.network,
         }
     }
@@ -102,7 +102,7 @@ pub fn medians(frames: &[FrameReport]) -> StageTimes {
         decode: median(|ms| ms.decode),
         canonical_warp: median(|ms| ms.canonical_warp),
         follow: median(|ms| ms.follow),
-        answer: median(|ms| ms.answer),
+        catch_up: median(|ms| ms.catch_up),
         network: median(|ms| ms.network),
     }
 }
@@ -138,7 +138,7 @@ impl Errors {
 /// The frames as comma-separated values; a cell is empty where there is nothing to tell.
 pub fn table(frames: &[FrameReport]) -> String {
     let mut text = "frame,time_s,found,agreement,iterations,network_of_frame,network_found,network_effect,decode_ms,\
-                    canonical_warp_ms,follow_ms,answer_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n"
+                    canonical_warp_ms,follow_ms,catch_up_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n"
         .to_owned();
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
     for frame in frames {
@@ -149,13 +149,13 @@ pub fn table(frames: &[FrameReport]) -> String {
             frame.found.to_string(),
             cell(Some(frame.agreement)),
             frame.iterations.to_string(),
-            network.map_or_else(String::new, |answer| answer.of_frame.to_string()),
-            network.map_or_else(String::new, |answer| answer.found.to_string()),
-            network.map_or_else(String::new, |answer| answer.effect.to_owned()),
+            network.map_or_else(String::new, |detection| detection.of_frame.to_string()),
+            network.map_or_else(String::new, |detection| detection.found.to_string()),
+            network.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
             cell(ms.decode),
             cell(ms.canonical_warp),
             cell(ms.follow),
-            cell(ms.answer),
+            cell(ms.catch_up),
             cell(ms.network),
             cell(truth.map(|truth| truth.print_in_view)),
             cell(truth.and_then(|truth| truth.registration_rmse_px)),

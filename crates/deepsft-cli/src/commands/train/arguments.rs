@@ -42,7 +42,7 @@ L1 and bins), nor the images: the paper's are --network paper and --images paper
 work on the compact network in the time of a CPU.
 
 --network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they
-are for a large GPU: `deepsft network describe paper --time` tells what they cost here. --width-divisor 8 or 16 makes
+are for a large GPU: `deepsft network describe paper` lists what they cost. --width-divisor 8 or 16 makes
 narrow ones (ours, not the paper's) that a CPU can train to see that everything works.
 
 --devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.

@@ -1,0 +1,112 @@
+//! The `deepsft` command: from a picture of a flat object, or a scan of any, to a trained model and to reconstructions.
+//! It is a library for its binary and for `deepsft-lab`, which reads inputs and draws pictures the same way.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+// First: its macros are for all that follow.
+#[macro_use]
+pub mod printing;
+
+mod camera_choice;
+pub mod clip_folder;
+mod commands;
+mod dataset;
+pub mod failure;
+pub mod input;
+pub mod network_choice;
+pub mod output;
+pub mod progress;
+mod refine;
+mod scan;
+pub mod synthesis;
+pub mod track_errors;
+mod unfinished_dataset;
+mod video;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Shape and registration of a known bending object from one image (Shape-from-Template).
+///
+/// A template is a picture of a flat object and its size, or a scan with its texture. A network is trained for it on synthetic
+/// images, and then finds it in photographs: for every pixel its depth and its place on the template.
+#[derive(Parser)]
+#[command(version, propagate_version = true, after_help = AFTER_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER_HELP: &str = "\
+The way from a picture to a reconstruction:
+  deepsft template new --image cover.jpg --size-mm 297x210 --out cover     (or: template import scan.glb)
+  deepsft train --template cover --out cover-model --minutes 60
+  deepsft eval --model cover-model --synthetic 100 --seed 999
+  deepsft reconstruct --model cover-model --camera camera.json --out results photo.jpg
+  deepsft track --model cover-model --camera camera.json --pictures --out track video.mp4
+
+Exit codes:
+  0  done
+  1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
+  2  the command line is wrong
+  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
+  141  what read the output went away before the end, as head does";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Make a template.
+    #[command(subcommand)]
+    Template(commands::template::TemplateCommand),
+    /// Write a synthetic data set of a template: images with exact depth and registration.
+    Synth(commands::synth::SynthArguments),
+    /// Train a network for a template: on synthetic images made on the fly or on disk, then on an RGB-D recording.
+    Train(commands::train::TrainArguments),
+    /// Simulate and check RGB-D recordings, which training steps 2 and 3 learn from.
+    #[command(subcommand)]
+    Recording(commands::recording::RecordingCommand),
+    /// Measure a model against ground truth.
+    Eval(commands::eval::EvalArguments),
+    /// Find the template in photographs: depth, registration, mask and mesh.
+    Reconstruct(commands::reconstruct::ReconstructArguments),
+    /// Follow the template through a video: the mesh in every frame.
+    Track(commands::track::TrackArguments),
+    /// Write a synthetic clip of a moving sheet, with ground truth.
+    Clip(commands::clip::ClipArguments),
+    /// Print what a network is made of.
+    #[command(subcommand)]
+    Network(commands::network::NetworkCommand),
+    /// Look after model bundles.
+    #[command(subcommand)]
+    Bundle(commands::bundle::BundleCommand),
+}
+
+/// Runs the command that the process's arguments ask for.
+pub fn run() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Template(command) => commands::template::run(&command),
+        Command::Synth(arguments) => commands::synth::run(&arguments),
+        Command::Train(arguments) => commands::train::run(&arguments),
+        Command::Recording(command) => commands::recording::run(&command),
+        Command::Eval(arguments) => commands::eval::run(&arguments),
+        Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
+        Command::Track(arguments) => commands::track::run(&arguments),
+        Command::Clip(arguments) => commands::clip::run(&arguments),
+        Command::Network(command) => commands::network::run(&command),
+        Command::Bundle(command) => commands::bundle::run(&command),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,287 @@
+//! Canonical warp: from any camera's image to the one imaging geometry the network was trained with
+//! (the paper's adaptation A = K_train K_test^-1, after lens distortion is removed).
+
+use super::pinhole::Camera;
+use crate::error::GeometryError;
+use crate::image::Picture;
+use glam::DVec2;
+
+/// Columns of every map and of the network's input.
+pub const CANONICAL_WIDTH: usize = 480;
+/// Rows of every map and of the network's input.
+pub const CANONICAL_HEIGHT: usize = 270;
+
+/// Focal length of the training camera, pixels of the canonical image: 0.79 of its long side, what a
+/// typical phone has (our choice; the paper used its Kinect's).
+const TRAINING_FOCAL: f64 = 380.0;
+
+/// Value of canonical pixels that lie outside the camera's image.
+const OUTSIDE_IMAGE: u8 = 0;
+
+/// Most taps a side that average the source pixels under one canonical pixel.
+const MOST_TAPS: usize = 16;
+
+/// The camera K_train that synthetic data is rendered with: 480 x 270 pixels, f = 380, centred.
+pub fn training_camera() -> Camera {
+    #[expect(clippy::expect_used, reason = "constants, checked by a test")]
+    Camera::pinhole(
+        CANONICAL_WIDTH as u32,
+        CANONICAL_HEIGHT as u32,
+        TRAINING_FOCAL,
+        TRAINING_FOCAL,
+        240.0,
+        135.0,
+    )
+    .expect("constant intrinsics are valid")
+}
+
+/// Where each pixel of the canonical image lies in a camera's image.
+///
+/// Exact for the pixel-centre convention: a camera that is the training camera scaled by an integer
+/// k gives the mean over k x k source pixels; one that is a crop or a padding of it copies pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CanonicalWarp {
+    source: Camera,
+    canonical: Camera,
+    taps: usize,
+}
+
+impl CanonicalWarp {
+    /// The warp from `source` images to `canonical` ones.
+    pub fn new(source: &Camera, canonical: &Camera) -> Self {
+        let scale = (source.focal() / canonical.focal()).max_element();
+        Self {
+            source: *source,
+            canonical: *canonical,
+            taps: (scale.ceil() as usize).clamp(1, MOST_TAPS),
+        }
+    }
+
+    /// The source camera.
+    pub fn source(&self) -> &Camera {
+        &self.source
+    }
+
+    /// The canonical camera.
+    pub fn canonical(&self) -> &Camera {
+        &self.canonical
+    }
+
+    /// Source image position in pixels of a canonical image position in pixels.
+    pub fn source_from_canonical(&self, pixel: DVec2) -> DVec2 {
+        self.source.pixel_from_ray(self.canonical.ray_from_pixel(pixel))
+    }
+
+    /// Canonical image position in pixels of a source image position in pixels.
+    pub fn canonical_from_source(&self, pixel: DVec2) -> DVec2 {
+        self.canonical.pixel_from_ray(self.source.ray_from_pixel(pixel))
+    }
+
+    /// The canonical image of `picture`: each pixel the mean of a grid of bilinear samples over the
+    /// source area it covers (one when the source is not finer), black outside the source image.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the picture is not of the source camera's size.
+    pub fn apply(&self, picture: &Picture) -> Result<Picture, GeometryError> {
+        let expected = (self.source.width() as usize, self.source.height() as usize);
+        let actual = (picture.width(), picture.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        Ok(
+            if self.source.distortion() == self.canonical.distortion() && self.source.distortion() == [0.0; 5] {
+                self.apply_separable(picture)
+            } else {
+                self.apply_sampled(picture)
+            },
+        )
+    }
+
+    /// Sample by sample, for any camera.
+    fn apply_sampled(&self, picture: &Picture) -> Picture {
+        let limit = DVec2::new(picture.width() as f64, picture.height() as f64);
+        let step = 1.0 / self.taps as f64;
+        Picture::from_fn(
+            self.canonical.width() as usize,
+            self.canonical.height() as usize,
+            |x, y| {
+                let mut sum = [0.0_f32; 3];
+                for tap in 0..self.taps * self.taps {
+                    let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
+                    let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
+                    let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all();
+                    let color = if inside {
+                        picture.sample(at.x, at.y)
+                    } else {
+                        [f32::from(OUTSIDE_IMAGE); 3]
+                    };
+                    for (s, c) in sum.iter_mut().zip(color) {
+                        *s += c;
+                    }
+                }
+                let taps = (self.taps * self.taps) as f32;
+                sum.map(|s| (s / taps + 0.5) as u8)
+            },
+        )
+    }
+
+    /// The same mean between cameras without distortion: columns lie above columns and rows above rows, so
+    /// the weights of a pixel's samples are a product of a column's and a row's.
+    fn apply_separable(&self, picture: &Picture) -> Picture {
+        let (width, height) = (self.canonical.width() as usize, self.canonical.height() as usize);
+        let column_at = |x: f64| self.source_from_canonical(DVec2::new(x, 0.0)).x;
+        let row_at = |y: f64| self.source_from_canonical(DVec2::new(0.0, y)).y;
+        let columns: Vec<Weights> = (0..width)
+            .map(|x| Weights::of(x, self.taps, picture.width(), column_at))
+            .collect();
+        let stride = 3 * picture.width();
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        // The weighted sum of the source rows under one canonical row.
+        let mut row = vec![0.0_f32; stride];
+        for y in 0..height {
+            row.fill(0.0);
+            let rows = Weights::of(y, self.taps, picture.height(), row_at);
+            for (source, &weight) in picture.rgb()[stride * rows.first..]
+                .chunks_exact(stride)
+                .zip(&rows.weights)
+            {
+                for (sum, &value) in row.iter_mut().zip(source) {
+                    *sum += weight * f32::from(value);
+                }
+            }
+            for column in &columns {
+                let mut sum = [0.0_f32; 3];
+                for (color, &weight) in row[3 * column.first..].as_chunks().0.iter().zip(&column.weights) {
+                    for (s, c) in sum.iter_mut().zip::<&[f32; 3]>(color) {
+                        *s += weight * c;
+                    }
+                }
+                rgb.extend(sum.map(|s| (s + 0.5) as u8));
+            }
+        }
+        Picture::from_rows(width, height, rgb)
+    }
+}
+
+/// What each source pixel along one axis counts for one canonical pixel.
+struct Weights {
+    /// The first source pixel that counts.
+    first: usize,
+    /// Of that pixel and those after it; they sum to the share of the canonical pixel inside the source.
+    weights: Vec<f32>,
+}
+
+impl Weights {
+    /// For canonical pixel `index`: the mean of `taps` linear samples of a source of `length` pixels, at the
+    /// places `source_at` of the canonical positions in between; edges repeated, nothing outside.
+    fn of(index: usize, taps: usize, length: usize, source_at: impl Fn(f64) -> f64) -> Self {
+        let places = (0..taps)
+            .map(|tap| source_at(index as f64 + (tap as f64 + 0.5) / taps as f64))
+            .filter(|at| (0.0..=length as f64).contains(at))
+            .map(|at| (at - 0.5).clamp(0.0, (length - 1) as f64));
+        let mut first = 0;
+        let mut weights: Vec<f32> = Vec::new();
+        for place in places {
+            // Cameras look the same way round: places ascend.
+            let low = place as usize;
+            if weights.is_empty() {
+                first = low;
+            }
+            weights.resize((low + 2 - first).max(weights.len()), 0.0);
+            let share = (place - low as f64) as f32;
+            weights[low - first] += (1.0 - share) / taps as f32;
+            weights[low + 1 - first] += share / taps as f32;
+        }
+        // The last source pixel has no neighbour; its share was nought.
+        weights.truncate(length - first);
+        Self { first, weights }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(width: usize, height: usize) -> Picture {
+        let mut state = 7_u32;
+        Picture::from_fn(width, height, |_, _| {
+            std::array::from_fn(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            })
+        })
+    }
+
+    #[test]
+    fn the_training_camera_itself_copies_every_pixel() {
+        let camera = training_camera();
+        let picture = noise(480, 270);
+        assert_eq!(CanonicalWarp::new(&camera, &camera).apply(&picture).unwrap(), picture);
+    }
+
+    #[test]
+    fn a_camera_twice_as_fine_gives_the_mean_of_two_by_two_pixels() {
+        let camera = training_camera();
+        let source = camera.resized(960, 540).unwrap();
+        let picture = noise(960, 540);
+        let warped = CanonicalWarp::new(&source, &camera).apply(&picture).unwrap();
+        for (x, y) in [(0, 0), (479, 269), (17, 200)] {
+            for k in 0..3 {
+                let sum: u32 = [(0, 0), (1, 0), (0, 1), (1, 1)]
+                    .iter()
+                    .map(|(i, j)| u32::from(picture.pixel(2 * x + i, 2 * y + j)[k]))
+                    .sum();
+                assert_eq!(u32::from(warped.pixel(x, y)[k]), (sum + 2) / 4, "pixel ({x}, {y})");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cropped_image_is_padded_and_keeps_its_pixels() {
+        let camera = training_camera();
+        let source = Camera::pinhole(300, 200, 380.0, 380.0, 240.0 - 100.0, 135.0 - 30.0).unwrap();
+        let picture = noise(300, 200);
+        let warped = CanonicalWarp::new(&source, &camera).apply(&picture).unwrap();
+        assert_eq!(warped.pixel(100, 30), picture.pixel(0, 0));
+        assert_eq!(warped.pixel(399, 229), picture.pixel(299, 199));
+        assert_eq!(warped.pixel(99, 30), [0; 3]);
+        assert_eq!(warped.pixel(400, 100), [0; 3]);
+    }
+
+    #[test]
+    fn sums_over_columns_and_rows_are_the_mean_of_all_samples() {
+        for (width, height, f, cx, cy) in [
+            (1280, 720, 1010.0, 650.0, 355.0),
+            (321, 243, 190.0, 170.0, 100.0),
+            (200, 100, 700.0, -40.0, 60.0),
+            (97, 1, 380.0, 40.0, 0.5),
+        ] {
+            let source = Camera::pinhole(width, height, f, f * 1.1, cx, cy).unwrap();
+            let warp = CanonicalWarp::new(&source, &training_camera());
+            let picture = noise(width as usize, height as usize);
+            let (fast, plain) = (warp.apply_separable(&picture), warp.apply_sampled(&picture));
+            // Rounding of a mean that falls half way between two levels may differ.
+            assert!(
+                fast.rgb().iter().zip(plain.rgb()).all(|(a, b)| a.abs_diff(*b) <= 1),
+                "{width} x {height}"
+            );
+            let equal = fast.rgb().iter().zip(plain.rgb()).filter(|(a, b)| a == b).count();
+            assert!(
+                equal as f64 > 0.999 * plain.rgb().len() as f64,
+                "{width} x {height}: {equal}"
+            );
+            assert!(plain.rgb().iter().any(|&v| v > 0));
+        }
+    }
+
+    #[test]
+    fn warping_there_and_back_is_the_identity() {
+        let source = Camera::pinhole(1280, 720, 1010.0, 1000.0, 650.0, 355.0)
+            .unwrap()
+            .with_distortion([-0.1, 0.02, 1e-3, -1e-3, 0.0])
+            .unwrap();
+        let warp = CanonicalWarp::new(&source, &training_camera());
+        let p = DVec2::new(101.5, 44.5);
+        assert!((warp.canonical_from_source(warp.source_from_canonical(p)) - p).length() < 1e-8);
+    }
+}

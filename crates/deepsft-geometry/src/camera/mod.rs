@@ -1,0 +1,7 @@
+//! Cameras, and the way from any of them to the canonical image.
+
+mod canonical;
+mod pinhole;
+
+pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
+pub use pinhole::{Camera, PAPER_CAMERAS};

@@ -1,0 +1,47 @@
+//! What a completion gives.
+
+use glam::DVec3;
+
+/// The terms of the completion's energy, without their weights, in the template's unit of length squared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CompletionEnergy {
+    /// E_data: sum of w |p_i - x_i|^2 over visible vertices.
+    pub data: f64,
+    /// E_arap.
+    pub arap: f64,
+    /// E_smooth.
+    pub smoothness: f64,
+}
+
+/// How a completion went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompletionReport {
+    /// Whether the last step was within the tolerance.
+    pub converged: bool,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Different vertices with a usable point; the copies of a vertex on a texture seam count once.
+    pub visible_vertices: usize,
+    /// Points left out because they are not finite.
+    pub ignored_points: usize,
+    /// Connected components of the mesh.
+    pub components: usize,
+    /// Components without a visible vertex: placed by the rigid motion of the others, not measured.
+    pub unseen_components: usize,
+    /// Components with fewer than three visible vertices that are not on one line: their turn is
+    /// partly or wholly that of the others (or of the start), not measured.
+    pub unoriented_components: usize,
+    /// Energies at the rigid alignment.
+    pub initial_energy: CompletionEnergy,
+    /// Energies of the result.
+    pub final_energy: CompletionEnergy,
+}
+
+/// A completed mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Completion {
+    /// All vertices, camera frame, in the template's unit.
+    pub vertices: Vec<DVec3>,
+    /// How it went.
+    pub report: CompletionReport,
+}

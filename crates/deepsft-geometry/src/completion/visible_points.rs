@@ -1,0 +1,49 @@
+//! The visible vertices of one frame, welded.
+
+use crate::error::GeometryError;
+use crate::mesh::Welding;
+use crate::solver::VertexPoint;
+use crate::solver::checked::{check_weight, vertex_in};
+use glam::DVec3;
+
+/// Visible welded vertices of one frame: weight (0 when hidden) and weighted mean point of each vertex.
+pub(super) struct Visible {
+    pub(super) weights: Vec<f64>,
+    pub(super) points: Vec<DVec3>,
+    /// Points left out because they are not finite.
+    pub(super) ignored: usize,
+}
+
+impl Visible {
+    /// From the points of vertices of the original mesh.
+    pub(super) fn of(points: &[VertexPoint], welding: &Welding) -> Result<Self, GeometryError> {
+        let n = welding.mesh().vertices().len();
+        let mut visible = Self {
+            weights: vec![0.0; n],
+            points: vec![DVec3::ZERO; n],
+            ignored: 0,
+        };
+        for point in points {
+            vertex_in(point.vertex, welding.vertices())?;
+            check_weight("point data", point.weight)?;
+            let welded = welding.welded(point.vertex).filter(|_| point.p_camera.is_finite());
+            if let Some(vertex) = welded {
+                visible.weights[vertex] += point.weight;
+                visible.points[vertex] += point.weight * point.p_camera;
+            } else {
+                visible.ignored += 1;
+            }
+        }
+        for (sum, &weight) in visible.points.iter_mut().zip(&visible.weights) {
+            if weight > 0.0 {
+                *sum /= weight;
+            }
+        }
+        if visible.weights.iter().all(|&w| w <= 0.0) {
+            return Err(GeometryError::NoVisibleVertex {
+                ignored: visible.ignored,
+            });
+        }
+        Ok(visible)
+    }
+}

@@ -1,0 +1,104 @@
+//! How well the image confirms a mesh, as a whole and around each vertex.
+
+use crate::camera::Camera;
+use crate::image::NormalizedImage;
+use crate::mesh::TriangleMesh;
+use crate::solver::TexturePoint;
+use glam::DVec3;
+
+/// Square of the normalised contrast that counts as none (a fifth of a local deviation): around a vertex with less
+/// on average, be it in the print or in the image, nothing is confirmed.
+const NO_CONTRAST: f64 = 0.04;
+
+/// Correlation between image and print, both locally normalised.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Agreement {
+    /// Of the whole visible print: 1 when the image shows it exactly, about 0 when it shows something else.
+    pub(crate) whole: f64,
+    /// The same around each vertex, 0 to 1; 0 where nothing is seen or nothing is printed.
+    pub(crate) confidence: Vec<f32>,
+    /// Photometric points that were compared.
+    pub(crate) points: usize,
+}
+
+/// Weighted sums over points of image, print and weight.
+#[derive(Clone, Copy, Default)]
+struct Products {
+    image: f64,
+    print: f64,
+    both: f64,
+    weight: f64,
+}
+
+impl Products {
+    fn add(&mut self, seen: f64, printed: f64, weight: f64) {
+        self.image += weight * seen * seen;
+        self.print += weight * printed * printed;
+        self.both += weight * seen * printed;
+        self.weight += weight;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.image += other.image;
+        self.print += other.print;
+        self.both += other.both;
+        self.weight += other.weight;
+    }
+
+    /// Correlation, 0 when negative; no contrast counts against it.
+    fn correlation(&self) -> f64 {
+        let floor = NO_CONTRAST * self.weight;
+        let norm = (self.image + floor).sqrt() * (self.print + floor).sqrt();
+        if norm > 0.0 {
+            (self.both / norm).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Agreement {
+    /// Compares what the print shows at `points` with the image where the mesh at `vertices` (camera frame) puts them.
+    pub(crate) fn of(
+        mesh: &TriangleMesh,
+        camera: &Camera,
+        image: &NormalizedImage,
+        points: &[TexturePoint],
+        vertices: &[DVec3],
+    ) -> Self {
+        let mut whole = Products::default();
+        let mut around = vec![Products::default(); vertices.len()];
+        let mut compared = 0;
+        for point in points {
+            let corners = mesh.faces()[point.point.face];
+            let weights = point.point.barycentric;
+            let position: DVec3 = corners.iter().zip(weights).map(|(&v, w)| w * vertices[v]).sum();
+            let Some((seen, _)) = camera.project(position).and_then(|pixel| image.sample(pixel)) else {
+                continue;
+            };
+            compared += 1;
+            whole.add(seen, point.value, 1.0);
+            for (vertex, weight) in corners.into_iter().zip(weights) {
+                around[vertex].add(seen, point.value, weight.max(0.0));
+            }
+        }
+        // A vertex has a handful of points to itself: take its neighbours' too.
+        let mut wide = around.clone();
+        for [a, b] in mesh.edges() {
+            wide[a].merge(&around[b]);
+            wide[b].merge(&around[a]);
+        }
+        let shown = |(own, wide): (&Products, &Products)| {
+            if own.weight > 0.0 {
+                wide.correlation() as f32
+            } else {
+                0.0
+            }
+        };
+        Self {
+            whole: whole.correlation(),
+            confidence: around.iter().zip(&wide).map(shown).collect(),
+            points: compared,
+        }
+    }
+}

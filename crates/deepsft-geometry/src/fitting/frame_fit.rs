@@ -1,0 +1,339 @@
+//! The refinement of one frame.
+
+use super::agreement::Agreement;
+use super::level::Level;
+use super::measurements::{Measurement, measurements};
+use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX, check_blurs};
+use super::options::PhysicsOptions;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::image::{GreyImage, Normalizer, Picture};
+use crate::maps::Maps;
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::{RigidMotion, SurfacePoint, Template};
+use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust, SolveReport};
+use glam::DVec3;
+
+/// Fewest measurements from which a mesh is fitted.
+const FEWEST_MEASUREMENTS: usize = 12;
+
+/// Blur at which mesh and network are compared, pixels.
+const JUDGED_BLUR_PX: f32 = 0.7;
+
+/// Agreement of image and print from which a first try is not followed by a second.
+const CONFIRMED: f64 = 0.8;
+
+/// Solver steps without the image, each stiffness.
+const SETTLING_STEPS: usize = 12;
+
+/// The outcome for one frame.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// Depth and registration: of the mesh where it was accepted, the network's otherwise.
+    pub maps: Maps,
+    /// Vertices of the mesh, camera frame, mm.
+    pub vertices_camera: Vec<DVec3>,
+    /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the
+    /// normalised print there. 0 where the print is not seen or has no contrast.
+    pub confidence: Vec<f32>,
+    /// The same for the whole visible print.
+    pub agreement: f64,
+    /// Whether the mesh explains the image better than the network's maps do.
+    pub accepted: bool,
+    /// Mean robust photometric cost of the network's maps and of the mesh's, over the pixels of both.
+    pub photometric_cost: [f64; 2],
+    /// How each solve went: those without the image, then one a round.
+    pub reports: Vec<SolveReport>,
+}
+
+/// The coarse mesh fitted to a frame.
+pub(crate) struct CoarseFit {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) agreement: Agreement,
+    pub(crate) reports: Vec<SolveReport>,
+}
+
+/// Refines maps for one template.
+pub struct PhysicsRefinement {
+    options: PhysicsOptions,
+    fit: MeshFit,
+}
+
+impl PhysicsRefinement {
+    /// Prepares everything that does not depend on the frame.
+    ///
+    /// # Errors
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur,
+    /// [`GeometryError::NotASheet`] for a template that is a mesh.
+    pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
+        check_blurs(&options.blurs)?;
+        Ok(Self {
+            fit: MeshFit::new(template, &options)?,
+            options,
+        })
+    }
+
+    /// What does not depend on the frame, for the tracker.
+    pub(crate) fn fit(&mut self) -> &mut MeshFit {
+        &mut self.fit
+    }
+
+    /// Refines `maps`, what a network says of `image`, taken by `camera`. `start`: the mesh of the last frame of a video,
+    /// camera frame, mm. `None` when the maps show too little to fit a mesh to.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when
+    /// `start` does not have the template's vertices.
+    pub fn refine(
+        &mut self,
+        image: &Picture,
+        camera: &Camera,
+        maps: &Maps,
+        start: Option<&[DVec3]>,
+    ) -> Result<Option<Refined>, GeometryError> {
+        let expected = (camera.width() as usize, camera.height() as usize);
+        for actual in [(image.width(), image.height()), (maps.width(), maps.height())] {
+            if actual != expected {
+                return Err(GeometryError::MapSize { actual, expected });
+            }
+        }
+        let vertices = self.fit.template.mesh().vertices().len();
+        if let Some(actual) = start.map(<[DVec3]>::len).filter(|&actual| actual != vertices) {
+            return Err(GeometryError::StartLength {
+                actual,
+                expected: vertices,
+            });
+        }
+        let measured = measurements(maps, &self.fit.template);
+        if measured.len() < FEWEST_MEASUREMENTS {
+            return Ok(None);
+        }
+        let grey = GreyImage::of(image);
+        // The coarse mesh finds its place, the fine one the details.
+        let (last, first) = match self.options.blurs.split_last() {
+            Some((&last, first)) => (Some(last), first.to_vec()),
+            None => (None, Vec::new()),
+        };
+        let mut found = self.fitted_coarsely((&grey, camera), maps, &measured, start, &first)?;
+        let mut vertices = self.fit.refined(&found.vertices);
+        if let Some(blur) = last {
+            let worth = self.options.independent_registrations;
+            let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera, worth)?;
+            let round = self.round(Resolution::Fine, blur);
+            let seen = |pixel: usize| maps.inside(pixel);
+            let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+            let fitted = self
+                .fit
+                .round((&grey, camera), &vertices, &round, seen, |_| true, &priors)?;
+            vertices = fitted.vertices;
+            found.agreement = fitted.agreement;
+            found.reports.push(fitted.report);
+        }
+        Ok(Some(self.judge(
+            &grey,
+            camera,
+            maps,
+            (vertices, found.agreement),
+            found.reports,
+        )))
+    }
+
+    /// The coarse mesh where `maps` and the image say, with its agreement and reports: how a track starts. `None` when
+    /// the maps show too little.
+    pub(crate) fn coarse_start(
+        &mut self,
+        grey: &GreyImage,
+        camera: &Camera,
+        maps: &Maps,
+    ) -> Result<Option<CoarseFit>, GeometryError> {
+        let measured = measurements(maps, &self.fit.template);
+        if measured.len() < FEWEST_MEASUREMENTS {
+            return Ok(None);
+        }
+        let blurs = self.options.blurs.clone();
+        self.fitted_coarsely((grey, camera), maps, &measured, None, &blurs)
+            .map(Some)
+    }
+
+    /// The coarse mesh settled on the measurements and fitted to the image. Where the image does not confirm the whole of
+    /// it, a second try settles with less trust in the registration, whose errors then bend the mesh less; the try that
+    /// the image confirms over more of the print is kept.
+    fn fitted_coarsely(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        maps: &Maps,
+        measured: &[Measurement],
+        start: Option<&[DVec3]>,
+        blurs: &[f32],
+    ) -> Result<CoarseFit, GeometryError> {
+        let worth = self.options.independent_registrations;
+        let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
+        let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+        if let Some(start) = start {
+            let start = self.fit.coarsened(start);
+            let (vertices, report) = self.fit.coarse.solve(&priors, &start, SETTLING_STEPS)?;
+            return self.fitted_from((grey, camera), maps, (vertices, vec![report]), blurs, &priors);
+        }
+        let start = self.aligned(measured, camera);
+        let trust = self.options.settling_registrations;
+        let (trusted, trusted_depth) = self.measured_terms(&self.fit.coarse, measured, camera, trust)?;
+        let settled = self
+            .fit
+            .coarse
+            .settle(&[&trusted, &trusted_depth], start.clone(), SETTLING_STEPS)?;
+        let first = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
+        if first.agreement.whole >= CONFIRMED {
+            return Ok(first);
+        }
+        let settled = self.fit.coarse.settle(&priors, start, SETTLING_STEPS)?;
+        let second = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
+        let confirmed = |fit: &CoarseFit| fit.agreement.whole * fit.agreement.points as f64;
+        Ok(if confirmed(&second) > confirmed(&first) {
+            second
+        } else {
+            first
+        })
+    }
+
+    /// The photometric rounds of the coarse mesh from where it has settled.
+    fn fitted_from(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        maps: &Maps,
+        (mut vertices, mut reports): (Vec<DVec3>, Vec<SolveReport>),
+        blurs: &[f32],
+        priors: &[&dyn Energy],
+    ) -> Result<CoarseFit, GeometryError> {
+        let mut agreement = Agreement::default();
+        for &blur in blurs {
+            let round = self.round(Resolution::Coarse, blur);
+            let seen = |pixel: usize| maps.inside(pixel);
+            let fitted = self
+                .fit
+                .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
+            vertices = fitted.vertices;
+            agreement = fitted.agreement;
+            reports.push(fitted.report);
+        }
+        Ok(CoarseFit {
+            vertices,
+            agreement,
+            reports,
+        })
+    }
+
+    fn round(&self, resolution: Resolution, blur: f32) -> Round {
+        Round {
+            resolution,
+            blur,
+            // The network's mask has its own.
+            margin: 0,
+            rigid_steps: 0,
+            steps: self.options.steps,
+        }
+    }
+
+    /// The terms that the network's maps give, the registrations worth `independent` measurements together.
+    fn measured_terms(
+        &self,
+        level: &Level,
+        measured: &[Measurement],
+        camera: &Camera,
+        independent: f64,
+    ) -> Result<(Reprojection, DepthPrior), GeometryError> {
+        let mesh = &level.mesh;
+        let located: Vec<(SurfacePoint, &Measurement)> = measured
+            .iter()
+            .filter_map(|m| Some((level.locator.locate(m.uv)?, m)))
+            .collect();
+        let count = located.len().max(1) as f64;
+        let deviation = self.options.registration_deviation_px;
+        let weight = independent / count / (deviation * deviation);
+        let points: Vec<ImagePoint> = located
+            .iter()
+            .map(|&(point, m)| ImagePoint {
+                point,
+                pixel: m.pixel,
+                weight,
+            })
+            .collect();
+        let depths: Vec<PointDepth> = located
+            .iter()
+            .map(|&(point, m)| PointDepth {
+                point,
+                depth: m.depth_mm,
+                deviation: self.options.depth_deviation * m.depth_mm,
+            })
+            .collect();
+        Ok((
+            Reprojection::new(mesh, camera, &points, Robust::Cauchy(1.5 * deviation))?,
+            DepthPrior::new(
+                mesh,
+                &depths,
+                self.options.independent_depths / count,
+                Robust::Cauchy(2.0),
+            )?,
+        ))
+    }
+
+    /// The flat coarse sheet where the measurements are.
+    fn aligned(&self, measured: &[Measurement], camera: &Camera) -> Vec<DVec3> {
+        let pairs = measured.iter().filter_map(|m| {
+            let p_template = self.fit.template.point_template(m.uv)?;
+            Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
+        });
+        let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
+        self.fit
+            .coarse
+            .mesh
+            .vertices()
+            .iter()
+            .map(|&p| motion.apply(p))
+            .collect()
+    }
+
+    /// Chooses between mesh and maps.
+    fn judge(
+        &self,
+        grey: &GreyImage,
+        camera: &Camera,
+        maps: &Maps,
+        (vertices, agreement): (Vec<DVec3>, Agreement),
+        reports: Vec<SolveReport>,
+    ) -> Refined {
+        let surface = VisibleSurface::new(self.fit.template.mesh(), &vertices, camera);
+        let mut refined = surface.maps();
+        let both: Vec<f32> = (0..maps.depth().len())
+            .map(|p| f32::from(u8::from(maps.inside(p) && refined.inside(p))))
+            .collect();
+        let normalizer = Normalizer::new(&both, maps.width(), JUDGED_BLUR_PX, WINDOW_PX);
+        let image = normalizer.normalize(grey);
+        let cost = |maps: &Maps| {
+            let drawn = normalizer.normalize(&self.fit.print.drawn(maps, &both, camera.focal().x));
+            let robust = self.fit.robust();
+            let (mut sum, mut count) = (0.0, 0_usize);
+            for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
+                sum += robust.rho((image.pixel(pixel) - drawn.pixel(pixel)).powi(2));
+                count += 1;
+            }
+            sum / count.max(1) as f64
+        };
+        let photometric_cost = [cost(maps), cost(&refined)];
+        let accepted = photometric_cost[1] < photometric_cost[0];
+        if accepted {
+            // The mask is the network's: it sees what lies in front. Where the mesh ends before it, its own values stay.
+            refined = refined.within(maps);
+        } else {
+            refined = maps.clone();
+        }
+        Refined {
+            maps: refined,
+            vertices_camera: vertices,
+            confidence: agreement.confidence,
+            agreement: agreement.whole,
+            accepted,
+            photometric_cost,
+            reports,
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! From maps to measurements: registered points that the maps agree on.
+
+use crate::maps::Maps;
+use crate::mesh::Template;
+use glam::{DVec2, DVec3};
+
+/// Pixels between two measurements.
+const STEP: usize = 6;
+
+/// Pixels around a measurement that must be inside the mask: at the edge of the object the maps mix
+/// what lies on both sides.
+const MARGIN: usize = 4;
+
+/// How far, in mm, a registration may lie from the middle of its neighbours on both sides: further is a fold or
+/// a blunder.
+const LARGEST_KINK_MM: f64 = 8.0;
+
+/// A pixel with what the maps say of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Image position, pixels.
+    pub pixel: DVec2,
+    /// Texture position.
+    pub uv: DVec2,
+    /// Camera-frame z, mm.
+    pub depth_mm: f64,
+}
+
+/// Measurements on a grid of pixels, away from the mask's edge and from breaks of the registration.
+pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
+    let (width, height) = (maps.width(), maps.height());
+    let at = |x: usize, y: usize| {
+        let [u, v] = maps.registration()[y * width + x];
+        template.point_template(DVec2::new(f64::from(u), f64::from(v)))
+    };
+    let inside = |x: usize, y: usize| maps.inside(y * width + x);
+    let mut found = Vec::new();
+    for y in (STEP..height.saturating_sub(STEP)).step_by(STEP) {
+        for x in (STEP..width.saturating_sub(STEP)).step_by(STEP) {
+            let (left, right, up, down) = (x - MARGIN, x + MARGIN, y - MARGIN, y + MARGIN);
+            let around = [(left, up), (right, up), (left, down), (right, down), (x, y)];
+            let sides = [(left, y), (right, y), (x, up), (x, down)];
+            if !around.iter().chain(&sides).all(|&(x, y)| inside(x, y)) {
+                continue;
+            }
+            let kink = |a: DVec3, b: DVec3, centre: DVec3| ((a + b) / 2.0 - centre).length();
+            let [Some(l), Some(r), Some(u), Some(d)] = sides.map(|(x, y)| at(x, y)) else {
+                continue;
+            };
+            let Some(centre) = at(x, y) else { continue };
+            if kink(l, r, centre).max(kink(u, d, centre)) > LARGEST_KINK_MM {
+                continue;
+            }
+            let pixel = y * width + x;
+            let [u, v] = maps.registration()[pixel].map(f64::from);
+            found.push(Measurement {
+                pixel: DVec2::new(x as f64 + 0.5, y as f64 + 0.5),
+                uv: DVec2::new(u, v),
+                depth_mm: f64::from(maps.depth()[pixel]),
+            });
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Picture;
+
+    #[test]
+    fn edges_and_breaks_give_no_measurement() {
+        let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 300.0, 200.0).unwrap();
+        let mut maps = Maps::empty(120, 60);
+        for y in 10..50 {
+            for x in 10..110 {
+                // The registration jumps by 60 mm at column 60.
+                let u = x as f32 / 300.0 + if x < 60 { 0.0 } else { 0.2 };
+                maps.set(y * 120 + x, 500.0, [u, y as f32 / 200.0]);
+            }
+        }
+        let found = measurements(&maps, &template);
+        assert!(found.len() > 50);
+        for m in &found {
+            assert!(m.pixel.x > 14.0 && m.pixel.x < 106.0 && m.pixel.y > 14.0 && m.pixel.y < 46.0);
+            assert!((m.pixel.x - 60.0).abs() > MARGIN as f64, "{m:?}");
+            assert_eq!(m.depth_mm, 500.0);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! One template's mesh against images: what refinement and tracking share.
+
+use super::agreement::Agreement;
+use super::level::{Interpolation, Level};
+use super::options::PhysicsOptions;
+use super::print::{Drawing, Print};
+use super::rigid_fit::rigid_fit;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::image::{GreyImage, NormalizedImage, Normalizer};
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::{SurfacePoint, Template, TriangleMesh};
+use crate::solver::{Energy, Photometric, Robust, SolveReport, TexturePoint};
+use glam::DVec3;
+
+/// Least width of the window in which mean and contrast are taken, pixels.
+pub(crate) const WINDOW_PX: f32 = 8.0;
+
+/// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
+const WINDOW_BLURS: f32 = 3.0;
+
+/// Pixels between two photometric points.
+const PHOTOMETRIC_STEP: usize = 3;
+
+/// How much larger the cells of the coarse mesh are.
+const COARSE_CELLS: usize = 2;
+
+/// A template with everything about it that does not depend on the frame.
+pub(crate) struct MeshFit {
+    pub(crate) template: Template,
+    pub(crate) print: Print,
+    /// The template's own mesh.
+    pub(crate) fine: Level,
+    /// One with fewer vertices, several times quicker to solve.
+    pub(crate) coarse: Level,
+    to_fine: Interpolation,
+    to_fine_linear: Interpolation,
+    to_coarse: Interpolation,
+    photometric: f64,
+    robust: Robust,
+}
+
+/// Which mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Resolution {
+    Fine,
+    Coarse,
+}
+
+/// One photometric solve.
+pub(crate) struct Round {
+    /// Which mesh moves.
+    pub(crate) resolution: Resolution,
+    /// Blur of image and drawing, pixels.
+    pub(crate) blur: f32,
+    /// Pixels beside the silhouette and beside what hides the object that are not compared.
+    pub(crate) margin: usize,
+    /// Steps of a rigid motion before the mesh may bend.
+    pub(crate) rigid_steps: usize,
+    /// Accepted solver steps.
+    pub(crate) steps: usize,
+}
+
+/// The outcome of a [`Round`].
+pub(crate) struct Fitted {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) report: SolveReport,
+    pub(crate) agreement: Agreement,
+}
+
+/// Refuses a list of rounds that is empty or has a blur that is none.
+pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
+    let wrong = |blur: &&f32| !(blur.is_finite() && **blur >= 0.0);
+    let actual = match blurs.iter().find(wrong) {
+        Some(&blur) => blur,
+        None if blurs.is_empty() => f32::NAN,
+        None => return Ok(()),
+    };
+    Err(GeometryError::Weight {
+        term: "blur",
+        actual: f64::from(actual),
+    })
+}
+
+impl MeshFit {
+    /// Prepares for a sheet; [`GeometryError::NotASheet`] for a template of another shape.
+    pub(crate) fn new(template: &Template, options: &PhysicsOptions) -> Result<Self, GeometryError> {
+        template.grid().ok_or(GeometryError::NotASheet {
+            operation: "refinement or tracking by physics",
+        })?;
+        let fine = template.mesh();
+        let coarse = template.coarser(COARSE_CELLS)?;
+        let level = |mesh: &TriangleMesh| Level::new(mesh.clone(), fine, options.isometry, options.bending);
+        Ok(Self {
+            print: Print::of(template),
+            fine: level(fine)?,
+            coarse: level(coarse.mesh())?,
+            to_fine: Interpolation::cubic(&coarse, fine)?,
+            to_fine_linear: Interpolation::linear(&coarse, fine)?,
+            to_coarse: Interpolation::cubic(template, coarse.mesh())?,
+            template: template.clone(),
+            photometric: options.photometric,
+            robust: Robust::Cauchy(options.photometric_scale),
+        })
+    }
+
+    /// The robust function of photometric residuals.
+    pub(crate) fn robust(&self) -> Robust {
+        self.robust
+    }
+
+    /// The coarse mesh's vertices as the fine mesh's: smooth between them.
+    pub(crate) fn refined(&self, coarse: &[DVec3]) -> Vec<DVec3> {
+        self.to_fine.apply(coarse)
+    }
+
+    /// The fine mesh's vertices as the coarse mesh's.
+    pub(crate) fn coarsened(&self, fine: &[DVec3]) -> Vec<DVec3> {
+        self.to_coarse.apply(fine)
+    }
+
+    /// Confidences of the coarse mesh's vertices as the fine mesh's.
+    pub(crate) fn refined_confidence(&self, coarse: &[f32]) -> Vec<f32> {
+        self.to_fine_linear.apply_shares(coarse)
+    }
+
+    /// Draws the mesh at `start`, compares it with the image in the pixels that `seen` allows and at the points that
+    /// `trusted` allows, and moves it until they agree. Also says how they agree in the end, at all points.
+    pub(crate) fn round(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        start: &[DVec3],
+        round: &Round,
+        seen: impl Fn(usize) -> bool,
+        trusted: impl Fn(&SurfacePoint) -> bool,
+        priors: &[&dyn Energy],
+    ) -> Result<Fitted, GeometryError> {
+        let (print, robust) = (&self.print, self.robust);
+        let level = match round.resolution {
+            Resolution::Fine => &mut self.fine,
+            Resolution::Coarse => &mut self.coarse,
+        };
+        let surface = VisibleSurface::new(&level.mesh, start, camera);
+        let drawing = Drawing::new(print, &surface, seen, round.margin, PHOTOMETRIC_STEP);
+        let window = WINDOW_PX.max(WINDOW_BLURS * round.blur);
+        let normalizer = Normalizer::new(&drawing.mask, grey.width, round.blur, window);
+        let image = normalizer.normalize(grey);
+        let points = drawing.points(&normalizer.normalize(&drawing.print));
+        let fitted: Vec<_> = points.iter().filter(|p| trusted(&p.point)).copied().collect();
+        let mut vertices = start.to_vec();
+        if round.rigid_steps > 0 {
+            vertices = rigidly_moved(level, (&image, camera), &fitted, vertices, robust, round.rigid_steps);
+        }
+        let weight = self.photometric / fitted.len().max(1) as f64;
+        let photometric = Photometric::new(&level.mesh, camera, &image, &fitted, weight, robust)?;
+        let mut terms: Vec<&dyn Energy> = vec![&photometric];
+        terms.extend(priors);
+        let (vertices, report) = level.solve(&terms, &vertices, round.steps)?;
+        let agreement = Agreement::of(&level.mesh, camera, &image, &points, &vertices);
+        Ok(Fitted {
+            vertices,
+            report,
+            agreement,
+        })
+    }
+}
+
+fn rigidly_moved(
+    level: &Level,
+    (image, camera): (&NormalizedImage, &Camera),
+    points: &[TexturePoint],
+    vertices: Vec<DVec3>,
+    robust: Robust,
+    steps: usize,
+) -> Vec<DVec3> {
+    let faces = level.mesh.faces();
+    let position = |p: &TexturePoint| {
+        let corners = faces[p.point.face].iter().zip(p.point.barycentric);
+        (corners.map(|(&v, w)| w * vertices[v]).sum::<DVec3>(), p.value)
+    };
+    let positions: Vec<_> = points.iter().map(position).collect();
+    let place = rigid_fit(image, camera, &positions, robust, steps);
+    vertices.into_iter().map(place).collect()
+}

@@ -1,0 +1,47 @@
+//! How a fit weighs its terms.
+
+/// How the refinement weighs its terms. The defaults were chosen on synthetic validation frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhysicsOptions {
+    /// Standard deviation of the network's registration, pixels: scale of the robust reprojection term.
+    pub registration_deviation_px: f64,
+    /// Standard deviation of the network's depth, as a share of the depth.
+    pub depth_deviation: f64,
+    /// How many independent measurements the depths of a frame are worth: their errors go together.
+    pub independent_depths: f64,
+    /// How many independent measurements the registrations of a frame are worth beside the image.
+    pub independent_registrations: f64,
+    /// The same before the image is looked at. Much more: as long as nothing else says where a folded part is, it is
+    /// to go where the network sees it, against bending; the image can only pull in what is a few pixels off.
+    pub settling_registrations: f64,
+    /// Weight of isometry.
+    pub isometry: f64,
+    /// Weight of bending.
+    pub bending: f64,
+    /// How many independent measurements the photometric points of a frame are worth.
+    pub photometric: f64,
+    /// Scale of the robust photometric term, local deviations.
+    pub photometric_scale: f64,
+    /// Blur of image and drawing, pixels, one entry a round.
+    pub blurs: Vec<f32>,
+    /// Accepted solver steps a round.
+    pub steps: usize,
+}
+
+impl Default for PhysicsOptions {
+    fn default() -> Self {
+        Self {
+            registration_deviation_px: 2.0,
+            depth_deviation: 0.03,
+            independent_depths: 2.0,
+            independent_registrations: 10.0,
+            settling_registrations: 100.0,
+            isometry: 1e4,
+            bending: 1.0,
+            photometric: 2000.0,
+            photometric_scale: 0.8,
+            blurs: vec![3.0, 1.2, 0.7],
+            steps: 8,
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The rigid motion that brings a drawn mesh onto the image: what a stiff sheet does first.
+
+use crate::camera::Camera;
+use crate::image::NormalizedImage;
+use crate::solver::Robust;
+use glam::{DMat3, DQuat, DVec3};
+use std::cmp::Ordering;
+
+/// Damping as a share of the diagonal: keeps the motion that the points do not show at zero.
+const DAMPING: f64 = 1e-3;
+
+/// Longest turn of a step, radians, and longest shift, as a share of the distance: beyond, the linearisation is void.
+const LONGEST_STEP: f64 = 0.2;
+
+/// Moves points (camera frame, mm) with what is printed there by up to `steps` robust Gauss-Newton steps of a rigid motion
+/// until the image shows it there. The rotation and translation of p -> rotation (p - centre) + centre + translation.
+pub(crate) fn rigid_fit(
+    image: &NormalizedImage,
+    camera: &Camera,
+    points: &[(DVec3, f64)],
+    robust: Robust,
+    steps: usize,
+) -> impl Fn(DVec3) -> DVec3 + use<> {
+    let centre = points.iter().map(|p| p.0).sum::<DVec3>() / points.len().max(1) as f64;
+    let (mut rotation, mut translation) = (DQuat::IDENTITY, DVec3::ZERO);
+    let place = |rotation: DQuat, translation: DVec3, p: DVec3| rotation * (p - centre) + centre + translation;
+    // Rotation in radians against translation in mm: a unit of length makes them alike.
+    let length =
+        (points.iter().map(|p| (p.0 - centre).length_squared()).sum::<f64>() / points.len().max(1) as f64).sqrt();
+    let cost = |rotation: DQuat, translation: DVec3| -> f64 {
+        let one = |&(p, printed): &(DVec3, f64)| {
+            // As in the mesh solver: a step behind the camera is no step.
+            let Some(pixel) = camera.project(place(rotation, translation, p)) else {
+                return f64::INFINITY;
+            };
+            let residual = image.sample(pixel).map_or(1.0, |(seen, _)| seen - printed);
+            robust.rho(residual * residual)
+        };
+        points.iter().map(one).sum()
+    };
+    let mut here = cost(rotation, translation);
+    for _ in 0..steps {
+        let (mut matrix, mut vector) = ([[0.0; 6]; 6], [0.0; 6]);
+        for &(p, printed) in points {
+            let position = place(rotation, translation, p);
+            let Some((pixel, [dx, dy])) = camera.project_with_gradients(position) else {
+                continue;
+            };
+            let Some((seen, slope)) = image.sample(pixel) else {
+                continue;
+            };
+            let residual = seen - printed;
+            let weight = robust.weight(residual * residual);
+            let gradient = slope.x * dx + slope.y * dy;
+            let turn = (position - centre - translation).cross(gradient) / length;
+            let row = [gradient.x, gradient.y, gradient.z, turn.x, turn.y, turn.z];
+            for i in 0..6 {
+                vector[i] -= weight * residual * row[i];
+                for j in 0..=i {
+                    matrix[i][j] += weight * row[i] * row[j];
+                }
+            }
+        }
+        let Some(step) = solve(matrix, vector) else {
+            break;
+        };
+        let shift = DVec3::new(step[0], step[1], step[2]);
+        let turn = DVec3::new(step[3], step[4], step[5]) / length;
+        let excess = (turn.length() / LONGEST_STEP)
+            .max(shift.length() / (LONGEST_STEP * centre.z))
+            .max(1.0);
+        let candidate = (
+            (DQuat::from_scaled_axis(turn / excess) * rotation).normalize(),
+            translation + shift / excess,
+        );
+        let there = cost(candidate.0, candidate.1);
+        // A cost that is not a number is no improvement either.
+        if there.partial_cmp(&here) != Some(Ordering::Less) {
+            break;
+        }
+        (rotation, translation) = candidate;
+        let settled = here - there < 1e-3 * here;
+        here = there;
+        if settled {
+            break;
+        }
+    }
+    move |p| DMat3::from_quat(rotation) * (p - centre) + centre + translation
+}
+
+/// Solves the damped symmetric system whose lower triangle is `matrix` by Cholesky; `None` when it is singular.
+fn solve(mut matrix: [[f64; 6]; 6], vector: [f64; 6]) -> Option<[f64; 6]> {
+    for i in 0..6 {
+        matrix[i][i] *= 1.0 + DAMPING;
+        for j in 0..=i {
+            let done: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
+            let rest = matrix[i][j] - done;
+            if i == j {
+                if rest.partial_cmp(&0.0) != Some(Ordering::Greater) {
+                    return None;
+                }
+                matrix[i][i] = rest.sqrt();
+            } else {
+                matrix[i][j] = rest / matrix[j][j];
+            }
+        }
+    }
+    let mut x = vector;
+    for i in 0..6 {
+        let done: f64 = (0..i).map(|k| matrix[i][k] * x[k]).sum();
+        x[i] = (x[i] - done) / matrix[i][i];
+    }
+    for i in (0..6).rev() {
+        let done: f64 = (i + 1..6).map(|k| matrix[k][i] * x[k]).sum();
+        x[i] = (x[i] - done) / matrix[i][i];
+    }
+    Some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::training_camera;
+    use crate::image::Picture;
+    use glam::DVec2;
+
+    #[test]
+    fn a_small_rigid_motion_of_a_bent_surface_is_found() {
+        let camera = training_camera();
+        let wave = |x: f64, y: f64| {
+            120.0 + 60.0 * ((0.21 * x).sin() * (0.17 * y + 0.4).cos() + 0.4 * (0.1 * x - 0.13 * y).sin())
+        };
+        let picture = Picture::from_fn(480, 270, |x, y| [wave(x as f64, y as f64) as u8; 3]);
+        let image = NormalizedImage::new(&picture, 2.0, 10.0);
+        // What is printed is what the image shows; then the points are put elsewhere.
+        let (turn, shift) = (
+            DQuat::from_rotation_z(0.02) * DQuat::from_rotation_y(-0.03),
+            DVec3::new(4.0, -3.0, 8.0),
+        );
+        let centre = DVec3::new(0.0, 0.0, 480.0);
+        let mut points = Vec::new();
+        for y in (40..230).step_by(6) {
+            for x in (100..380).step_by(6) {
+                let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let p = camera.unproject(pixel, 450.0 + 0.002 * (pixel.x - 240.0).powi(2));
+                let printed = image.sample(pixel).unwrap().0;
+                points.push((p, turn * (p - centre) + centre + shift, printed));
+            }
+        }
+        let moved: Vec<_> = points.iter().map(|&(_, there, printed)| (there, printed)).collect();
+        let back = rigid_fit(&image, &camera, &moved, Robust::Cauchy(0.8), 20);
+        let worst = points
+            .iter()
+            .map(|&(p, there, _)| back(there).distance(p))
+            .fold(0.0, f64::max);
+        let start = points
+            .iter()
+            .map(|&(p, there, _)| there.distance(p))
+            .fold(0.0, f64::max);
+        assert!(start > 8.0 && worst < 1.0, "{worst} of {start} mm are left");
+    }
+
+    #[test]
+    fn nothing_printed_moves_nothing() {
+        let image = NormalizedImage::new(&Picture::from_fn(480, 270, |_, _| [90; 3]), 2.0, 10.0);
+        let points = [(DVec3::new(0.0, 0.0, 500.0), 0.0), (DVec3::new(30.0, 0.0, 500.0), 0.0)];
+        let placed = rigid_fit(&image, &training_camera(), &points, Robust::Cauchy(0.8), 5);
+        assert_eq!(placed(DVec3::Z), DVec3::Z);
+        let placed = rigid_fit(&image, &training_camera(), &[], Robust::Cauchy(0.8), 5);
+        assert_eq!(placed(DVec3::Z), DVec3::Z);
+    }
+}

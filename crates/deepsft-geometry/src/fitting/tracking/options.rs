@@ -1,0 +1,53 @@
+//! How a video is followed.
+
+use crate::fitting::options::PhysicsOptions;
+
+/// How a video is followed. The defaults were chosen on synthetic clips.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackingOptions {
+    /// Weights of the fit, and the rounds of the refinement that starts a track.
+    pub physics: PhysicsOptions,
+    /// Blur of image and drawing, pixels, one entry a round of a frame that is followed.
+    pub blurs: Vec<f32>,
+    /// Steps of a rigid motion in the first round of a frame that is followed.
+    pub rigid_steps: usize,
+    /// Accepted solver steps a round of a frame that is followed.
+    pub steps: usize,
+    /// Blurs of the second try, when the first does not find the sheet again.
+    pub wide_blurs: Vec<f32>,
+    /// Share of the last motion that is expected to go on, 0 to 1.
+    pub persistence: f64,
+    /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
+    pub start_agreement: f64,
+    /// Agreement below which a frame counts as missed; below `start_agreement` where the mesh was searched for and the
+    /// network has not answered since.
+    pub least_agreement: f64,
+    /// Missed frames in a row after which the track is lost.
+    pub patience: usize,
+    /// Visible photometric points (one stands for 9 pixels) below which the object is out of view and the track lost.
+    pub fewest_points: usize,
+    /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
+    /// Default 5: the network is seldom so far off, and to ask the image costs no more than a start.
+    pub disagreement_px: f64,
+    /// Frames kept for answers that come late.
+    pub memory: usize,
+}
+
+impl Default for TrackingOptions {
+    fn default() -> Self {
+        Self {
+            physics: PhysicsOptions::default(),
+            blurs: vec![3.0, 0.8],
+            rigid_steps: 10,
+            steps: 2,
+            wide_blurs: vec![7.0, 3.0, 0.8],
+            persistence: 0.8,
+            start_agreement: 0.5,
+            least_agreement: 0.35,
+            patience: 3,
+            fewest_points: 100,
+            disagreement_px: 5.0,
+            memory: 32,
+        }
+    }
+}

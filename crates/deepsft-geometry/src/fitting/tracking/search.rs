@@ -1,0 +1,174 @@
+//! Where to look for a sheet that has moved farther than a fit can follow.
+
+use crate::image::GreyImage;
+use glam::DVec2;
+
+/// Side of the cells in whose means print and image are compared, pixels: about what a quick hand blurs.
+const CELL_PX: usize = 8;
+
+/// Cells by which the sheet is moved at most, to each side: 72 pixels, 2.5 m/s half a metre away at 30 frames a second.
+const FARTHEST: isize = 9;
+
+/// Share of a cell that must be drawn for it to count.
+const LEAST_DRAWN: f32 = 0.5;
+
+/// Fewest cells that are compared, and least share of those drawn: of a sheet that is moved out of the image little is
+/// left.
+const FEWEST_CELLS: usize = 24;
+const LEAST_SHARE: f64 = 0.5;
+
+/// The shift, in pixels, with which `drawn` (the print where `mask` is above 0) correlates best with `image`: both are
+/// compared as means of cells, so blur and what bends in between hardly matter, and by correlation, so light does not.
+/// Zero when there is too little to compare. The three are of one size.
+pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> DVec2 {
+    let (columns, rows) = (image.width / CELL_PX, image.height / CELL_PX);
+    let seen = cells(image, None);
+    let cells: Vec<(isize, isize, f64)> = cells(drawn, Some(mask))
+        .into_iter()
+        .enumerate()
+        .filter_map(|(k, mean)| Some(((k % columns) as isize, (k / columns) as isize, mean?)))
+        .collect();
+    if cells.len() < FEWEST_CELLS {
+        return DVec2::ZERO;
+    }
+    let fewest = FEWEST_CELLS.max((LEAST_SHARE * cells.len() as f64) as usize);
+    let correlation = |dx: isize, dy: isize| {
+        let mut sums = Sums::default();
+        for &(x, y, printed) in &cells {
+            let (x, y) = (x + dx, y + dy);
+            if (0..columns as isize).contains(&x)
+                && (0..rows as isize).contains(&y)
+                && let Some(value) = seen[y as usize * columns + x as usize]
+            {
+                sums.add(printed, value);
+            }
+        }
+        (sums.count as usize >= fewest).then(|| sums.correlation())
+    };
+    let shifts = (-FARTHEST..=FARTHEST).flat_map(|dy| (-FARTHEST..=FARTHEST).map(move |dx| (dx, dy)));
+    let best = shifts
+        .filter_map(|(dx, dy)| Some((correlation(dx, dy)?, dx, dy)))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((peak, dx, dy)) = best else {
+        return DVec2::ZERO;
+    };
+    let within = |before: Option<f64>, after: Option<f64>| match (before, after) {
+        (Some(before), Some(after)) => top_of_parabola(before, peak, after),
+        _ => 0.0,
+    };
+    let cell = DVec2::new(
+        dx as f64 + within(correlation(dx - 1, dy), correlation(dx + 1, dy)),
+        dy as f64 + within(correlation(dx, dy - 1), correlation(dx, dy + 1)),
+    );
+    cell * CELL_PX as f64
+}
+
+/// Mean of each whole cell, row-major, over the pixels where `mask` is above 0; `None` where that is too little.
+fn cells(image: &GreyImage, mask: Option<&[f32]>) -> Vec<Option<f64>> {
+    let (columns, rows) = (image.width / CELL_PX, image.height / CELL_PX);
+    let mean = |cell: usize| {
+        let (left, top) = (cell % columns * CELL_PX, cell / columns * CELL_PX);
+        let (mut sum, mut weight) = (0.0_f32, 0.0_f32);
+        for y in top..top + CELL_PX {
+            for pixel in y * image.width + left..y * image.width + left + CELL_PX {
+                if mask.is_none_or(|mask| mask[pixel] > 0.0) {
+                    sum += image.values[pixel];
+                    weight += 1.0;
+                }
+            }
+        }
+        let drawn = weight >= LEAST_DRAWN * (CELL_PX * CELL_PX) as f32;
+        drawn.then(|| f64::from(sum / weight))
+    };
+    (0..columns * rows).map(mean).collect()
+}
+
+/// Sums over pairs of values.
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    a: f64,
+    b: f64,
+    aa: f64,
+    bb: f64,
+    ab: f64,
+}
+
+impl Sums {
+    fn add(&mut self, a: f64, b: f64) {
+        self.count += 1.0;
+        self.a += a;
+        self.b += b;
+        self.aa += a * a;
+        self.bb += b * b;
+        self.ab += a * b;
+    }
+
+    /// -1 to 1; a grey level squared of variance is added to both, so that even surfaces correlate with nothing.
+    fn correlation(&self) -> f64 {
+        let (n, mean_a, mean_b) = (self.count, self.a / self.count, self.b / self.count);
+        let (aa, bb) = (self.aa / n - mean_a * mean_a, self.bb / n - mean_b * mean_b);
+        (self.ab / n - mean_a * mean_b) / ((aa + 1.0) * (bb + 1.0)).sqrt()
+    }
+}
+
+/// Where the parabola through three values a step apart is highest, from the middle one, -1/2 to 1/2.
+fn top_of_parabola(before: f64, middle: f64, after: f64) -> f64 {
+    let curvature = before - 2.0 * middle + after;
+    if curvature < 0.0 {
+        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blobs of some 20 to 60 pixels, nowhere alike.
+    fn blob(x: f64, y: f64) -> f32 {
+        let wave = |a: f64, b: f64, c: f64| (a * x + b * y + c * x * y / 100.0).sin();
+        (120.0 + 40.0 * wave(0.13, 0.07, 0.05) + 30.0 * wave(-0.06, 0.17, -0.08)) as f32
+    }
+
+    fn grey(value: impl Fn(f64, f64) -> f32) -> GreyImage {
+        GreyImage {
+            width: 480,
+            height: 270,
+            values: (0..480 * 270)
+                .map(|p| value((p % 480) as f64, (p / 480) as f64))
+                .collect(),
+        }
+    }
+
+    fn mask() -> Vec<f32> {
+        let inside = |p: usize| (140..340).contains(&(p % 480)) && (60..200).contains(&(p / 480));
+        (0..480 * 270).map(|p| f32::from(u8::from(inside(p)))).collect()
+    }
+
+    #[test]
+    fn a_sheet_that_jumped_by_fifty_pixels_is_found_in_other_light() {
+        for (dx, dy) in [(0.0, 0.0), (47.0, -21.0), (-60.0, 33.0)] {
+            let image = grey(|x, y| {
+                let (x, y) = (x - dx, y - dy);
+                let on_sheet = (140.0..340.0).contains(&x) && (60.0..200.0).contains(&y);
+                if on_sheet { 0.5 * blob(x, y) + 60.0 } else { 128.0 }
+            });
+            let shift = best_shift(&grey(blob), &mask(), &image);
+            // Within a cell: the widest blur of the fit that follows reaches that.
+            assert!(
+                (shift - DVec2::new(dx, dy)).length() < CELL_PX as f64,
+                "{shift} for ({dx}, {dy})"
+            );
+        }
+    }
+
+    #[test]
+    fn an_even_image_and_too_small_a_sheet_move_nothing_far() {
+        assert_eq!(best_shift(&grey(blob), &vec![0.0; 480 * 270], &grey(blob)), DVec2::ZERO);
+        let mut little = vec![0.0; 480 * 270];
+        little[..16].fill(1.0);
+        assert_eq!(best_shift(&grey(blob), &little, &grey(blob)), DVec2::ZERO);
+    }
+}

@@ -1,0 +1,437 @@
+//! The tracker of one template in one video.
+
+use super::options::TrackingOptions;
+use super::search::best_shift;
+use super::tracked::{Answer, Tracked};
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::fitting::frame_fit::PhysicsRefinement;
+use crate::fitting::measurements::measurements;
+use crate::fitting::mesh_fit::{Resolution, Round, check_blurs};
+use crate::fitting::print::Drawing;
+use crate::image::{GreyImage, Picture};
+use crate::maps::Maps;
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::{SurfacePoint, Template};
+use glam::DVec3;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// A frame and the mesh in it, if it was followed there.
+struct Remembered {
+    frame: u64,
+    time_s: f64,
+    grey: Rc<GreyImage>,
+    mesh: Option<Mesh>,
+}
+
+/// The coarse mesh and how the image confirms it.
+#[derive(Clone)]
+struct Mesh {
+    vertices: Vec<DVec3>,
+    confidence: Vec<f32>,
+    agreement: f64,
+    points: usize,
+    iterations: usize,
+    /// Left standing in a frame that was missed.
+    held: bool,
+}
+
+/// Follows one template through one video.
+///
+/// Give it every frame ([`follow`](Self::follow)) and, whenever the network has one, an answer on an earlier frame
+/// ([`answer`](Self::answer)). The image must be the canonical one, and the camera the same for all frames.
+pub struct Tracker {
+    refinement: PhysicsRefinement,
+    options: TrackingOptions,
+    camera: Option<Camera>,
+    frames: VecDeque<Remembered>,
+    /// Missed frames in a row.
+    missed: usize,
+    /// The first frame since the network's last answer in which the mesh was found by a search: it may sit in a wrong fold,
+    /// or on something else.
+    searched: Option<u64>,
+    current: Tracked,
+}
+
+impl Tracker {
+    /// Prepares everything that does not depend on the video.
+    ///
+    /// # Errors
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
+    pub fn new(template: &Template, options: TrackingOptions) -> Result<Self, GeometryError> {
+        check_blurs(&options.blurs)?;
+        check_blurs(&options.wide_blurs)?;
+        Ok(Self {
+            refinement: PhysicsRefinement::new(template, options.physics.clone())?,
+            options,
+            camera: None,
+            frames: VecDeque::new(),
+            missed: 0,
+            searched: None,
+            current: Tracked::default(),
+        })
+    }
+
+    /// The object in the newest frame.
+    pub fn current(&self) -> &Tracked {
+        &self.current
+    }
+
+    /// Depth and registration of the mesh in the newest frame; empty while nothing is followed.
+    pub fn maps(&mut self) -> Maps {
+        match &self.camera {
+            Some(camera) if self.current.found => {
+                let mesh = self.refinement.fit().template.mesh();
+                VisibleSurface::new(mesh, &self.current.vertices_camera, camera).maps()
+            }
+            Some(camera) => Maps::empty(camera.width() as usize, camera.height() as usize),
+            None => Maps::empty(crate::camera::CANONICAL_WIDTH, crate::camera::CANONICAL_HEIGHT),
+        }
+    }
+
+    /// Forgets the video: for a jump to another one.
+    pub fn reset(&mut self) {
+        self.frames.clear();
+        self.missed = 0;
+        self.searched = None;
+        self.current = Tracked::default();
+    }
+
+    /// Takes the next frame of the video: number `frame` at `time_s`, both ascending (a frame that does not ascend starts the
+    /// video afresh), as the canonical `image` of `camera`. While nothing is followed it is only remembered.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the image is not of the camera's size.
+    pub fn follow(
+        &mut self,
+        frame: u64,
+        time_s: f64,
+        image: &Picture,
+        camera: &Camera,
+    ) -> Result<&Tracked, GeometryError> {
+        let expected = (camera.width() as usize, camera.height() as usize);
+        let actual = (image.width(), image.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        let goes_on = self
+            .frames
+            .back()
+            .is_none_or(|last| frame > last.frame && time_s > last.time_s);
+        if !goes_on || self.camera.is_some_and(|known| known != *camera) {
+            self.reset();
+        }
+        self.camera = Some(*camera);
+        self.frames.push_back(Remembered {
+            frame,
+            time_s,
+            grey: Rc::new(GreyImage::of(image)),
+            mesh: None,
+        });
+        while self.frames.len() > self.options.memory.max(2) {
+            self.frames.pop_front();
+        }
+        let newest = self.frames.len() - 1;
+        if self.current.found {
+            let last = self.frames[newest.saturating_sub(1)].mesh.clone();
+            match last {
+                Some(last) if newest > 0 => {
+                    let mesh = self.advance(newest, &last)?;
+                    self.take(newest, mesh, last);
+                }
+                _ => self.lose(),
+            }
+        } else {
+            self.current = Tracked {
+                frame,
+                ..Tracked::default()
+            };
+        }
+        Ok(&self.current)
+    }
+
+    /// Takes what the network says of an earlier frame, or of the newest: its `maps`, or `None` when the object is not there.
+    ///
+    /// Without a track, the maps are refined on that frame and followed through the frames since. With one, the two are
+    /// compared; where they disagree, the image decides.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the maps are not of the frames' size.
+    pub fn answer(&mut self, frame: u64, maps: Option<&Maps>) -> Result<Answer, GeometryError> {
+        let (Some(camera), Ok(index)) = (self.camera, self.frames.binary_search_by_key(&frame, |f| f.frame)) else {
+            return Ok(Answer::Ignored);
+        };
+        let Some(maps) = maps else {
+            return Ok(self.deny(frame));
+        };
+        let expected = (camera.width() as usize, camera.height() as usize);
+        let actual = (maps.width(), maps.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        // After a search the image decides also where the two are near each other.
+        let searched = std::mem::take(&mut self.searched);
+        if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
+            return Ok(Answer::Confirmed);
+        }
+        // The candidate is followed with its own history, not with the misses of the track that it may replace.
+        let missed = std::mem::take(&mut self.missed);
+        let candidate = self.caught_up(index, maps, &camera);
+        let searched = std::mem::take(&mut self.searched);
+        self.missed = missed;
+        let was_found = self.current.found;
+        let kept = if was_found { Answer::Confirmed } else { Answer::Ignored };
+        let Some(meshes) = candidate? else {
+            return Ok(kept);
+        };
+        let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.agreement, mesh.points));
+        if was_found && reached <= self.current.agreement {
+            return Ok(kept);
+        }
+        if reached < self.options.start_agreement || points < self.options.fewest_points {
+            return Ok(Answer::Ignored);
+        }
+        self.searched = searched;
+        let newest = self.frames.len() - 1;
+        // Meshes of an earlier track tell nothing of this one's speed.
+        self.frames.iter_mut().take(index).for_each(|frame| frame.mesh = None);
+        for (remembered, mesh) in self.frames.iter_mut().skip(index).zip(&meshes) {
+            remembered.mesh = Some(mesh.clone());
+        }
+        self.missed = 0;
+        if let Some(mesh) = meshes.into_iter().last() {
+            self.show(newest, mesh);
+        }
+        Ok(if was_found { Answer::Restarted } else { Answer::Started })
+    }
+
+    /// The network does not see the object in `frame`.
+    fn deny(&mut self, frame: u64) -> Answer {
+        let found_by_search = self.searched.is_some_and(|since| since <= frame);
+        if !self.current.found {
+            Answer::Ignored
+        } else if !found_by_search && self.current.agreement >= self.options.start_agreement {
+            Answer::Confirmed
+        } else {
+            self.lose();
+            Answer::Dropped
+        }
+    }
+
+    /// Whether the mesh in frame `index` shows what `maps` say on four fifths of what they show.
+    fn agrees(&mut self, index: usize, maps: &Maps, camera: &Camera) -> bool {
+        let Some(mesh) = &self.frames[index].mesh else {
+            return false;
+        };
+        let fit = self.refinement.fit();
+        let mut distances: Vec<f64> = measurements(maps, &fit.template)
+            .iter()
+            .filter_map(|m| {
+                let SurfacePoint { face, barycentric } = fit.coarse.locator.locate(m.uv)?;
+                let corners = fit.coarse.mesh.faces()[face];
+                let p: DVec3 = corners
+                    .iter()
+                    .zip(barycentric)
+                    .map(|(&v, w)| w * mesh.vertices[v])
+                    .sum();
+                Some(camera.project(p)?.distance(m.pixel))
+            })
+            .collect();
+        let rank = distances.len() * 4 / 5;
+        if distances.is_empty() {
+            return true;
+        }
+        let (_, distance, _) = distances.select_nth_unstable_by(rank, f64::total_cmp);
+        *distance <= self.options.disagreement_px
+    }
+
+    /// The meshes of frame `index`, refined from `maps`, and of all frames since.
+    fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
+        let grey = Rc::clone(&self.frames[index].grey);
+        let Some(start) = self.refinement.coarse_start(&grey, camera, maps)? else {
+            return Ok(None);
+        };
+        let mut meshes = vec![Mesh {
+            iterations: start.reports.iter().map(|r| r.iterations).sum(),
+            agreement: start.agreement.whole,
+            confidence: start.agreement.confidence,
+            points: start.agreement.points,
+            vertices: start.vertices,
+            held: false,
+        }];
+        for later in index + 1..self.frames.len() {
+            let before = later
+                .checked_sub(index + 2)
+                .map(|k| (&self.frames[later - 2], &meshes[k]));
+            let last = &meshes[later - index - 1];
+            let start = self.predicted(later, last, before);
+            let mesh = self.fitted(later, start, &last.clone())?;
+            meshes.push(mesh);
+        }
+        Ok(Some(meshes))
+    }
+
+    /// The mesh of frame `index` from those of the frames before, the last of them `last`.
+    fn advance(&mut self, index: usize, last: &Mesh) -> Result<Mesh, GeometryError> {
+        let before = index.checked_sub(2).map(|k| &self.frames[k]);
+        let before = before.and_then(|frame| Some((frame, frame.mesh.as_ref()?)));
+        let start = self.predicted(index, last, before);
+        self.fitted(index, start, last)
+    }
+
+    /// Where the mesh should be in frame `index` if it moves on.
+    fn predicted(&self, index: usize, last: &Mesh, before: Option<(&Remembered, &Mesh)>) -> Vec<DVec3> {
+        let known = |(_, mesh): &(&Remembered, &Mesh)| self.missed == 0 && !mesh.held && !last.held;
+        let Some((earlier, before)) = before.filter(known) else {
+            return last.vertices.clone();
+        };
+        let now = self.frames[index].time_s - self.frames[index - 1].time_s;
+        let then = self.frames[index - 1].time_s - earlier.time_s;
+        let share = self.options.persistence * (now / then).min(2.0);
+        let step = |(p, q): (&DVec3, &DVec3)| p + share * (p - q);
+        last.vertices.iter().zip(&before.vertices).map(step).collect()
+    }
+
+    /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, in wider steps from where `last`
+    /// looks most like the image when it is shifted.
+    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
+        let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
+        if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
+            return Ok(first);
+        }
+        let shifted = self.shifted(index, &last.vertices);
+        let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, shifted, last)?;
+        second.iterations += first.iterations;
+        Ok(if second.agreement > first.agreement {
+            self.searched.get_or_insert(self.frames[index].frame);
+            second
+        } else {
+            first
+        })
+    }
+
+    /// `vertices` moved across the view to where the print correlates best with frame `index`: without a known speed a
+    /// quick hand is beyond the reach of the widest blur.
+    fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
+        let Some(camera) = self.camera else {
+            return vertices.to_vec();
+        };
+        let fit = self.refinement.fit();
+        let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, &camera);
+        let drawing = Drawing::new(&fit.print, &surface, |_| true, MARGIN_PX, 1);
+        let shift = best_shift(&drawing.print, &drawing.mask, &self.frames[index].grey);
+        let depth = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
+        let way = (shift / camera.focal() * depth).extend(0.0);
+        vertices.iter().map(|p| p + way).collect()
+    }
+
+    fn fitted_in(
+        &mut self,
+        blurs: &[f32],
+        index: usize,
+        start: Vec<DVec3>,
+        last: &Mesh,
+    ) -> Result<Mesh, GeometryError> {
+        let Some(camera) = self.camera else {
+            return Ok(last.clone());
+        };
+        let grey = Rc::clone(&self.frames[index].grey);
+        let mut mesh = Mesh {
+            confidence: vec![0.0; start.len()],
+            vertices: start,
+            agreement: 0.0,
+            points: 0,
+            iterations: 0,
+            held: false,
+        };
+        let fit = self.refinement.fit();
+        let faces = fit.coarse.mesh.faces().to_vec();
+        // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
+        let anything = self.missed > 0;
+        let trusted = |point: &SurfacePoint| {
+            let corners = faces[point.face].iter().zip(point.barycentric);
+            let confidence: f64 = corners.map(|(&v, w)| w * f64::from(last.confidence[v])).sum();
+            anything || confidence > HIDDEN
+        };
+        for (k, &blur) in blurs.iter().enumerate() {
+            let round = Round {
+                resolution: Resolution::Coarse,
+                blur,
+                margin: MARGIN_PX,
+                rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
+                steps: self.options.steps,
+            };
+            let fitted = fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[])?;
+            mesh.vertices = fitted.vertices;
+            mesh.iterations += fitted.report.iterations;
+            mesh.confidence = fitted.agreement.confidence;
+            mesh.agreement = fitted.agreement.whole;
+            mesh.points = fitted.agreement.points;
+        }
+        Ok(mesh)
+    }
+
+    /// Makes `mesh` that of the newest frame, or counts a miss.
+    fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
+        let in_view = mesh.points >= self.options.fewest_points;
+        // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
+        let enough = if self.searched.is_some() {
+            self.options.start_agreement
+        } else {
+            self.options.least_agreement
+        };
+        let confirmed = mesh.agreement >= enough && in_view;
+        if confirmed {
+            self.missed = 0;
+            self.frames[newest].mesh = Some(mesh.clone());
+            self.show(newest, mesh);
+            return;
+        }
+        self.missed += 1;
+        // What has left the view has nothing to come back with: no patience.
+        if self.missed >= self.options.patience || !in_view {
+            let iterations = mesh.iterations;
+            self.lose();
+            self.current.frame = self.frames[newest].frame;
+            self.current.iterations = iterations;
+            return;
+        }
+        // Stand still: the next frame may show it again.
+        let held = Mesh {
+            vertices: last.vertices,
+            held: true,
+            ..mesh
+        };
+        self.frames[newest].mesh = Some(held.clone());
+        self.show(newest, held);
+    }
+
+    fn show(&mut self, index: usize, mesh: Mesh) {
+        let fit = self.refinement.fit();
+        self.current = Tracked {
+            frame: self.frames[index].frame,
+            found: true,
+            vertices_camera: fit.refined(&mesh.vertices),
+            confidence: fit.refined_confidence(&mesh.confidence),
+            agreement: mesh.agreement,
+            iterations: mesh.iterations,
+        };
+    }
+
+    fn lose(&mut self) {
+        self.missed = 0;
+        self.searched = None;
+        self.current = Tracked {
+            frame: self.current.frame,
+            ..Tracked::default()
+        };
+    }
+}
+
+/// Pixels inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
+/// beside the sheet there, and creep out over it.
+const MARGIN_PX: usize = 2;
+
+/// Confidence around a point below which it is taken as hidden.
+const HIDDEN: f64 = 0.25;

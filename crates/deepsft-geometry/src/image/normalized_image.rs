@@ -1,0 +1,369 @@
+//! Grey values freed from light and gain.
+
+use super::picture::Picture;
+use glam::DVec2;
+
+/// Grey levels added to the local deviation, so that noise on an even surface is not blown up to texture.
+const FLOOR_LEVELS: f32 = 4.0;
+
+/// Gaussian windows are cut off at this many standard deviations.
+const WINDOW_SIGMAS: f32 = 3.0;
+
+/// Taken off grey values before they are squared, so that rounding does not spoil the deviation.
+const MIDDLE_LEVEL: f32 = 128.0;
+
+/// Share of a blurred neighbourhood that must be seen for a value to exist.
+const LEAST_SUPPORT: f32 = 0.02;
+
+/// A grey image, row-major, 0..=255.
+#[derive(Clone, Debug)]
+pub(crate) struct GreyImage {
+    pub width: usize,
+    pub height: usize,
+    pub values: Vec<f32>,
+}
+
+impl GreyImage {
+    /// Rec. 601 luma of the stored (gamma) values.
+    pub fn of(picture: &Picture) -> Self {
+        let luma = |c: &[u8]| 0.299 * f32::from(c[0]) + 0.587 * f32::from(c[1]) + 0.114 * f32::from(c[2]);
+        Self {
+            width: picture.width(),
+            height: picture.height(),
+            values: picture.rgb().chunks_exact(3).map(luma).collect(),
+        }
+    }
+}
+
+/// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
+/// light and exposure change.
+#[derive(Clone, Debug)]
+pub struct NormalizedImage {
+    width: usize,
+    height: usize,
+    /// The part of the picture that has values; elsewhere they are 0.
+    part: Part,
+    values: Vec<f32>,
+}
+
+impl NormalizedImage {
+    /// Blurs the grey picture with a Gaussian of `blur_px` (0 for none; large first, small last when a fit
+    /// goes from coarse to fine), then subtracts the mean and divides by the deviation plus 4 grey
+    /// levels in a Gaussian window of `window_px` (8 suits prints seen on a 480 x 270 image).
+    pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
+        let grey = GreyImage::of(picture);
+        let everywhere = vec![1.0; grey.values.len()];
+        Normalizer::new(&everywhere, grey.width, blur_px, window_px).normalize(&grey)
+    }
+
+    /// Value of the pixel with row-major index `index`.
+    pub(crate) fn pixel(&self, index: usize) -> f64 {
+        self.value(index % self.width, index / self.width)
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Bilinear value and its gradient (per pixel) at an image position, pixel centres at half integers;
+    /// `None` outside the outermost pixel centres.
+    pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {
+        let p = at - 0.5;
+        let last = DVec2::new((self.width - 1) as f64, (self.height - 1) as f64);
+        if !(p.x >= 0.0 && p.y >= 0.0 && p.x < last.x && p.y < last.y) {
+            return None;
+        }
+        let (x, y) = (p.x as usize, p.y as usize);
+        let (fx, fy) = (p.x - x as f64, p.y - y as f64);
+        let [a, b, c, d] = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| self.value(x, y));
+        let gradient = DVec2::new((b - a) * (1.0 - fy) + (d - c) * fy, (c - a) * (1.0 - fx) + (d - b) * fx);
+        Some((a + gradient.x * fx + (c - a) * fy, gradient))
+    }
+
+    fn value(&self, x: usize, y: usize) -> f64 {
+        let (x, y) = (x.wrapping_sub(self.part.left), y.wrapping_sub(self.part.top));
+        if x < self.part.width && y < self.part.height {
+            f64::from(self.values[y * self.part.width + x])
+        } else {
+            0.0
+        }
+    }
+}
+
+/// A rectangle of an image, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Part {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Part {
+    /// The smallest that holds all pixels where `mask` (rows of `width`) is above 0, and `margin` more on all sides.
+    fn around(mask: &[f32], width: usize, margin: usize) -> Self {
+        let height = mask.len() / width;
+        let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
+        for (y, row) in mask.chunks_exact(width).enumerate() {
+            let Some(first) = row.iter().position(|&m| m > 0.0) else {
+                continue;
+            };
+            let last = row.iter().rposition(|&m| m > 0.0).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last + 1));
+            (top, bottom) = (top.min(y), y + 1);
+        }
+        let (left, top) = (
+            left.min(right).saturating_sub(margin),
+            top.min(bottom).saturating_sub(margin),
+        );
+        Self {
+            left,
+            top,
+            width: (right + margin).min(width) - left,
+            height: (bottom + margin).min(height) - top,
+        }
+    }
+
+    /// The rows of the rectangle in an image with rows of `width`.
+    fn rows<'a>(&self, image: &'a [f32], width: usize) -> impl Iterator<Item = &'a [f32]> {
+        let Self {
+            left, width: columns, ..
+        } = *self;
+        let rows = image.chunks_exact(width.max(1)).skip(self.top).take(self.height);
+        rows.map(move |row| &row[left..left + columns])
+    }
+}
+
+/// Normalises pictures under one mask: all averages run over the mask's pixels alone, so that nothing leaks in from
+/// what lies beside or before the object.
+///
+/// Mean and deviation change slowly, over the window's width: they are taken on cells of 4 x 4 pixels and
+/// interpolated, which makes them cost less than the blur (a twentieth of what they cost pixel by pixel).
+pub(crate) struct Normalizer {
+    width: usize,
+    height: usize,
+    part: Part,
+    mask: Vec<f32>,
+    blur: Vec<f32>,
+    /// 1 / the share of the blurred neighbourhood that is seen, 0 where that is next to nothing.
+    per_support: Vec<f32>,
+    window: Vec<f32>,
+    /// Seen pixels around each cell.
+    cell_support: Vec<f32>,
+}
+
+/// Pixels a side of the cells in which mean and deviation are taken.
+const CELL: usize = 4;
+
+impl Normalizer {
+    /// For a `mask` (0 or 1 a pixel, row-major, `width` columns); `blur_px` and `window_px` as in
+    /// [`NormalizedImage::new`].
+    pub fn new(mask: &[f32], width: usize, blur_px: f32, window_px: f32) -> Self {
+        let blur = half_gaussian(blur_px);
+        let part = Part::around(mask, width, blur.len() + 1);
+        let seen: Vec<f32> = part.rows(mask, width).flatten().copied().collect();
+        let support = blurred(&seen, part.width, part.height, &blur);
+        let per_support = support
+            .into_iter()
+            .map(|s| if s > LEAST_SUPPORT { s.recip() } else { 0.0 })
+            .collect();
+        let mut this = Self {
+            width,
+            height: mask.len() / width.max(1),
+            part,
+            mask: seen,
+            blur,
+            per_support,
+            window: half_gaussian(window_px / CELL as f32),
+            cell_support: Vec::new(),
+        };
+        this.cell_support = this.around_cells(|i| this.mask[i]);
+        this
+    }
+
+    /// The normalised picture, of the mask's size. 0 where nothing is seen nearby.
+    pub fn normalize(&self, grey: &GreyImage) -> NormalizedImage {
+        let rows = self.part.rows(&grey.values, self.width).flatten();
+        let masked: Vec<f32> = rows.zip(&self.mask).map(|(v, m)| (v - MIDDLE_LEVEL) * m).collect();
+        let mut values = blurred(&masked, self.part.width, self.part.height, &self.blur);
+        values.iter_mut().zip(&self.per_support).for_each(|(v, s)| *v *= s);
+        let sums = self.around_cells(|i| self.mask[i] * values[i]);
+        let squares = self.around_cells(|i| self.mask[i] * values[i] * values[i]);
+        let statistics = self.cell_support.iter().zip(sums.iter().zip(&squares));
+        let (means, gains): (Vec<f32>, Vec<f32>) = statistics
+            .map(|(&n, (sum, square))| {
+                if n <= LEAST_SUPPORT {
+                    return (0.0, 0.0);
+                }
+                let mean = sum / n;
+                let variance = square / n - mean * mean;
+                (mean, (variance.max(0.0).sqrt() + FLOOR_LEVELS).recip())
+            })
+            .unzip();
+        self.subtract_and_scale(&mut values, &means, &gains);
+        NormalizedImage {
+            width: self.width,
+            height: self.height,
+            part: self.part,
+            values,
+        }
+    }
+
+    /// Columns and rows of cells.
+    fn cells(&self) -> (usize, usize) {
+        (self.part.width.div_ceil(CELL), self.part.height.div_ceil(CELL))
+    }
+
+    /// Sums of `value` over cells, a pixel's share of a whole cell, averaged over the window.
+    fn around_cells(&self, value: impl Fn(usize) -> f32) -> Vec<f32> {
+        let (columns, rows) = self.cells();
+        let mut sums = vec![0.0_f32; columns * rows];
+        for y in 0..self.part.height {
+            let row = &mut sums[y / CELL * columns..][..columns];
+            for x in 0..self.part.width {
+                row[x / CELL] += value(y * self.part.width + x);
+            }
+        }
+        let share = ((CELL * CELL) as f32).recip();
+        sums.iter_mut().for_each(|s| *s *= share);
+        blurred(&sums, columns, rows, &self.window)
+    }
+
+    /// (value - mean) gain at every pixel with something seen nearby, mean and gain bilinear between the cells' centres.
+    fn subtract_and_scale(&self, values: &mut [f32], means: &[f32], gains: &[f32]) {
+        let (columns, rows) = self.cells();
+        let place = |pixel: usize, cells: usize| {
+            let at = ((pixel as f32 + 0.5) / CELL as f32 - 0.5).clamp(0.0, (cells - 1) as f32);
+            let first = at as usize;
+            (first, (first + 1).min(cells - 1), at - first as f32)
+        };
+        let across: Vec<_> = (0..self.part.width).map(|x| place(x, columns)).collect();
+        let (mut mean_row, mut gain_row) = (vec![0.0_f32; columns], vec![0.0_f32; columns]);
+        for (y, row) in values.chunks_exact_mut(self.part.width.max(1)).enumerate() {
+            let (above, below, b) = place(y, rows);
+            let lerp = |cells: &[f32], out: &mut [f32]| {
+                let (above, below) = (
+                    &cells[above * columns..][..columns],
+                    &cells[below * columns..][..columns],
+                );
+                for ((o, a), c) in out.iter_mut().zip(above).zip(below) {
+                    *o = a + b * (c - a);
+                }
+            };
+            lerp(means, &mut mean_row);
+            lerp(gains, &mut gain_row);
+            let supports = &self.per_support[y * self.part.width..];
+            for ((value, &(left, right, a)), &support) in row.iter_mut().zip(&across).zip(supports) {
+                let mean = mean_row[left] + a * (mean_row[right] - mean_row[left]);
+                let gain = gain_row[left] + a * (gain_row[right] - gain_row[left]);
+                *value = if support > 0.0 { (*value - mean) * gain } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// The middle and one side of a Gaussian window that sums to 1; 1 alone when `deviation` is not positive.
+fn half_gaussian(deviation: f32) -> Vec<f32> {
+    if deviation <= 0.0 || deviation.is_nan() {
+        return vec![1.0];
+    }
+    let radius = (WINDOW_SIGMAS * deviation).ceil() as usize;
+    let window: Vec<f32> = (0..=radius)
+        .map(|k| (-0.5 * (k as f32 / deviation).powi(2)).exp())
+        .collect();
+    let sum = window[0] + 2.0 * window[1..].iter().sum::<f32>();
+    window.into_iter().map(|w| w / sum).collect()
+}
+
+/// Separable blur with a symmetric window (its middle and one side), nothing beyond the edge.
+fn blurred(values: &[f32], width: usize, height: usize, window: &[f32]) -> Vec<f32> {
+    let radius = window.len() - 1;
+    if radius == 0 || width == 0 {
+        return values.to_vec();
+    }
+    let mut across = vec![0.0_f32; values.len()];
+    let mut padded = vec![0.0_f32; width + 2 * radius];
+    for (row, out) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
+        padded[radius..radius + width].copy_from_slice(row);
+        out.iter_mut().zip(row).for_each(|(o, v)| *o = window[0] * v);
+        for (k, &weight) in window.iter().enumerate().skip(1) {
+            let (before, after) = (&padded[radius - k..][..width], &padded[radius + k..][..width]);
+            add_pairs(out, before, after, weight);
+        }
+    }
+    let mut down: Vec<f32> = across.iter().map(|v| window[0] * v).collect();
+    let none = vec![0.0_f32; width];
+    let row = |y: Option<usize>| {
+        y.filter(|&y| y < height)
+            .map_or(&none[..], |y| &across[y * width..][..width])
+    };
+    for (y, out) in down.chunks_exact_mut(width).enumerate() {
+        for (k, &weight) in window.iter().enumerate().skip(1) {
+            add_pairs(out, row(y.checked_sub(k)), row(Some(y + k)), weight);
+        }
+    }
+    down
+}
+
+fn add_pairs(out: &mut [f32], before: &[f32], after: &[f32], weight: f32) {
+    for ((o, a), b) in out.iter_mut().zip(before).zip(after) {
+        *o += weight * (a + b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_darker_picture_with_less_contrast_has_nearly_the_same_normalised_values() {
+        let pattern = |x: usize, y: usize| 40 + (x * 37 + y * 61) % 160;
+        let bright = Picture::from_fn(60, 50, |x, y| [pattern(x, y) as u8; 3]);
+        let dark = Picture::from_fn(60, 50, |x, y| [(10 + pattern(x, y) / 2) as u8; 3]);
+        let [bright, dark] = [bright, dark].map(|p| NormalizedImage::new(&p, 1.0, 8.0));
+        let (mut apart, mut size) = (0.0_f32, 0.0_f32);
+        for (a, b) in bright.values.iter().zip(&dark.values) {
+            apart += (a - b).powi(2);
+            size += a * a;
+        }
+        // The 4 grey levels and rounding to bytes: a fifth of a deviation of some 10 grey levels.
+        assert!(size > 100.0 && apart < 0.1 * size, "{apart} {size}");
+    }
+
+    #[test]
+    fn what_lies_outside_the_mask_does_not_matter() {
+        let pattern = |x: usize, y: usize| 40 + (x * 37 + y * 61) % 160;
+        let picture = Picture::from_fn(64, 48, |x, y| [pattern(x, y) as u8; 3]);
+        let painted = Picture::from_fn(64, 48, |x, y| [if x < 40 { pattern(x, y) as u8 } else { 255 }; 3]);
+        let mask: Vec<f32> = (0..64 * 48).map(|i| f32::from(u8::from(i % 64 < 40))).collect();
+        let [one, other] = [picture, painted].map(|p| {
+            Normalizer::new(&mask, 64, 2.0, 8.0)
+                .normalize(&GreyImage::of(&p))
+                .values
+        });
+        assert_eq!(one, other);
+        assert!(one.iter().any(|v| v.abs() > 0.5));
+    }
+
+    #[test]
+    fn an_even_picture_is_zero_and_the_gradient_is_that_of_the_value() {
+        let even = NormalizedImage::new(&Picture::from_fn(20, 10, |_, _| [99; 3]), 2.0, 4.0);
+        assert!(even.values.iter().all(|v| v.abs() < 1e-3));
+        let image = NormalizedImage::new(&Picture::from_fn(20, 10, |x, y| [(x * x + 7 * y) as u8; 3]), 0.0, 4.0);
+        let at = DVec2::new(7.3, 4.9);
+        let (_, gradient) = image.sample(at).unwrap();
+        for axis in [DVec2::X, DVec2::Y] {
+            let moved = |by: f64| image.sample(at + by * axis).unwrap().0;
+            // Bilinear: exact within a pixel but for rounding.
+            assert!(((moved(1e-3) - moved(-1e-3)) / 2e-3 - gradient.dot(axis)).abs() < 1e-9);
+        }
+        assert_eq!(image.sample(DVec2::new(0.4, 5.0)), None);
+        assert_eq!(image.sample(DVec2::NAN), None);
+    }
+}

@@ -1,0 +1,117 @@
+//! An 8-bit RGB picture in memory.
+
+use crate::error::GeometryError;
+
+/// An 8-bit sRGB picture, row-major, three bytes a pixel, first row on top.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Picture {
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+impl std::fmt::Debug for Picture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Picture({} x {})", self.width, self.height)
+    }
+}
+
+impl Picture {
+    /// Takes a buffer of `3 * width * height` bytes.
+    ///
+    /// # Errors
+    /// [`GeometryError::PictureEmpty`] without pixels, [`GeometryError::PictureSize`] when the
+    /// buffer's length does not fit.
+    pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Self, GeometryError> {
+        if width == 0 || height == 0 {
+            return Err(GeometryError::PictureEmpty { width, height });
+        }
+        let expected = 3 * width * height;
+        if rgb.len() != expected {
+            return Err(GeometryError::PictureSize {
+                width,
+                height,
+                actual: rgb.len(),
+                expected,
+            });
+        }
+        Ok(Self { width, height, rgb })
+    }
+
+    /// A picture whose pixel (column `x`, row `y`) is `color(x, y)`. A zero side is taken as one.
+    pub fn from_fn(width: usize, height: usize, mut color: impl FnMut(usize, usize) -> [u8; 3]) -> Self {
+        let (width, height) = (width.max(1), height.max(1));
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for x in 0..width {
+                rgb.extend_from_slice(&color(x, y));
+            }
+        }
+        Self { width, height, rgb }
+    }
+
+    /// A picture of rows that were just filled, three bytes a pixel.
+    pub(crate) fn from_rows(width: usize, height: usize, rgb: Vec<u8>) -> Self {
+        debug_assert_eq!(rgb.len(), 3 * width * height);
+        Self { width, height, rgb }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The bytes, row-major, three a pixel.
+    pub fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+
+    /// Gives the bytes away.
+    pub fn into_rgb(self) -> Vec<u8> {
+        self.rgb
+    }
+
+    /// The pixel at column `x`, row `y`, both clamped into the picture.
+    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
+        let i = 3 * (y.min(self.height - 1) * self.width + x.min(self.width - 1));
+        [self.rgb[i], self.rgb[i + 1], self.rgb[i + 2]]
+    }
+
+    /// Bilinear value in 0..=255 at image position (`x`, `y`) in pixels, pixel centres at half
+    /// integers, edges repeated.
+    pub fn sample(&self, x: f64, y: f64) -> [f32; 3] {
+        let fx = (x - 0.5).clamp(0.0, (self.width - 1) as f64);
+        let fy = (y - 0.5).clamp(0.0, (self.height - 1) as f64);
+        let (x0, y0) = (fx as usize, fy as usize);
+        let (ax, ay) = ((fx - x0 as f64) as f32, (fy - y0 as f64) as f32);
+        let (a, b) = (self.pixel(x0, y0), self.pixel(x0 + 1, y0));
+        let (c, d) = (self.pixel(x0, y0 + 1), self.pixel(x0 + 1, y0 + 1));
+        std::array::from_fn(|k| {
+            let top = f32::from(a[k]) * (1.0 - ax) + f32::from(b[k]) * ax;
+            let bottom = f32::from(c[k]) * (1.0 - ax) + f32::from(d[k]) * ax;
+            top * (1.0 - ay) + bottom * ay
+        })
+    }
+
+    /// The picture at half the size (rounded down, at least one pixel), each pixel the mean of the
+    /// four it covers: the next level of a mipmap.
+    pub fn halved(&self) -> Self {
+        Self::from_fn(self.width / 2, self.height / 2, |x, y| {
+            let p = [
+                self.pixel(2 * x, 2 * y),
+                self.pixel(2 * x + 1, 2 * y),
+                self.pixel(2 * x, 2 * y + 1),
+                self.pixel(2 * x + 1, 2 * y + 1),
+            ];
+            std::array::from_fn(|k| {
+                let sum: u16 = p.iter().map(|c| u16::from(c[k])).sum();
+                ((sum + 2) / 4) as u8
+            })
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! Depth and registration maps.
+
+use crate::error::GeometryError;
+
+/// Value of depth and of both registration coordinates outside the object.
+pub const OUTSIDE: f32 = -1.0;
+
+/// What the camera sees of the object: for every pixel its depth in mm and its texture position.
+/// Row-major; outside the object depth is -1 and registration (-1, -1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Maps {
+    width: usize,
+    height: usize,
+    depth: Vec<f32>,
+    registration: Vec<[f32; 2]>,
+}
+
+impl Maps {
+    /// Maps of `width` x `height` pixels in which nothing is seen.
+    pub fn empty(width: usize, height: usize) -> Self {
+        let pixels = width * height;
+        Self {
+            width,
+            height,
+            depth: vec![OUTSIDE; pixels],
+            registration: vec![[OUTSIDE; 2]; pixels],
+        }
+    }
+
+    /// Takes both maps, row-major.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when a map does not have `width * height` entries.
+    pub fn new(
+        width: usize,
+        height: usize,
+        depth: Vec<f32>,
+        registration: Vec<[f32; 2]>,
+    ) -> Result<Self, GeometryError> {
+        for length in [depth.len(), registration.len()] {
+            if length != width * height {
+                return Err(GeometryError::MapSize {
+                    actual: (length, 1),
+                    expected: (width, height),
+                });
+            }
+        }
+        Ok(Self {
+            width,
+            height,
+            depth,
+            registration,
+        })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Depth (camera-frame z) in mm, -1 outside.
+    pub fn depth(&self) -> &[f32] {
+        &self.depth
+    }
+
+    /// Registration (u, v), (-1, -1) outside.
+    pub fn registration(&self) -> &[[f32; 2]] {
+        &self.registration
+    }
+
+    /// Sets the pixel with row-major index `pixel`.
+    pub fn set(&mut self, pixel: usize, depth_mm: f32, uv: [f32; 2]) {
+        self.depth[pixel] = depth_mm;
+        self.registration[pixel] = uv;
+    }
+
+    /// Marks the pixel with row-major index `pixel` as outside the object.
+    pub fn clear(&mut self, pixel: usize) {
+        self.set(pixel, OUTSIDE, [OUTSIDE; 2]);
+    }
+
+    /// These maps in the mask of `seen`, maps of the same size: what they show outside it is cleared, and what they lack
+    /// inside it is that of `seen`. A mesh is drawn whole, `seen` knows what lies in front of it.
+    #[must_use]
+    pub fn within(mut self, seen: &Self) -> Self {
+        for pixel in 0..self.depth.len().min(seen.depth.len()) {
+            match (seen.inside(pixel), self.inside(pixel)) {
+                (true, false) => self.set(pixel, seen.depth[pixel], seen.registration[pixel]),
+                (false, true) => self.clear(pixel),
+                _ => {}
+            }
+        }
+        self
+    }
+
+    /// Whether the object is seen at row-major index `pixel`: depth above -1.
+    pub fn inside(&self, pixel: usize) -> bool {
+        self.depth[pixel] > OUTSIDE
+    }
+
+    /// One flag a pixel: is the object seen there.
+    pub fn mask(&self) -> Vec<bool> {
+        self.depth.iter().map(|&d| d > OUTSIDE).collect()
+    }
+
+    /// Number of pixels in which the object is seen.
+    pub fn area(&self) -> usize {
+        self.depth.iter().filter(|&&d| d > OUTSIDE).count()
+    }
+}

@@ -1,0 +1,118 @@
+//! Islands of a mask: pieces too small to be the object.
+
+use super::depth_and_registration::Maps;
+use crate::mesh::DisjointSets;
+use std::ops::Range;
+
+/// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `least_share` of the largest
+/// piece's pixels, and gives the number of pixels cleared. A hand before a sheet cuts it into several
+/// large pieces, which stay; a few pixels far from it are a network's mistake. Linear in the mask's area.
+///
+/// ```
+/// use deepsft_geometry::{Maps, remove_islands};
+/// let mut maps = Maps::empty(480, 270);
+/// (0..100).for_each(|x| maps.set(480 + x, 500.0, [0.5, 0.5]));
+/// maps.set(48_000, 500.0, [0.5, 0.5]);
+/// assert_eq!(remove_islands(&mut maps, 0.05), 1);
+/// assert_eq!(maps.area(), 100);
+/// ```
+pub fn remove_islands(maps: &mut Maps, least_share: f64) -> usize {
+    let width = maps.width();
+    // Pixels of one row that are next to each other and inside the mask, and which of these runs hang together.
+    let (mut runs, mut pieces) = (Vec::<Range<usize>>::new(), DisjointSets::default());
+    let mut above = 0..0;
+    for row in 0..maps.height() {
+        let first = runs.len();
+        let mut start = None;
+        for pixel in row * width..=(row + 1) * width {
+            let inside = pixel < (row + 1) * width && maps.inside(pixel);
+            match (start, inside) {
+                (None, true) => start = Some(pixel),
+                (Some(from), false) => {
+                    runs.push(from..pixel);
+                    pieces.add();
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        // Both rows' runs ascend: walk them side by side.
+        let (mut upper, mut lower) = (above.start, first);
+        while upper < above.end && lower < runs.len() {
+            let (top, bottom) = (&runs[upper], &runs[lower]);
+            if top.start + width < bottom.end && bottom.start < top.end + width {
+                pieces.join(upper, lower);
+            }
+            if runs[upper].end + width < runs[lower].end {
+                upper += 1;
+            } else {
+                lower += 1;
+            }
+        }
+        above = first..runs.len();
+    }
+    let mut areas = vec![0; runs.len()];
+    for (index, run) in runs.iter().enumerate() {
+        areas[pieces.first(index)] += run.len();
+    }
+    let largest = areas.iter().copied().max().unwrap_or(0);
+    let mut cleared = 0;
+    for (index, run) in runs.into_iter().enumerate() {
+        if (areas[pieces.first(index)] as f64) < least_share * largest as f64 {
+            cleared += run.len();
+            run.for_each(|pixel| maps.clear(pixel));
+        }
+    }
+    cleared
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn maps(rows: &[&str]) -> Maps {
+        let mut maps = Maps::empty(rows[0].len(), rows.len());
+        for (pixel, mark) in rows.concat().bytes().enumerate() {
+            if mark == b'#' {
+                maps.set(pixel, 500.0, [0.5; 2]);
+            }
+        }
+        maps
+    }
+
+    #[test]
+    fn a_piece_is_joined_by_sides_however_it_winds() {
+        // One spiral of 30, one U of 7 whose arms meet last, one pixel that touches the spiral at a corner only.
+        let drawn = [
+            "########..#.#",
+            "#......#..#.#",
+            "#.####.#..###",
+            "#.#..#.#.....",
+            "#.#....#.....",
+            "#.######.....",
+            ".#...........",
+        ];
+        let mut all = maps(&drawn);
+        assert_eq!(remove_islands(&mut all, 0.0), 0);
+        assert_eq!(all, maps(&drawn));
+        assert_eq!(remove_islands(&mut all, 0.2), 1);
+        assert!(!all.inside(6 * 13 + 1) && all.inside(10) && all.inside(5 * 13 + 4));
+        assert_eq!(remove_islands(&mut all, 0.3), 7);
+        assert!(!all.inside(10) && all.inside(0));
+    }
+
+    #[test]
+    fn pieces_do_not_join_around_the_end_of_a_row() {
+        let mut two = maps(&["....##", "#.....", "......"]);
+        assert_eq!(remove_islands(&mut two, 0.6), 1);
+        assert!(two.inside(4) && !two.inside(6));
+    }
+
+    #[test]
+    fn nothing_and_everything_have_no_island() {
+        let mut nothing = Maps::empty(7, 5);
+        assert_eq!(remove_islands(&mut nothing, 1.0), 0);
+        let mut everything = maps(&["###", "###"]);
+        assert_eq!(remove_islands(&mut everything, 1.0), 0);
+    }
+}

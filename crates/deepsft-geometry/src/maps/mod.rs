@@ -1,0 +1,13 @@
+//! Depth and registration maps: drawn from a mesh, measured against the truth and against the image.
+
+mod color_response;
+mod depth_and_registration;
+mod islands;
+pub mod metrics;
+mod photo_consistency;
+pub mod raster;
+
+pub use color_response::{ColorMatch, ColorResponse};
+pub use depth_and_registration::{Maps, OUTSIDE};
+pub use islands::remove_islands;
+pub use photo_consistency::{draw_template, mipmap_level, photometric_error, relit_photometric_error};

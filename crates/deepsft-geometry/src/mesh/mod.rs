@@ -1,0 +1,22 @@
+//! Meshes and templates: how they hang together, their points and their rigid motions.
+
+mod disjoint_sets;
+mod rigid_motion;
+mod rotation;
+mod surface_locator;
+mod surface_point;
+mod template;
+mod topology;
+mod triangle_mesh;
+mod welding;
+
+pub use disjoint_sets::DisjointSets;
+pub use rigid_motion::RigidMotion;
+pub(crate) use rotation::nearest_rotation;
+pub use surface_locator::SurfaceLocator;
+pub(crate) use surface_point::AnchoredPoint;
+pub use surface_point::SurfacePoint;
+pub use template::Template;
+pub use topology::{Topology, texture_overlap};
+pub use triangle_mesh::TriangleMesh;
+pub use welding::Welding;

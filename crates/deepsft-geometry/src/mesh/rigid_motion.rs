@@ -1,0 +1,92 @@
+//! The rigid motion that brings one set of points onto another.
+
+use super::rotation::nearest_rotation;
+use glam::{DMat3, DQuat, DVec3};
+
+/// A rotation followed by a translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidMotion {
+    /// The rotation.
+    pub rotation: DQuat,
+    /// The translation, in the points' unit.
+    pub translation: DVec3,
+}
+
+impl RigidMotion {
+    /// The motion that leaves everything where it is.
+    pub const IDENTITY: Self = Self {
+        rotation: DQuat::IDENTITY,
+        translation: DVec3::ZERO,
+    };
+
+    /// The moved point.
+    pub fn apply(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.translation
+    }
+
+    /// The motion without scale that brings the sources onto the targets with the least weighted sum of
+    /// squares (Kabsch 1976, Umeyama 1991). `pairs` are (source, target, weight), weights not negative.
+    /// What the points leave open is taken from `guess`: with points on one line the turn about it, with
+    /// one point the whole rotation, with none everything.
+    pub fn align(pairs: impl Iterator<Item = (DVec3, DVec3, f64)> + Clone, guess: Self) -> Self {
+        let (mut source, mut target, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (a, b, weight) in pairs.clone() {
+            source += weight * a;
+            target += weight * b;
+            total += weight;
+        }
+        if total <= 0.0 {
+            return guess;
+        }
+        let (source, target) = (source / total, target / total);
+        let (mut covariance, mut spread) = (DMat3::ZERO, 0.0_f64);
+        for (a, b, weight) in pairs {
+            let (centred, image) = (a - source, weight * (b - target));
+            covariance += DMat3::from_cols(image * centred.x, image * centred.y, image * centred.z);
+            spread = spread.max(weight * centred.length_squared().max((b - target).length_squared()));
+        }
+        // What rounding leaves of a single point must not choose a rotation.
+        let size = (source.length_squared() + target.length_squared()) * total;
+        let rotation = if spread <= 1e-24 * size {
+            guess.rotation
+        } else {
+            nearest_rotation(covariance, guess.rotation)
+        };
+        Self {
+            rotation,
+            translation: target - rotation * source,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOTION: RigidMotion = RigidMotion {
+        rotation: DQuat::from_xyzw(0.5, -0.5, 0.5, 0.5),
+        translation: DVec3::new(10.0, -20.0, 500.0),
+    };
+
+    #[test]
+    fn four_corners_of_a_sheet_give_its_motion_back_and_a_weight_of_zero_counts_for_nothing() {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let pairs = corners.map(|(x, y)| DVec3::new(100.0 * x, 70.0 * y, 0.0));
+        let pairs = pairs.map(|p| (p, MOTION.apply(p), 2.0));
+        let stray = (DVec3::ONE, DVec3::splat(1e4), 0.0);
+        let found = RigidMotion::align(pairs.into_iter().chain([stray]), RigidMotion::IDENTITY);
+        for (p, q, _) in pairs {
+            assert!((found.apply(p) - q).length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn one_point_is_carried_over_by_the_guessed_rotation_and_none_by_the_guess() {
+        let p = DVec3::new(3.0, 4.0, 5.0);
+        let one = [(p, DVec3::new(0.0, 0.0, 700.0), 1.0)];
+        let found = RigidMotion::align(one.into_iter(), RigidMotion::IDENTITY);
+        assert_eq!(found.rotation, DQuat::IDENTITY);
+        assert!((found.apply(p) - one[0].1).length() < 1e-12);
+        assert_eq!(RigidMotion::align([].into_iter(), MOTION), MOTION);
+    }
+}

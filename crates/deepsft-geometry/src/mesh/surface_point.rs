@@ -1,0 +1,52 @@
+//! Points on the template's faces.
+
+use super::triangle_mesh::TriangleMesh;
+use crate::error::GeometryError;
+use glam::DVec3;
+
+/// A point of the template's surface: a face and barycentric coordinates in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Index of the face.
+    pub face: usize,
+    /// Weights of the face's corners; they sum to 1.
+    pub barycentric: [f64; 3],
+}
+
+/// A surface point with its face looked up: three different vertices and their weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AnchoredPoint {
+    pub corners: [usize; 3],
+    pub barycentric: [f64; 3],
+}
+
+impl AnchoredPoint {
+    /// Looks the face up. `None` for a face that names a vertex twice or weights that are not finite:
+    /// nothing can be measured there.
+    pub(crate) fn new(template: &TriangleMesh, point: SurfacePoint) -> Result<Option<Self>, GeometryError> {
+        let faces = template.faces();
+        let Some(&corners) = faces.get(point.face) else {
+            return Err(GeometryError::FaceOutOfRange {
+                face: point.face,
+                faces: faces.len(),
+            });
+        };
+        let [a, b, c] = corners;
+        let usable = a != b && b != c && c != a && point.barycentric.iter().all(|w| w.is_finite());
+        Ok(usable.then_some(Self {
+            corners,
+            barycentric: point.barycentric,
+        }))
+    }
+
+    /// The point's position.
+    pub(crate) fn position(&self, vertices: &[DVec3]) -> DVec3 {
+        let [a, b, c] = self.corners;
+        self.barycentric[0] * vertices[a] + self.barycentric[1] * vertices[b] + self.barycentric[2] * vertices[c]
+    }
+
+    /// The gradient with respect to the corners of a function with `gradient` at the point.
+    pub(crate) fn spread(&self, gradient: DVec3) -> [(usize, DVec3); 3] {
+        std::array::from_fn(|k| (self.corners[k], self.barycentric[k] * gradient))
+    }
+}

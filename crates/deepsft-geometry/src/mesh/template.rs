@@ -1,0 +1,433 @@
+//! The known object: rest shape and texture.
+
+use super::surface_locator::SurfaceLocator;
+use super::topology::{Topology, texture_overlap};
+use super::triangle_mesh::TriangleMesh;
+use crate::error::GeometryError;
+use crate::image::Picture;
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// Longest side of a grid cell of a thin shell's rest mesh, as a share of the sheet's diagonal.
+const CELL_SHARE: f64 = 1.0 / 36.0;
+
+/// Share of the used texture that may belong to several faces: charts that touch within a texel.
+const MOST_OVERLAP: f64 = 0.02;
+
+/// How far outside the unit square a texture coordinate counts as rounding.
+const TEXTURE_ROUNDING: f64 = 1e-6;
+
+/// A known object: its rest mesh and its texture.
+///
+/// Two kinds. A *sheet* ([`Template::thin_shell`]) is flat, rectangular and has a picture from edge to edge of its front;
+/// its rest mesh is a regular grid in the plane z = 0 of the template frame, centred on the origin (see the crate
+/// documentation for the axes). A *mesh* ([`Template::of_mesh`]) is any textured triangle mesh: open or closed, of any
+/// number of charts and seams.
+#[derive(Clone, Debug)]
+pub struct Template {
+    surface: Surface,
+    /// Millimetres of the unit of u and of v.
+    size_mm: DVec2,
+    mesh: TriangleMesh,
+    texture: Picture,
+}
+
+#[derive(Clone, Debug)]
+enum Surface {
+    /// Vertices across and down.
+    Sheet { columns: usize, rows: usize },
+    /// From texture to surface; shared by clones.
+    Mesh(Arc<SurfaceLocator>),
+}
+
+impl Template {
+    /// A sheet of `width_mm` x `height_mm` that carries `texture` from edge to edge.
+    ///
+    /// # Errors
+    /// [`GeometryError::TemplateSize`] when a side is not positive and finite.
+    pub fn thin_shell(texture: Picture, width_mm: f64, height_mm: f64) -> Result<Self, GeometryError> {
+        for (side, actual) in [("width", width_mm), ("height", height_mm)] {
+            if !(actual.is_finite() && actual > 0.0) {
+                return Err(GeometryError::TemplateSize { side, actual });
+            }
+        }
+        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_SHARE)
+    }
+
+    /// A template of any shape: `mesh` is its rest shape (mm, template frame, faces counter-clockwise seen from outside)
+    /// and carries `texture`. Vertices on a seam stand in it once for each chart, at exactly the same position.
+    ///
+    /// Tolerated: borders, several pieces, edges of more than two faces, faces without area in the texture.
+    ///
+    /// # Errors
+    /// * [`GeometryError::MeshWithoutFaces`], [`GeometryError::UnusedVertex`], [`GeometryError::DegenerateFace`] (no area
+    ///   in space): what cannot be deformed.
+    /// * [`GeometryError::TextureOutside`] beyond the unit square, [`GeometryError::ChartsOverlap`] when 2 % of the
+    ///   texture or more belong to several places of the surface: what cannot be registered.
+    /// * [`GeometryError::FaceOrientation`]: front and back are not told apart.
+    pub fn of_mesh(mesh: TriangleMesh, texture: Picture) -> Result<Self, GeometryError> {
+        if mesh.faces().is_empty() {
+            return Err(GeometryError::MeshWithoutFaces);
+        }
+        let mut used = vec![false; mesh.vertices().len()];
+        for (face, corners) in mesh.faces().iter().enumerate() {
+            let [a, b, c] = corners.map(|v| mesh.vertices()[v]);
+            if (b - a).cross(c - a) == DVec3::ZERO {
+                return Err(GeometryError::DegenerateFace { face });
+            }
+            corners.iter().for_each(|&v| used[v] = true);
+        }
+        if let Some(vertex) = used.iter().position(|used| !used) {
+            return Err(GeometryError::UnusedVertex { vertex });
+        }
+        let unit = |uv: &DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
+        let outside = |uv: &DVec2| uv.distance(unit(uv)) > TEXTURE_ROUNDING;
+        if let Some(vertex) = mesh.texture_coordinates().iter().position(outside) {
+            let DVec2 { x: u, y: v } = mesh.texture_coordinates()[vertex];
+            return Err(GeometryError::TextureOutside { vertex, u, v });
+        }
+        Topology::of(&mesh)?;
+        let overlap = texture_overlap(&mesh);
+        if overlap >= MOST_OVERLAP {
+            return Err(GeometryError::ChartsOverlap {
+                percent: 100.0 * overlap,
+            });
+        }
+        let texture_coordinates = mesh.texture_coordinates().iter().map(unit).collect();
+        let mesh = TriangleMesh::new(mesh.vertices().to_vec(), texture_coordinates, mesh.faces().to_vec())?;
+        Ok(Self {
+            surface: Surface::Mesh(Arc::new(SurfaceLocator::new(&mesh))),
+            size_mm: texture_scale(&mesh),
+            mesh,
+            texture,
+        })
+    }
+
+    /// The same sheet with `times` as large cells.
+    pub(crate) fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
+        self.expect_sheet("a coarser grid")?;
+        let cell = self.size_mm.length() * CELL_SHARE * times as f64;
+        // Nothing is drawn with it.
+        Self::with_cells(
+            Picture::from_fn(1, 1, |_, _| [0; 3]),
+            self.size_mm.x,
+            self.size_mm.y,
+            cell,
+        )
+    }
+
+    fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize), GeometryError> {
+        self.grid().ok_or(GeometryError::NotASheet { operation })
+    }
+
+    fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, GeometryError> {
+        let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
+        Self::of_grid(
+            texture,
+            width_mm,
+            height_mm,
+            (cells(width_mm) + 1, cells(height_mm) + 1),
+        )
+    }
+
+    /// The same sheet with every cell of its grid cut into four: what a method that fits the ordinary mesh is
+    /// tried on, so that it does not find its own mesh again. Vertex (i, j) of this grid is vertex (2 i, 2 j) there.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotASheet`] for a template of another shape.
+    pub fn finer(&self) -> Result<Self, GeometryError> {
+        let (columns, rows) = self.expect_sheet("a finer grid")?;
+        let grid = (2 * columns - 1, 2 * rows - 1);
+        Self::of_grid(self.texture.clone(), self.size_mm.x, self.size_mm.y, grid)
+    }
+
+    /// The same surface with another texture on it.
+    pub fn with_texture(self, texture: Picture) -> Self {
+        Self { texture, ..self }
+    }
+
+    /// A sheet whose mesh has `columns` x `rows` vertices, at least two each.
+    fn of_grid(
+        texture: Picture,
+        width_mm: f64,
+        height_mm: f64,
+        (columns, rows): (usize, usize),
+    ) -> Result<Self, GeometryError> {
+        let mut vertices = Vec::with_capacity(columns * rows);
+        let mut texture_coordinates = Vec::with_capacity(columns * rows);
+        for j in 0..rows {
+            for i in 0..columns {
+                let uv = DVec2::new(i as f64 / (columns - 1) as f64, j as f64 / (rows - 1) as f64);
+                texture_coordinates.push(uv);
+                vertices.push(DVec3::new((uv.x - 0.5) * width_mm, (uv.y - 0.5) * height_mm, 0.0));
+            }
+        }
+        let mut faces = Vec::with_capacity(2 * (columns - 1) * (rows - 1));
+        for j in 0..rows - 1 {
+            for i in 0..columns - 1 {
+                let (a, b) = (j * columns + i, j * columns + i + 1);
+                let (c, d) = (a + columns, b + columns);
+                // The diagonal alternates so that no bending direction is preferred.
+                if (i + j) % 2 == 0 {
+                    faces.extend([[a, c, d], [a, d, b]]);
+                } else {
+                    faces.extend([[a, c, b], [b, c, d]]);
+                }
+            }
+        }
+        let mesh = TriangleMesh::new(vertices, texture_coordinates, faces)?;
+        Ok(Self {
+            surface: Surface::Sheet { columns, rows },
+            size_mm: DVec2::new(width_mm, height_mm),
+            mesh,
+            texture,
+        })
+    }
+
+    /// What a difference of (u, v) is in mm: width and height of a sheet. For other templates the root mean square,
+    /// over the surface, of the millimetres that one unit of u and of v covers, so that a small error of the registration
+    /// times this is about its length on the surface.
+    pub fn size_mm(&self) -> DVec2 {
+        self.size_mm
+    }
+
+    /// Sides of the rest mesh's bounding box, mm.
+    pub fn extent_mm(&self) -> DVec3 {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for p in self.mesh.vertices() {
+            (low, high) = (low.min(*p), high.max(*p));
+        }
+        high - low
+    }
+
+    /// Whether it is a flat sheet.
+    pub fn is_sheet(&self) -> bool {
+        self.grid().is_some()
+    }
+
+    /// Vertices (columns, rows) of a sheet's grid; vertex (i, j) has index j * columns + i. `None` for a template of
+    /// another shape.
+    pub fn grid(&self) -> Option<(usize, usize)> {
+        match self.surface {
+            Surface::Sheet { columns, rows } => Some((columns, rows)),
+            Surface::Mesh(_) => None,
+        }
+    }
+
+    /// The rest mesh, mm, template frame. Faces are counter-clockwise seen from the front (a sheet's -z side), to
+    /// which their normals (b - a) x (c - a) point.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// The texture: a sheet's picture.
+    pub fn texture(&self) -> &Picture {
+        &self.texture
+    }
+
+    /// The point of the rest shape at texture position `uv`, mm, template frame. A sheet's plane goes on beyond its
+    /// edges; of other templates `None` where the texture belongs to no face.
+    pub fn point_template(&self, uv: DVec2) -> Option<DVec3> {
+        match &self.surface {
+            Surface::Sheet { .. } => Some(((uv - 0.5) * self.size_mm).extend(0.0)),
+            Surface::Mesh(locator) => {
+                let point = locator.locate(uv)?;
+                let corners = self.mesh.faces()[point.face].map(|v| self.mesh.vertices()[v]);
+                Some(corners.into_iter().zip(point.barycentric).map(|(p, w)| p * w).sum())
+            }
+        }
+    }
+}
+
+/// Millimetres of the unit of u and of v: medians over the surface, which a few faces that are nearly lines in the texture,
+/// as scans have them, do not change.
+fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
+    // Length along u, along v, and area of each face.
+    let mut scales = Vec::with_capacity(mesh.faces().len());
+    for face in mesh.faces() {
+        let [a, b, c] = face.map(|v| mesh.vertices()[v]);
+        let [p, q, r] = face.map(|v| mesh.texture_coordinates()[v]);
+        let (e, f, s, t) = (b - a, c - a, q - p, r - p);
+        let determinant = s.perp_dot(t);
+        if determinant == 0.0 {
+            continue;
+        }
+        // The surface as a function of (u, v): its derivatives.
+        let along_u = (e * t.y - f * s.y) / determinant;
+        let along_v = (f * s.x - e * t.x) / determinant;
+        scales.push([along_u.length(), along_v.length(), e.cross(f).length()]);
+    }
+    let half = scales.iter().map(|face| face[2]).sum::<f64>() / 2.0;
+    let mut median = |axis: usize| {
+        scales.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+        let mut below = 0.0;
+        let middle = scales.iter().find(|face| {
+            below += face[2];
+            below >= half
+        });
+        middle.map_or(1.0, |face| face[axis])
+    };
+    DVec2::new(median(0), median(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sheet() -> Template {
+        Template::thin_shell(Picture::from_fn(4, 3, |x, y| [x as u8, y as u8, 0]), 297.0, 210.0).unwrap()
+    }
+
+    #[test]
+    fn the_grid_is_centred_and_its_faces_look_at_minus_z() {
+        let template = sheet();
+        let mesh = template.mesh();
+        let (columns, rows) = template.grid().unwrap();
+        assert_eq!(mesh.vertices().len(), columns * rows);
+        assert_eq!(mesh.vertices()[0], DVec3::new(-148.5, -105.0, 0.0));
+        assert_eq!(
+            template.point_template(DVec2::new(1.0, 0.5)),
+            Some(DVec3::new(148.5, 0.0, 0.0))
+        );
+        let mut area = 0.0;
+        for &[a, b, c] in mesh.faces() {
+            let v = mesh.vertices();
+            let normal = (v[b] - v[a]).cross(v[c] - v[a]);
+            assert!(normal.z < 0.0);
+            area += normal.length() / 2.0;
+        }
+        assert!((area - 297.0 * 210.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_finer_sheet_keeps_the_vertices_and_halves_the_cells() {
+        let template = sheet();
+        let finer = template.finer().unwrap();
+        let ((columns, rows), (fine_columns, fine_rows)) = (template.grid().unwrap(), finer.grid().unwrap());
+        assert_eq!(finer.mesh().faces().len(), 4 * template.mesh().faces().len());
+        assert_eq!(finer.mesh().vertices().len(), fine_columns * fine_rows);
+        for j in 0..rows {
+            for i in 0..columns {
+                let there = finer.mesh().vertices()[2 * j * fine_columns + 2 * i];
+                // u is a quotient of small whole numbers: the same but for rounding.
+                assert!(there.distance(template.mesh().vertices()[j * columns + i]) < 1e-9);
+            }
+        }
+        assert_eq!(finer.size_mm(), template.size_mm());
+    }
+
+    #[test]
+    fn a_sheet_without_a_size_is_refused() {
+        for width in [0.0, -3.0, f64::NAN, f64::INFINITY] {
+            let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
+            assert!(matches!(
+                Template::thin_shell(picture, width, 10.0),
+                Err(GeometryError::TemplateSize { side: "width", .. })
+            ));
+        }
+    }
+
+    type Faces = Vec<[usize; 3]>;
+    type Change<'a> = &'a dyn Fn(&mut Vec<DVec3>, &mut Vec<DVec2>, &mut Faces);
+
+    /// A box without lid: five charts in a row of the texture, each side a square of 100 mm, the floor 100 x 200 mm.
+    fn open_box() -> (Vec<DVec3>, Vec<DVec2>, Faces) {
+        // (origin, one side, the other): their cross product points outwards.
+        let side = [
+            (DVec3::ZERO, DVec3::Y * 200.0, DVec3::X * 100.0),
+            (DVec3::ZERO, DVec3::X * 100.0, DVec3::Z * 100.0),
+            (DVec3::Y * 200.0, DVec3::Z * 100.0, DVec3::X * 100.0),
+            (DVec3::ZERO, DVec3::Z * 100.0, DVec3::Y * 200.0),
+            (DVec3::X * 100.0, DVec3::Y * 200.0, DVec3::Z * 100.0),
+        ];
+        let (mut vertices, mut uv, mut faces) = (vec![], vec![], vec![]);
+        for (k, (origin, a, b)) in side.into_iter().enumerate() {
+            let n = vertices.len();
+            vertices.extend([origin, origin + a, origin + a + b, origin + b]);
+            let left = 0.2 * k as f64;
+            uv.extend([(0.01, 0.0), (0.19, 0.0), (0.19, 0.5), (0.01, 0.5)].map(|(u, v)| DVec2::new(left + u, v)));
+            faces.extend([[n, n + 1, n + 2], [n, n + 2, n + 3]]);
+        }
+        (vertices, uv, faces)
+    }
+
+    fn of_mesh(vertices: Vec<DVec3>, uv: Vec<DVec2>, faces: Vec<[usize; 3]>) -> Result<Template, GeometryError> {
+        let mesh = TriangleMesh::new(vertices, uv, faces)?;
+        Template::of_mesh(mesh, Picture::from_fn(2, 2, |_, _| [0; 3]))
+    }
+
+    #[test]
+    fn a_mesh_template_knows_its_charts_its_scale_and_the_point_under_a_texel() {
+        let (vertices, uv, faces) = open_box();
+        let template = of_mesh(vertices, uv, faces).unwrap();
+        assert!(!template.is_sheet());
+        assert_eq!(template.extent_mm(), DVec3::new(100.0, 200.0, 100.0));
+        let topology = Topology::of(template.mesh()).unwrap();
+        assert_eq!((topology.charts, topology.seam_edges, topology.border_edges), (5, 8, 4));
+        // The third side: from (0, 200, 0), u along z (100 mm on 0.18), v along x (100 mm on 0.5).
+        let p = template.point_template(DVec2::new(0.4 + 0.01 + 0.045, 0.125)).unwrap();
+        assert!(p.distance(DVec3::new(25.0, 200.0, 25.0)) < 1e-9, "{p}");
+        assert_eq!(template.point_template(DVec2::new(0.1, 0.7)), None);
+        // Of 8 equal areas 4 have 100 mm on the 0.18 of u and 4 have 200 mm; of the 0.5 of v 6 have 100 mm.
+        let expected = DVec2::new(100.0 / 0.18, 100.0 / 0.5);
+        assert!(
+            template.size_mm().distance(expected) < 1e-6,
+            "{} {expected}",
+            template.size_mm()
+        );
+        // A face of 2 square millimetres that is nearly a line in the texture changes nothing.
+        let (mut vertices, mut uv, mut faces) = open_box();
+        let n = vertices.len();
+        vertices.extend([0.0, 2.0, 4.0].map(|x| DVec3::new(x, -x * x / 2.0, 50.0)));
+        uv.extend([(0.0, 0.6), (0.1, 0.6), (0.2, 0.6 + 1e-6)].map(|(u, v)| DVec2::new(u, v)));
+        faces.push([n, n + 1, n + 2]);
+        let scanned = of_mesh(vertices, uv, faces).unwrap();
+        assert!(scanned.size_mm().distance(expected) < 1e-6, "{}", scanned.size_mm());
+    }
+
+    #[test]
+    fn what_cannot_be_deformed_or_registered_is_refused_with_its_place() {
+        let refused = |change: Change<'_>| {
+            let (mut vertices, mut uv, mut faces) = open_box();
+            change(&mut vertices, &mut uv, &mut faces);
+            of_mesh(vertices, uv, faces).unwrap_err()
+        };
+        assert_eq!(refused(&|_, _, faces| faces.clear()), GeometryError::MeshWithoutFaces);
+        assert_eq!(
+            refused(&|_, _, faces| faces[3] = [4, 4, 6]),
+            GeometryError::DegenerateFace { face: 3 }
+        );
+        assert_eq!(
+            refused(&|vertices, uv, _| {
+                vertices.push(DVec3::ONE);
+                uv.push(DVec2::ZERO);
+            }),
+            GeometryError::UnusedVertex { vertex: 20 }
+        );
+        assert!(matches!(
+            refused(&|_, uv, _| uv[7].y = 1.25),
+            GeometryError::TextureOutside { vertex: 7, .. }
+        ));
+        assert!(matches!(
+            refused(&|_, _, faces| faces[5].swap(0, 1)),
+            GeometryError::FaceOrientation { second: 5, .. }
+        ));
+        // The fifth chart on the first: a quarter of what is used is shared.
+        let overlap = refused(&|_, uv, _| (0..4).for_each(|k| uv[16 + k] = uv[k]));
+        assert!(
+            matches!(overlap, GeometryError::ChartsOverlap { percent } if (percent - 25.0).abs() < 1.0),
+            "{overlap}"
+        );
+    }
+
+    #[test]
+    fn what_needs_a_grid_says_so() {
+        let (vertices, uv, faces) = open_box();
+        let template = of_mesh(vertices, uv, faces).unwrap();
+        for error in [template.finer().unwrap_err(), template.coarser(2).unwrap_err()] {
+            assert!(matches!(error, GeometryError::NotASheet { .. }), "{error}");
+        }
+        let refused = crate::fitting::PhysicsRefinement::new(&template, Default::default());
+        assert!(matches!(refused.err(), Some(GeometryError::NotASheet { .. })));
+    }
+}

@@ -1,0 +1,237 @@
+//! How the faces of a mesh hang together: pieces, texture charts, seams, borders.
+
+use super::disjoint_sets::DisjointSets;
+use super::triangle_mesh::TriangleMesh;
+use super::welding::Welding;
+use crate::error::GeometryError;
+use std::collections::{HashMap, HashSet};
+
+/// Texels a side of the raster on which [`texture_overlap`] counts.
+const OVERLAP_TEXELS: usize = 512;
+
+/// A texel's centre counts to a face when it lies this far inside it (as a barycentric coordinate): neighbours share
+/// their edge.
+const INSIDE: f64 = 1e-6;
+
+/// What a template's mesh is made of. Seams are welded first ([`Welding`]), so a point that stands in the mesh once for
+/// each chart counts once.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template, Topology};
+/// let sheet = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
+/// let topology = Topology::of(sheet.mesh())?;
+/// assert_eq!((topology.pieces, topology.charts, topology.seam_edges), (1, 1, 0));
+/// assert_eq!(topology.genus(), None); // it has a border
+/// # Ok::<(), deepsft_geometry::GeometryError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Topology {
+    /// Connected pieces of the surface.
+    pub pieces: usize,
+    /// Connected pieces of the texture.
+    pub charts: usize,
+    /// Edges along which two charts, or two sides of one, are sewn together.
+    pub seam_edges: usize,
+    /// Edges with a face on one side only: 0 for a closed surface.
+    pub border_edges: usize,
+    /// Edges of more than two faces.
+    pub non_manifold_edges: usize,
+    /// Vertices - edges + faces.
+    pub euler_characteristic: i64,
+}
+
+impl Topology {
+    /// Takes `mesh`, which has its rest shape, apart.
+    ///
+    /// # Errors
+    /// [`GeometryError::FaceOrientation`] where two faces with an edge in common, and no third, have their fronts on
+    /// different sides.
+    pub fn of(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
+        let welding = Welding::of(mesh)?;
+        let welded = welding.mesh();
+        // Each side of a face: its edge, whether it runs from the smaller to the larger vertex, the face, and the edge
+        // in the unwelded mesh.
+        let mut sides: Vec<([usize; 2], bool, usize, [usize; 2])> = Vec::with_capacity(3 * mesh.faces().len());
+        for (face, (corners, original)) in welded.faces().iter().zip(mesh.faces()).enumerate() {
+            for k in 0..3 {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                let (i, j) = (original[k], original[(k + 1) % 3]);
+                sides.push(([a.min(b), a.max(b)], a < b, face, [i.min(j), i.max(j)]));
+            }
+        }
+        sides.sort_unstable();
+        let (mut edges, mut seam_edges, mut border_edges, mut non_manifold_edges) = (0, 0, 0, 0);
+        for around in sides.chunk_by(|a, b| a.0 == b.0) {
+            edges += 1;
+            match around {
+                [_] => border_edges += 1,
+                [one, other] => {
+                    if one.1 == other.1 {
+                        return Err(GeometryError::FaceOrientation {
+                            first: one.2.min(other.2),
+                            second: one.2.max(other.2),
+                        });
+                    }
+                    seam_edges += usize::from(one.3 != other.3);
+                }
+                _ => non_manifold_edges += 1,
+            }
+        }
+        let vertices = welded.vertices().len() as i64;
+        Ok(Self {
+            pieces: pieces(welded),
+            charts: pieces(mesh),
+            seam_edges,
+            border_edges,
+            non_manifold_edges,
+            euler_characteristic: vertices - edges + mesh.faces().len() as i64,
+        })
+    }
+
+    /// Number of handles of a closed manifold surface in one piece (0: a ball, 1: a ring); `None` for any other.
+    pub fn genus(&self) -> Option<u64> {
+        let closed = self.pieces == 1 && self.border_edges == 0 && self.non_manifold_edges == 0;
+        let doubled = 2 - self.euler_characteristic;
+        (closed && doubled >= 0 && doubled % 2 == 0).then_some(doubled.unsigned_abs() / 2)
+    }
+}
+
+/// Number of sets of faces that hang together by vertices.
+fn pieces(mesh: &TriangleMesh) -> usize {
+    let mut sets = DisjointSets::new(mesh.vertices().len());
+    for &[a, b, c] in mesh.faces() {
+        sets.join(a, b);
+        sets.join(a, c);
+    }
+    let firsts: HashSet<usize> = mesh.faces().iter().map(|face| sets.first(face[0])).collect();
+    firsts.len()
+}
+
+/// Share of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the
+/// surface. Measured at the centres of 512 x 512 texels.
+pub fn texture_overlap(mesh: &TriangleMesh) -> f64 {
+    let side = OVERLAP_TEXELS as f64;
+    let mut uses: HashMap<u32, u32> = HashMap::new();
+    for face in mesh.faces() {
+        let [a, b, c] = face.map(|v| mesh.texture_coordinates()[v] * side);
+        let area = (b - a).perp_dot(c - a);
+        if area == 0.0 {
+            continue;
+        }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        // Centres lie at whole numbers plus one half.
+        let range = |low: f64, high: f64| {
+            let first = (low - 0.5).ceil().max(0.0) as usize;
+            first..((high - 0.5).floor().max(-1.0) + 1.0).min(side) as usize
+        };
+        for row in range(low.y, high.y) {
+            for column in range(low.x, high.x) {
+                let p = glam::DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                let second = (p - a).perp_dot(c - a) / area;
+                let third = (b - a).perp_dot(p - a) / area;
+                if second.min(third).min(1.0 - second - third) > INSIDE {
+                    *uses.entry((row * OVERLAP_TEXELS + column) as u32).or_default() += 1;
+                }
+            }
+        }
+    }
+    let shared = uses.values().filter(|&&count| count > 1).count();
+    shared as f64 / uses.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, DVec3};
+
+    /// A square ring of four sides (a tube without ends, or a torus of four-sided sections), vertices shared.
+    fn torus(n: usize, m: usize) -> TriangleMesh {
+        let mut vertices = Vec::new();
+        for i in 0..n {
+            for j in 0..m {
+                let (a, b) = (i as f64 / n as f64, j as f64 / m as f64);
+                let (a, b) = (std::f64::consts::TAU * a, std::f64::consts::TAU * b);
+                let r = 3.0 + b.cos();
+                vertices.push(DVec3::new(r * a.cos(), r * a.sin(), b.sin()));
+            }
+        }
+        let at = |i: usize, j: usize| (i % n) * m + j % m;
+        let mut faces = Vec::new();
+        for i in 0..n {
+            for j in 0..m {
+                faces.extend([
+                    [at(i, j), at(i + 1, j), at(i, j + 1)],
+                    [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)],
+                ]);
+            }
+        }
+        let count = vertices.len();
+        TriangleMesh::new(vertices, vec![DVec2::ZERO; count], faces).unwrap()
+    }
+
+    #[test]
+    fn a_torus_has_one_handle_and_two_are_two_pieces() {
+        let one = torus(8, 5);
+        let topology = Topology::of(&one).unwrap();
+        // V - E + F = 40 - 120 + 80
+        assert_eq!((topology.euler_characteristic, topology.genus()), (0, Some(1)));
+        assert_eq!((topology.pieces, topology.border_edges), (1, 0));
+        let far: Vec<DVec3> = one.vertices().iter().map(|p| *p + DVec3::X * 20.0).collect();
+        let faces = one.faces().iter().copied();
+        let both = faces.clone().chain(faces.map(|f| f.map(|v| v + 40))).collect();
+        let both = TriangleMesh::new([one.vertices(), &far].concat(), vec![DVec2::ZERO; 80], both).unwrap();
+        let topology = Topology::of(&both).unwrap();
+        assert_eq!((topology.pieces, topology.charts, topology.genus()), (2, 2, None));
+    }
+
+    /// Two triangles that share the edge from (0, 0) to (0, 1), the second turned over on demand and in a chart of its own.
+    fn pair(turned: bool) -> TriangleMesh {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let points = vec![
+            p(0.0, 0.0),
+            p(0.0, 1.0),
+            p(-1.0, 0.0),
+            p(0.0, 0.0),
+            p(0.0, 1.0),
+            p(1.0, 0.0),
+        ];
+        let uv = [(0.0, 0.0), (0.4, 0.0), (0.0, 0.4), (0.6, 0.6), (1.0, 0.6), (0.6, 1.0)];
+        let second = if turned { [3, 4, 5] } else { [4, 3, 5] };
+        let uv = uv.map(|(u, v)| DVec2::new(u, v)).to_vec();
+        TriangleMesh::new(points, uv, vec![[0, 1, 2], second]).unwrap()
+    }
+
+    #[test]
+    fn a_seam_is_found_and_a_face_turned_over_is_refused_by_its_number() {
+        let topology = Topology::of(&pair(false)).unwrap();
+        assert_eq!(
+            (
+                topology.pieces,
+                topology.charts,
+                topology.seam_edges,
+                topology.border_edges
+            ),
+            (1, 2, 1, 4)
+        );
+        assert_eq!(
+            Topology::of(&pair(true)),
+            Err(GeometryError::FaceOrientation { first: 0, second: 1 })
+        );
+    }
+
+    #[test]
+    fn charts_on_one_another_are_counted() {
+        let apart = pair(false);
+        assert_eq!(texture_overlap(&apart), 0.0);
+        // The second chart over the first, shifted by half a side along u: the triangles (0, 0), (0.4, 0), (0, 0.4) and
+        // (0.2, 0), (0.6, 0), (0.2, 0.4) share a triangle of half the side: 1/4 of each, 1/7 of what is covered.
+        let mut uv = apart.texture_coordinates().to_vec();
+        for k in 0..3 {
+            uv[3 + k] = uv[k] + DVec2::new(0.2, 0.0);
+        }
+        let over = TriangleMesh::new(apart.vertices().to_vec(), uv, apart.faces().to_vec()).unwrap();
+        let overlap = texture_overlap(&over);
+        // Along the borders of 205 texels a texel more or less: 1 %.
+        assert!((overlap - 1.0 / 7.0).abs() < 0.01, "{overlap}");
+    }
+}

@@ -1,0 +1,89 @@
+//! Triangle meshes with texture coordinates.
+
+use crate::error::GeometryError;
+use glam::{DVec2, DVec3};
+
+/// A triangle mesh with one texture coordinate a vertex. A vertex on a seam between two charts of
+/// the texture stands in the mesh once for each chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriangleMesh {
+    vertices: Vec<DVec3>,
+    texture_coordinates: Vec<DVec2>,
+    faces: Vec<[usize; 3]>,
+}
+
+impl TriangleMesh {
+    /// Checks and takes vertices (mm), texture coordinates ((u, v) in the unit square, v down) and
+    /// faces (vertex indices, counter-clockwise seen from the front).
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the arrays differ in length, a number is not finite or a face names a
+    /// vertex that is not there.
+    pub fn new(
+        vertices: Vec<DVec3>,
+        texture_coordinates: Vec<DVec2>,
+        faces: Vec<[usize; 3]>,
+    ) -> Result<Self, GeometryError> {
+        if vertices.len() != texture_coordinates.len() {
+            return Err(GeometryError::TextureCoordinates {
+                actual: texture_coordinates.len(),
+                expected: vertices.len(),
+            });
+        }
+        if let Some(vertex) =
+            (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
+        {
+            return Err(GeometryError::VertexNotFinite { vertex });
+        }
+        for (face, corners) in faces.iter().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|&&v| v >= vertices.len()) {
+                return Err(GeometryError::FaceIndex {
+                    face,
+                    vertex,
+                    vertices: vertices.len(),
+                });
+            }
+        }
+        Ok(Self {
+            vertices,
+            texture_coordinates,
+            faces,
+        })
+    }
+
+    /// Vertex positions, mm, in the frame the owner names.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Texture coordinates, one a vertex.
+    pub fn texture_coordinates(&self) -> &[DVec2] {
+        &self.texture_coordinates
+    }
+
+    /// Faces as vertex indices.
+    pub fn faces(&self) -> &[[usize; 3]] {
+        &self.faces
+    }
+
+    /// The undirected edges, each once, smaller index first, sorted.
+    pub fn edges(&self) -> Vec<[usize; 2]> {
+        let mut edges: Vec<[usize; 2]> = self
+            .faces
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// The same faces and texture coordinates on other vertex positions.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the number of vertices differs or a position is not finite.
+    pub fn with_vertices(&self, vertices: Vec<DVec3>) -> Result<Self, GeometryError> {
+        Self::new(vertices, self.texture_coordinates.clone(), self.faces.clone())
+    }
+}

@@ -1,0 +1,187 @@
+//! Which vertices of a mesh are one point of its surface.
+
+use super::triangle_mesh::TriangleMesh;
+use crate::error::GeometryError;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// The vertices of a mesh with texture seams, welded: a point on a seam stands in the mesh once for each chart
+/// and in the geometry once. Solvers move *welded* vertices, textures and renderers keep those of the mesh.
+///
+/// Two vertices are one point when they have exactly the same rest position and both lie on a border of
+/// their charts (an edge with one face): seams do, and surfaces that touch in their interior are not glued.
+///
+/// [`mesh`](Self::mesh) has the faces of the original in the original order, so a
+/// [`SurfacePoint`](crate::solver::SurfacePoint) means the same on both and any term of the mesh solver can be
+/// built on it.
+///
+/// ```
+/// use deepsft_geometry::glam::{DVec2, DVec3};
+/// use deepsft_geometry::{TriangleMesh, Welding};
+/// // Two triangles side by side, each a chart of its own: the edge between them stands there twice.
+/// let points = [(0, 0), (1, 0), (0, 1), (1, 0), (1, 1), (0, 1)].map(|(x, y)| DVec3::new(x.into(), y.into(), 0.0));
+/// let mesh = TriangleMesh::new(points.to_vec(), vec![DVec2::ZERO; 6], vec![[0, 2, 1], [3, 5, 4]])?;
+/// let welding = Welding::of(&mesh)?;
+/// assert_eq!(welding.mesh().vertices().len(), 4);
+/// assert_eq!(welding.welded(3), Some(1));
+/// assert_eq!(welding.split(welding.mesh().vertices()), mesh.vertices());
+/// # Ok::<(), deepsft_geometry::GeometryError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Welding {
+    /// Welded vertex of each vertex of the mesh.
+    welded: Vec<usize>,
+    /// One vertex of the mesh for each welded vertex: the first.
+    first: Vec<usize>,
+    mesh: TriangleMesh,
+}
+
+impl Welding {
+    /// Welds the seams of `mesh`, which has its rest shape.
+    ///
+    /// # Errors
+    /// None for a mesh that exists; the type is that of [`TriangleMesh::new`].
+    pub fn of(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
+        let positions = mesh.vertices();
+        let border = border(mesh);
+        let mut at_position: HashMap<[u64; 3], usize> = HashMap::new();
+        let mut welded = Vec::with_capacity(positions.len());
+        let mut first = Vec::with_capacity(positions.len());
+        for (vertex, position) in positions.iter().enumerate() {
+            let new = first.len();
+            let point = if border[vertex] {
+                *at_position.entry(bits(*position)).or_insert(new)
+            } else {
+                new
+            };
+            if point == new {
+                first.push(vertex);
+            }
+            welded.push(point);
+        }
+        let faces = mesh.faces().iter().map(|face| face.map(|v| welded[v])).collect();
+        let of_first = |vertex: &usize| (positions[*vertex], mesh.texture_coordinates()[*vertex]);
+        let (vertices, texture_coordinates) = first.iter().map(of_first).unzip();
+        Ok(Self {
+            mesh: TriangleMesh::new(vertices, texture_coordinates, faces)?,
+            welded,
+            first,
+        })
+    }
+
+    /// The welded mesh. Its texture coordinates on seams are those of one of the charts: do not draw with them.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// Number of vertices of the original mesh.
+    pub fn vertices(&self) -> usize {
+        self.welded.len()
+    }
+
+    /// The welded vertex of a vertex of the original mesh; `None` when there is no such vertex.
+    pub fn welded(&self, vertex: usize) -> Option<usize> {
+        self.welded.get(vertex).copied()
+    }
+
+    /// One of the vertices of the original mesh that are the welded vertex `welded`; `None` when there is none.
+    pub fn first(&self, welded: usize) -> Option<usize> {
+        self.first.get(welded).copied()
+    }
+
+    /// From one value a vertex of the original mesh to one a welded vertex: that of the first chart.
+    pub fn weld<T: Copy>(&self, of_mesh: &[T]) -> Vec<T> {
+        self.first.iter().map(|&vertex| of_mesh[vertex]).collect()
+    }
+
+    /// From one value a welded vertex to one a vertex of the original mesh.
+    pub fn split<T: Copy>(&self, of_welded: &[T]) -> Vec<T> {
+        self.welded.iter().map(|&point| of_welded[point]).collect()
+    }
+}
+
+/// Which vertices lie on an edge with a single face.
+fn border(mesh: &TriangleMesh) -> Vec<bool> {
+    let mut edges: Vec<[usize; 2]> = mesh
+        .faces()
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    edges.sort_unstable();
+    let mut border = vec![false; mesh.vertices().len()];
+    for same in edges.chunk_by(|a, b| a == b) {
+        if let [[a, b]] = same {
+            border[*a] = true;
+            border[*b] = true;
+        }
+    }
+    border
+}
+
+/// A position as something that can be looked up; 0 and -0 are one.
+fn bits(position: DVec3) -> [u64; 3] {
+    (position + DVec3::ZERO).to_array().map(f64::to_bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    /// A square of 2 x 2 cells, cut along its middle when `cut`, at height z.
+    fn square(z: f64, cut: bool) -> TriangleMesh {
+        let halves = if cut { vec![(0, 2), (1, 3)] } else { vec![(0, 3)] };
+        let (mut vertices, mut faces) = (vec![], vec![]);
+        for (first, end) in halves {
+            let columns = first..end;
+            let (start, width) = (vertices.len(), columns.len());
+            for row in 0..3 {
+                vertices.extend(
+                    columns
+                        .clone()
+                        .map(|column| DVec3::new(f64::from(column), f64::from(row), z)),
+                );
+            }
+            for row in 0..2 {
+                for column in 0..width - 1 {
+                    let a = start + row * width + column;
+                    faces.extend([[a, a + width, a + 1], [a + 1, a + width, a + width + 1]]);
+                }
+            }
+        }
+        TriangleMesh::new(vertices.clone(), vec![DVec2::ZERO; vertices.len()], faces).unwrap()
+    }
+
+    #[test]
+    fn a_cut_square_is_one_again_and_an_uncut_one_stays_as_it_is() {
+        let cut = Welding::of(&square(0.0, true)).unwrap();
+        assert_eq!((cut.vertices(), cut.mesh().vertices().len()), (12, 9));
+        assert_eq!(cut.mesh().edges().len(), 16);
+        let whole = square(0.0, false);
+        assert_eq!(Welding::of(&whole).unwrap().mesh(), &whole);
+    }
+
+    #[test]
+    fn values_go_to_all_charts_and_come_back() {
+        let cut = Welding::of(&square(0.0, true)).unwrap();
+        let numbers: Vec<usize> = (0..9).collect();
+        let split = cut.split(&numbers);
+        assert_eq!(split[1], split[6], "both sides of the cut");
+        assert_eq!(cut.weld(&split), numbers);
+        assert_eq!(cut.welded(12), None);
+    }
+
+    #[test]
+    fn sheets_that_touch_keep_their_inner_vertices_apart() {
+        let (lower, upper) = (square(0.0, false), square(-0.0, false));
+        let n = lower.vertices().len();
+        let vertices = [lower.vertices(), upper.vertices()].concat();
+        let faces = lower.faces().iter().copied();
+        let faces = faces.clone().chain(faces.map(|f| f.map(|v| v + n))).collect();
+        let both = TriangleMesh::new(vertices, vec![DVec2::ZERO; 2 * n], faces).unwrap();
+        let welded = Welding::of(&both).unwrap();
+        assert_eq!(welded.mesh().vertices().len(), 2 * n - 8, "the 8 of the rim are shared");
+        assert_ne!(welded.welded(4), welded.welded(n + 4), "the middle");
+    }
+}

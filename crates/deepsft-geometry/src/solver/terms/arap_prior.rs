@@ -1,0 +1,230 @@
+//! As-rigid-as-possible cells of a template: what the ARAP term and ARAP completion share.
+
+use super::bending::DEGENERATE_FACE;
+use crate::mesh::{TriangleMesh, nearest_rotation};
+use glam::{DMat3, DQuat, DVec3};
+
+/// Cotangent weights are kept between these. The lower bound keeps obtuse and degenerate faces from
+/// making the energy indefinite or a vertex loose (a square grid's diagonals have weight 0); the upper one
+/// is a needle of half a degree.
+const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
+
+/// The cells of Sorkine and Alexa 2007: each vertex with its edges, cotangent weights and rest
+/// edges, with E_arap and E_smooth of the paper on them:
+///
+/// * E_arap = sum over i, sum over neighbours j of w_ij |e_ij - R_i q_ij|^2 with e_ij = p_i - p_j and q_ij
+///   the same at rest,
+/// * E_smooth = sum over i of (1 / d_i) |sum over j of w_ij (e_ij - R_i q_ij)|^2 with d_i the sum of w_ij:
+///   the deviation of the cotangent Laplacian, hence of the mean curvature normal, from the template's,
+///   rotated along. The paper names such a term and not its formula; this is our choice. By
+///   Cauchy-Schwarz it is at most E_arap.
+///
+/// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
+#[derive(Clone, Debug)]
+pub(crate) struct ArapPrior {
+    /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
+    starts: Vec<usize>,
+    neighbours: Vec<usize>,
+    weights: Vec<f64>,
+    rest: Vec<DVec3>,
+    /// d_i.
+    degrees: Vec<f64>,
+    /// Sum of w_ij q_ij over j.
+    rest_sums: Vec<DVec3>,
+    /// Most neighbours of a vertex.
+    most_neighbours: usize,
+    pub(crate) arap: f64,
+    pub(crate) smoothness: f64,
+}
+
+/// Energies without their weights.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct CellEnergy {
+    pub arap: f64,
+    pub smoothness: f64,
+}
+
+/// Where the cells' rotations come from.
+pub(crate) enum Rotations<'a> {
+    /// The best, searched from the cell before.
+    Best,
+    /// The best, searched from the cell before, and left here, one a vertex.
+    First(&'a mut [DQuat]),
+    /// The best, searched from these, one a vertex, which are left with them.
+    BestFrom(&'a mut [DQuat]),
+    /// These.
+    Held(&'a [DQuat]),
+}
+
+impl ArapPrior {
+    /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
+    pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
+        let v = template.vertices();
+        let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
+        for &[a, b, c] in template.faces() {
+            for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
+                let half = 0.5 * cotangent(v[k], v[i], v[j]);
+                half_edges.extend([([i, j], half), ([j, i], half)]);
+            }
+        }
+        half_edges.retain(|([i, j], _)| i != j);
+        half_edges.sort_unstable_by_key(|h| h.0);
+        let mut starts = vec![0; v.len() + 1];
+        let (mut neighbours, mut weights, mut rest) = (vec![], vec![], vec![]);
+        for same in half_edges.chunk_by(|a, b| a.0 == b.0) {
+            let [i, j] = same[0].0;
+            let sum: f64 = same.iter().map(|h| h.1).sum();
+            starts[i + 1] += 1;
+            neighbours.push(j);
+            weights.push(sum.clamp(WEIGHT_BOUNDS[0], WEIGHT_BOUNDS[1]));
+            rest.push(v[i] - v[j]);
+        }
+        for i in 0..v.len() {
+            starts[i + 1] += starts[i];
+        }
+        let cells = || starts.windows(2).map(|cell| cell[0]..cell[1]);
+        let degrees = cells().map(|cell| weights[cell].iter().sum()).collect();
+        let rest_sums = cells()
+            .map(|cell| {
+                weights[cell.clone()]
+                    .iter()
+                    .zip(&rest[cell])
+                    .map(|(w, q)| *w * *q)
+                    .sum()
+            })
+            .collect();
+        let most_neighbours = cells().map(|cell| cell.len()).max().unwrap_or(0);
+        Self {
+            degrees,
+            rest_sums,
+            most_neighbours,
+            starts,
+            neighbours,
+            weights,
+            rest,
+            arap,
+            smoothness,
+        }
+    }
+
+    /// Number of vertices.
+    pub(crate) fn vertices(&self) -> usize {
+        self.degrees.len()
+    }
+
+    /// Neighbours of a vertex and the weights of the edges to them.
+    pub(crate) fn neighbours(&self, i: usize) -> impl ExactSizeIterator<Item = (usize, f64)> + '_ {
+        let edges = self.starts[i]..self.starts[i + 1];
+        edges.map(|k| (self.neighbours[k], self.weights[k]))
+    }
+
+    /// Neighbours of a vertex, the weights of the edges to them, and the rest edges q_ij.
+    pub(crate) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+        let edges = self.starts[i]..self.starts[i + 1];
+        edges.map(|k| (self.neighbours[k], self.weights[k], self.rest[k]))
+    }
+
+    /// d_i: the sum of a vertex's weights.
+    pub(crate) fn degree(&self, i: usize) -> f64 {
+        self.degrees[i]
+    }
+
+    /// The best rotation of cell `i` with deformed edges `edges`, searched from `guess`.
+    fn rotation(&self, i: usize, weights: &[f64], edges: &[DVec3], rest: &[DVec3], guess: DQuat) -> DQuat {
+        let mut covariance = DMat3::ZERO;
+        let mut edge_sum = DVec3::ZERO;
+        for ((q, weight), edge) in rest.iter().zip(weights).zip(edges) {
+            let e = *weight * *edge;
+            covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
+            edge_sum += e;
+        }
+        covariance *= self.arap;
+        if self.smoothness > 0.0 && self.degrees[i] > 0.0 {
+            let (e, q) = (edge_sum * (self.smoothness / self.degrees[i]), self.rest_sums[i]);
+            covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
+        }
+        nearest_rotation(covariance, guess)
+    }
+
+    /// Calls `visit` with every vertex, the residuals e_ij - R_i q_ij of its cell in the order of its
+    /// neighbours, and their weighted sum; returns the energies.
+    pub(crate) fn cells(
+        &self,
+        vertices: &[DVec3],
+        mut rotations: Rotations<'_>,
+        mut visit: impl FnMut(usize, &[DVec3], DVec3),
+    ) -> CellEnergy {
+        let mut energy = CellEnergy::default();
+        let mut buffer = vec![DVec3::ZERO; self.most_neighbours];
+        let mut rotation = DQuat::IDENTITY;
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let cell = self.starts[i]..self.starts[i + 1];
+            let (neighbours, weights) = (&self.neighbours[cell.clone()], &self.weights[cell.clone()]);
+            let rest = &self.rest[cell];
+            // First the edges e_ij, then what the rotation leaves of them.
+            let edges = &mut buffer[..neighbours.len()];
+            for (edge, &j) in edges.iter_mut().zip(neighbours) {
+                *edge = vertex - vertices[j];
+            }
+            rotation = match &mut rotations {
+                Rotations::Best => self.rotation(i, weights, edges, rest, rotation),
+                Rotations::First(found) => {
+                    found[i] = self.rotation(i, weights, edges, rest, rotation);
+                    found[i]
+                }
+                Rotations::BestFrom(guesses) => {
+                    guesses[i] = self.rotation(i, weights, edges, rest, guesses[i]);
+                    guesses[i]
+                }
+                Rotations::Held(held) => held[i],
+            };
+            let matrix = DMat3::from_quat(rotation);
+            let mut sum = DVec3::ZERO;
+            for ((edge, q), &weight) in edges.iter_mut().zip(rest).zip(weights) {
+                *edge -= matrix * *q;
+                energy.arap += weight * edge.length_squared();
+                sum += weight * *edge;
+            }
+            if self.degrees[i] > 0.0 {
+                energy.smoothness += sum.length_squared() / self.degrees[i];
+            }
+            visit(i, edges, sum);
+        }
+        energy
+    }
+
+    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient` and returns the energies.
+    pub(crate) fn add_gradient(
+        &self,
+        vertices: &[DVec3],
+        rotations: Rotations<'_>,
+        gradient: &mut [DVec3],
+    ) -> CellEnergy {
+        self.cells(vertices, rotations, |i, residuals, sum| {
+            let mean = if self.degrees[i] > 0.0 {
+                sum * (self.smoothness / self.degrees[i])
+            } else {
+                DVec3::ZERO
+            };
+            let mut pulls = DVec3::ZERO;
+            for ((j, weight), residual) in self.neighbours(i).zip(residuals) {
+                let pull = weight * (self.arap * *residual + mean);
+                pulls += pull;
+                gradient[j] -= pull;
+            }
+            gradient[i] += pulls;
+        })
+    }
+}
+
+/// Cotangent of the angle at `a`; 0 in a face without area.
+fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (e, f) = (b - a, c - a);
+    let doubled = e.cross(f).length();
+    let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
+    if doubled > DEGENERATE_FACE * longest {
+        e.dot(f) / doubled
+    } else {
+        0.0
+    }
+}

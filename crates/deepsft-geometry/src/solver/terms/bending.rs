@@ -1,0 +1,102 @@
+//! Bending of a flat sheet.
+
+use crate::error::GeometryError;
+use crate::mesh::TriangleMesh;
+use crate::solver::checked::check_weight;
+use crate::solver::energy::{Energy, ResidualSink};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A face whose doubled area is below this share of its longest edge squared is taken as a line: its
+/// cotangents would be noise.
+pub(crate) const DEGENERATE_FACE: f64 = 1e-9;
+
+/// Quadratic bending of a thin shell that is flat at rest (Bergou et al. 2006, *A Quadratic Bending
+/// Model for Inextensible Surfaces*): weight times the sum over interior edges of
+/// 3 / (A_0 + A_1) |sum c_k p_k|^2 over the edge's ends and the two opposite corners, c from the rest shape's
+/// cotangents. Without unit: the integral of the squared curvature, times 1 to 3 depending on how the
+/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: for templates that are curved at rest use [`Arap`](super::Arap) with
+/// smoothness.
+#[derive(Clone, Debug)]
+pub struct Bending {
+    /// Vertices, coefficients and factor of each interior edge.
+    hinges: Vec<([usize; 4], [f64; 4], f64)>,
+    weight: f64,
+}
+
+impl Bending {
+    /// For the interior edges of `template`. Edges beside a face without area, and edges with more than two
+    /// faces, have no bending. Too little lets noise through, too much flattens: 0.01 to 1 with point
+    /// data of weight 1 in units of the edge length.
+    ///
+    /// # Errors
+    /// [`GeometryError::Weight`] for a weight that is negative or not finite.
+    pub fn new(template: &TriangleMesh, weight: f64) -> Result<Self, GeometryError> {
+        check_weight("bending", weight)?;
+        // Edge -> opposite corners of its faces.
+        let mut opposite: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+        for &[a, b, c] in template.faces() {
+            for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
+                opposite.entry([i.min(j), i.max(j)]).or_default().push(k);
+            }
+        }
+        let hinge = |(edge, corners): (&[usize; 2], &Vec<usize>)| match corners[..] {
+            [k, l] if k != l && edge[0] != edge[1] => hinge(template.vertices(), [edge[0], edge[1], k, l]),
+            _ => None,
+        };
+        Ok(Self {
+            hinges: opposite.iter().filter_map(hinge).collect(),
+            weight,
+        })
+    }
+}
+
+/// Coefficients of the hinge with ends `x0`, `x1` and opposite corners `x2`, `x3`.
+fn hinge(v: &[DVec3], vertices: [usize; 4]) -> Option<([usize; 4], [f64; 4], f64)> {
+    let [x0, x1, x2, x3] = vertices.map(|i| v[i]);
+    // Cotangent at the edge's end `a` (other end `b`) in the face with corner `c`, and twice the area.
+    let cotangent = |a: DVec3, b: DVec3, c: DVec3| {
+        let (e, f) = (b - a, c - a);
+        let doubled = e.cross(f).length();
+        let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
+        (doubled > DEGENERATE_FACE * longest).then(|| (e.dot(f) / doubled, doubled))
+    };
+    let ((c01, area0), (c02, area1)) = (cotangent(x0, x1, x2)?, cotangent(x0, x1, x3)?);
+    let ((c03, _), (c04, _)) = (cotangent(x1, x0, x2)?, cotangent(x1, x0, x3)?);
+    Some((
+        vertices,
+        [c03 + c04, c01 + c02, -c01 - c03, -c02 - c04],
+        3.0 / (0.5 * (area0 + area1)),
+    ))
+}
+
+impl Energy for Bending {
+    fn name(&self) -> &'static str {
+        "bending"
+    }
+
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
+        self.hinges.iter().for_each(|(vertices, ..)| visit(vertices));
+    }
+
+    fn energy(&self, vertices: &[DVec3]) -> f64 {
+        let square = |(corners, c, factor): &([usize; 4], [f64; 4], f64)| {
+            factor
+                * (0..4)
+                    .map(|k| c[k] * vertices[corners[k]])
+                    .sum::<DVec3>()
+                    .length_squared()
+        };
+        self.weight * self.hinges.iter().map(square).sum::<f64>()
+    }
+
+    fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
+        for (corners, c, factor) in &self.hinges {
+            // The factor is one over an area: its root makes the residual free of units.
+            let root = factor.sqrt();
+            let residual = (0..4).map(|k| root * c[k] * vertices[corners[k]]).sum();
+            let coefficients: [_; 4] = std::array::from_fn(|k| (corners[k], root * c[k]));
+            sink.vector(residual, self.weight, &coefficients);
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The terms of the energy, one a file.
+
+mod arap;
+pub(crate) mod arap_prior;
+mod bending;
+mod depth_prior;
+#[cfg(test)]
+mod finite_differences_test;
+mod isometry;
+mod photo_consistency;
+mod point_data;
+mod reprojection;
+
+pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
+pub use bending::Bending;
+pub use depth_prior::{DepthPrior, PointDepth};
+pub use isometry::Isometry;
+pub use photo_consistency::{Photometric, TexturePoint};
+pub use point_data::{PointData, VertexPoint};
+pub use reprojection::{ImagePoint, Reprojection};

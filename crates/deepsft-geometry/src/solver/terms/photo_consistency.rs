@@ -1,0 +1,120 @@
+//! The template's texture against the image.
+
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::image::NormalizedImage;
+use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
+use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::energy::{Energy, ResidualSink, Robust};
+use glam::{DVec2, DVec3};
+
+/// A template point and what is printed there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TexturePoint {
+    /// The point on the template.
+    pub point: SurfacePoint,
+    /// The template's normalised grey value there (blurred and normalised over the same length on the object as
+    /// the image is).
+    pub value: f64,
+}
+
+/// Photo-consistency: weight times the sum over template points of rho((I(pi(p)) - T)^2) with image and
+/// template both locally normalised, so that light, exposure and gain drop out. The residual is in local
+/// deviations. Points that project outside the image count as a residual of 1 that does not move. The
+/// paper's photometric loss trains its network; as a fit of the mesh it is the direct method of
+/// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
+#[derive(Clone, Debug)]
+pub struct Photometric<'a> {
+    image: &'a NormalizedImage,
+    camera: Camera,
+    points: Vec<(AnchoredPoint, f64)>,
+    ignored: usize,
+    weight: f64,
+    robust: Robust,
+}
+
+impl<'a> Photometric<'a> {
+    /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
+    /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
+    /// Converges from about the blur's width in pixels: solve from coarse to fine.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when the image is not of the camera's size,
+    /// [`GeometryError::FaceOutOfRange`], [`GeometryError::Weight`] for points and weights that cannot be.
+    pub fn new(
+        template: &TriangleMesh,
+        camera: &Camera,
+        image: &'a NormalizedImage,
+        points: &[TexturePoint],
+        weight: f64,
+        robust: Robust,
+    ) -> Result<Self, GeometryError> {
+        check_weight("photometric", weight)?;
+        if let Some(scale) = robust.scale() {
+            check_scale("photometric", scale)?;
+        }
+        let expected = (camera.width() as usize, camera.height() as usize);
+        let actual = (image.width(), image.height());
+        if actual != expected {
+            return Err(GeometryError::MapSize { actual, expected });
+        }
+        let mut kept = Vec::with_capacity(points.len());
+        for point in points {
+            if let Some(anchored) = AnchoredPoint::new(template, point.point)?
+                && point.value.is_finite()
+            {
+                kept.push((anchored, point.value));
+            }
+        }
+        Ok(Self {
+            image,
+            camera: *camera,
+            ignored: points.len() - kept.len(),
+            points: kept,
+            weight,
+            robust,
+        })
+    }
+
+    /// How many points were not finite.
+    pub fn ignored(&self) -> usize {
+        self.ignored
+    }
+
+    /// Residual and image gradient at an image position.
+    fn residual(&self, pixel: DVec2, value: f64) -> (f64, DVec2) {
+        self.image
+            .sample(pixel)
+            .map_or((1.0, DVec2::ZERO), |(seen, gradient)| (seen - value, gradient))
+    }
+}
+
+impl Energy for Photometric<'_> {
+    fn name(&self) -> &'static str {
+        "photometric"
+    }
+
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
+        self.points.iter().for_each(|(p, _)| visit(&p.corners));
+    }
+
+    fn energy(&self, vertices: &[DVec3]) -> f64 {
+        let cost = |(point, value): &(AnchoredPoint, f64)| {
+            let pixel = self.camera.project(point.position(vertices));
+            pixel.map_or(f64::INFINITY, |pixel| {
+                self.robust.rho(self.residual(pixel, *value).0.powi(2))
+            })
+        };
+        self.weight * self.points.iter().map(cost).sum::<f64>()
+    }
+
+    fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
+        for (point, value) in &self.points {
+            if let Some((pixel, [dx, dy])) = self.camera.project_with_gradients(point.position(vertices)) {
+                let (residual, gradient) = self.residual(pixel, *value);
+                let weight = self.weight * self.robust.weight(residual * residual);
+                sink.scalar(residual, weight, &point.spread(gradient.x * dx + gradient.y * dy));
+            }
+        }
+    }
+}

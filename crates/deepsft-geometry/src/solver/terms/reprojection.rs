@@ -1,0 +1,101 @@
+//! Registered points of the template at image positions.
+
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
+use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::energy::{Energy, ResidualSink, Robust};
+use glam::{DVec2, DVec3};
+
+/// A template point registered to an image position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImagePoint {
+    /// The point on the template.
+    pub point: SurfacePoint,
+    /// Where the image shows it, pixels. A position that is not finite counts as not seen.
+    pub pixel: DVec2,
+    /// Its weight. With residuals in pixels, 1 / sigma^2 for a registration with error sigma.
+    pub weight: f64,
+}
+
+/// Reprojection error: the sum over registered points of w rho(|pi(p) - x|^2), pixels, with the camera's
+/// distortion. The registration constraint of analytic Shape-from-Template (Bartoli et al. 2015) as a
+/// robust cost; the paper leaves it to the network.
+#[derive(Clone, Debug)]
+pub struct Reprojection {
+    camera: Camera,
+    points: Vec<(AnchoredPoint, DVec2, f64)>,
+    ignored: usize,
+    robust: Robust,
+}
+
+impl Reprojection {
+    /// Takes the registered points of one frame; `robust` has its scale in pixels (Cauchy with 2 to 4 px
+    /// suits a network's registration). Points that are not finite or lie on a face that names
+    /// a vertex twice are left out and counted.
+    ///
+    /// # Errors
+    /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
+    /// a weight that is negative or not finite or a robust scale that is not positive.
+    pub fn new(
+        template: &TriangleMesh,
+        camera: &Camera,
+        points: &[ImagePoint],
+        robust: Robust,
+    ) -> Result<Self, GeometryError> {
+        if let Some(scale) = robust.scale() {
+            check_scale("reprojection", scale)?;
+        }
+        let mut kept = Vec::with_capacity(points.len());
+        for point in points {
+            check_weight("reprojection", point.weight)?;
+            if let Some(anchored) = AnchoredPoint::new(template, point.point)?
+                && point.pixel.is_finite()
+            {
+                kept.push((anchored, point.pixel, point.weight));
+            }
+        }
+        Ok(Self {
+            camera: *camera,
+            ignored: points.len() - kept.len(),
+            points: kept,
+            robust,
+        })
+    }
+
+    /// How many points were left out.
+    pub fn ignored(&self) -> usize {
+        self.ignored
+    }
+}
+
+impl Energy for Reprojection {
+    fn name(&self) -> &'static str {
+        "reprojection"
+    }
+
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
+        self.points.iter().for_each(|(p, ..)| visit(&p.corners));
+    }
+
+    fn energy(&self, vertices: &[DVec3]) -> f64 {
+        let cost = |(point, pixel, weight): &(AnchoredPoint, DVec2, f64)| {
+            let projected = self.camera.project(point.position(vertices));
+            projected.map_or(f64::INFINITY, |p| weight * self.robust.rho(p.distance_squared(*pixel)))
+        };
+        self.points.iter().map(cost).sum()
+    }
+
+    fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
+        for (point, pixel, weight) in &self.points {
+            if let Some((projected, gradients)) = self.camera.project_with_gradients(point.position(vertices)) {
+                let residual = projected - *pixel;
+                let weight = weight * self.robust.weight(residual.length_squared());
+                let rows: [(f64, DVec3); 2] = [(residual.x, gradients[0]), (residual.y, gradients[1])];
+                for (residual, gradient) in rows {
+                    sink.scalar(residual, weight, &point.spread(gradient));
+                }
+            }
+        }
+    }
+}

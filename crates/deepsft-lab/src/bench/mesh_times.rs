@@ -1,0 +1,88 @@
+//! What follows the network: the mesh fitted to one frame, and followed through a clip. One thread does it all.
+
+use super::workload::{self, CLIP_FRAMES};
+use crate::measuring::{Times, timed};
+use anyhow::{Context, Result, ensure};
+use deepsft::{DeviceKind, ModelBundle};
+use deepsft_cli::input;
+use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
+use deepsft_geometry::tracking::{Answer, Tracker, TrackingOptions};
+use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
+use serde::Serialize;
+
+/// Milliseconds of each stage.
+#[derive(Serialize)]
+pub struct MeshTimes {
+    pub frames: usize,
+    /// Fitting the mesh to a frame on its own, from the network's maps.
+    pub fit: Times,
+    /// ARAP completion of a frame on its own, from the network's maps, with drawing the mesh.
+    pub completion: Times,
+    /// The start of a track from the network's maps of the newest frame.
+    pub track_start: Times,
+    /// One frame followed.
+    pub track: Times,
+}
+
+/// Measures on the frames of [`workload::clip`].
+pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
+    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let camera = *estimator.canonical_camera();
+    let frames = workload::clip(bundle)?;
+    let maps: Vec<Maps> = frames
+        .iter()
+        .map(|image| pollster::block_on(estimator.infer(image)))
+        .collect::<Result<_, _>>()?;
+
+    let mut physics = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default())?;
+    let mut arap = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default())?;
+    let (mut fit, mut completion) = (Vec::new(), Vec::new());
+    let (mut track_start, mut track) = (Vec::new(), Vec::new());
+    for (image, maps) in frames.iter().zip(&maps) {
+        let mut ms = 0.0;
+        let refined = timed(&mut ms, || physics.refine(image, &camera, maps, None))?;
+        ensure!(refined.is_some(), "the network did not find the template in the clip");
+        fit.push(ms);
+        let completed = timed(&mut ms, || arap.complete(maps, &camera, None))?;
+        ensure!(
+            completed.is_some(),
+            "the network shows too little of the template in the clip"
+        );
+        completion.push(ms);
+    }
+    let mut tracker = Tracker::new(bundle.template(), TrackingOptions::default())?;
+    for (k, (image, maps)) in frames.iter().zip(&maps).enumerate() {
+        tracker.reset();
+        tracker.follow(k as u64, k as f64, image, &camera)?;
+        let mut ms = 0.0;
+        let answer = timed(&mut ms, || tracker.answer(k as u64, Some(maps)))?;
+        ensure!(
+            answer == Answer::Started,
+            "the tracker did not start on frame {k} of the clip"
+        );
+        track_start.push(ms);
+    }
+    tracker.reset();
+    for (k, image) in frames.iter().enumerate() {
+        let mut ms = 0.0;
+        let found = timed(&mut ms, || {
+            tracker
+                .follow(k as u64, k as f64 / 30.0, image, &camera)
+                .map(|t| t.found)
+        })?;
+        if k == 0 {
+            tracker.answer(0, maps.first())?;
+        } else {
+            ensure!(found, "the tracker lost frame {k} of the clip");
+            track.push(ms);
+        }
+    }
+    let times = |times: Vec<f64>| Times::of(times).context("nothing was measured");
+    Ok(MeshTimes {
+        frames: CLIP_FRAMES,
+        fit: times(fit)?,
+        completion: times(completion)?,
+        track_start: times(track_start)?,
+        track: times(track)?,
+    })
+}

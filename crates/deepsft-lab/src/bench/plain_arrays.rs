@@ -1,0 +1,123 @@
+//! A network as plain arrays: `network.json` names them and says where each lies in `arrays.f32`.
+
+use super::workload::{self, compact_network};
+use anyhow::{Result, anyhow};
+use deepsft::{CompactNetwork, DeviceKind, ModelBundle, NetworkConfig, encode_png, images_to_tensor, start_device};
+use deepsft_cli::input;
+use deepsft_cli::output::atomic;
+use deepsft_geometry::Picture;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const DESCRIPTION: &str = "network.json";
+const VALUES: &str = "arrays.f32";
+const FRAME: &str = "frame.png";
+
+#[derive(Serialize)]
+struct Description<'a> {
+    config: &'a NetworkConfig,
+    weights: Vec<Entry>,
+    inputs: Vec<Entry>,
+    outputs: Vec<Entry>,
+}
+
+/// An array, row-major; `offset` counts values.
+#[derive(Serialize)]
+struct Entry {
+    name: String,
+    shape: Vec<usize>,
+    offset: usize,
+}
+
+/// The arrays one after the other.
+#[derive(Default)]
+struct Values(Vec<f32>);
+
+impl Values {
+    fn add(&mut self, name: impl Into<String>, shape: Vec<usize>, values: &[f32]) -> Entry {
+        let offset = self.0.len();
+        self.0.extend(values);
+        Entry {
+            name: name.into(),
+            shape,
+            offset,
+        }
+    }
+}
+
+/// Writes the bundle's network, the camera frame `image`, the network's input for it and all that comes out, and the
+/// frames of the clip that the mesh is followed through.
+pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()> {
+    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+    let canonical = estimator.canonical_image(image, &workload::camera(bundle)?)?;
+    let images = images_to_tensor(&[&canonical], &device);
+    let output = compact_network(bundle)?.forward(images.clone());
+    let [u, v, d] = output.bins;
+    let pixels = CompactNetwork::at_pixels(output.refined.clone());
+    let tensors = [
+        ("images", images),
+        ("bins.0", u),
+        ("bins.1", v),
+        ("bins.2", d),
+        ("main", output.main),
+        ("refined", output.refined),
+        ("pixels", pixels),
+        ("mask", output.mask),
+    ];
+    let mut values = Values::default();
+    let weights = bundle.network().weight_arrays().into_iter();
+    let weights = weights
+        .map(|array| values.add(array.name, array.shape, &array.values))
+        .collect();
+    let mut entries = Vec::new();
+    for (name, tensor) in tensors {
+        let shape = tensor.dims().to_vec();
+        let read = tensor
+            .into_data()
+            .try_to_vec::<f32>()
+            .map_err(|error| anyhow!("reading {name}: {error:?}"))?;
+        entries.push(values.add(name, shape, &read));
+    }
+    let outputs = entries.split_off(1);
+    let description = Description {
+        config: bundle.network().config(),
+        weights,
+        inputs: entries,
+        outputs,
+    };
+    let mut files = BTreeMap::from([
+        (DESCRIPTION.to_owned(), serde_json::to_vec_pretty(&description)?),
+        (
+            VALUES.to_owned(),
+            values.0.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        ),
+        (FRAME.to_owned(), encode_png(image)?),
+    ]);
+    for (k, picture) in workload::clip(bundle)?.iter().enumerate() {
+        files.insert(format!("clip-{k:02}.png"), encode_png(picture)?);
+    }
+    atomic::write_folder(folder, &[DESCRIPTION], &files)?;
+    println!(
+        "{} weights in {} arrays: {}",
+        estimator.parameters(),
+        description.weights.len(),
+        folder.display()
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_lie_one_after_the_other_and_offsets_count_values() {
+        let mut values = Values::default();
+        let first = values.add("a", vec![2, 3], &[0.0; 6]);
+        let second = values.add("b", vec![1], &[7.0]);
+        assert_eq!((first.offset, second.offset), (0, 6));
+        assert_eq!(values.0[second.offset], 7.0);
+    }
+}

@@ -1,0 +1,22 @@
+//! `deepsft-lab study`: what a part of the pipeline is worth, measured where the truth is known.
+
+mod fit;
+mod tracking;
+
+use anyhow::Result;
+use clap::Subcommand;
+
+#[derive(Subcommand)]
+pub enum StudyCommand {
+    /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
+    Fit(fit::FitStudyArguments),
+    /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
+    Tracking(tracking::TrackingStudyArguments),
+}
+
+pub fn run(command: &StudyCommand) -> Result<()> {
+    match command {
+        StudyCommand::Fit(arguments) => fit::run(arguments),
+        StudyCommand::Tracking(arguments) => tracking::run(arguments),
+    }
+}

@@ -1,0 +1,119 @@
+//! The curves of a study: errors before and after the fit against what makes a frame hard.
+
+use super::outcome::{Errors, Series};
+use deepsft_cli::output::canvas::{CHARACTER, Canvas};
+use deepsft_cli::output::chart::{Chart, Curve, INK, PAPER};
+use deepsft_geometry::Picture;
+
+const START: [u8; 3] = [120, 124, 140];
+const FITTED: [u8; 3] = [196, 61, 44];
+
+/// Size of one chart without its margins, pixels.
+const SIZE: (usize, usize) = (270, 120);
+
+/// Height of the legend above the charts, pixels.
+const LEGEND: usize = 24;
+
+/// Three charts per series in a row (3D, depth, registration; medians, logarithmic), the maps that the fit starts from
+/// in grey and the fit in red. Series of fewer than three levels are no curve and are left out. `None` when none is
+/// left.
+pub fn study_plot(series: &[Series]) -> Option<Picture> {
+    type Value = fn(&Errors) -> Option<f64>;
+    let metrics: [(&str, Value); 3] = [
+        ("3D, mm", |e| e.rmse_3d_mm),
+        ("depth, mm", |e| e.depth_rmse_mm),
+        ("registration, px", |e| e.registration_rmse_px),
+    ];
+    let rows: Vec<Vec<Chart>> = (series.iter().filter(|series| series.rows.len() > 2))
+        .map(|series| {
+            let last = series.rows.iter().map(|row| row.level).fold(0.0, f64::max);
+            let chart = |(number, (metric, value)): (usize, (&str, Value))| {
+                let curve = |color, fitted: bool| Curve {
+                    color,
+                    points: (series.rows.iter())
+                        .filter_map(|row| {
+                            let summary = if fitted { &row.fitted } else { &row.start };
+                            Some((row.level, value(&summary.median)?))
+                        })
+                        .collect(),
+                };
+                Chart {
+                    title: match number {
+                        0 => format!("{}, {}: {metric}", series.name, series.unit),
+                        _ => metric.to_owned(),
+                    },
+                    curves: vec![curve(START, false), curve(FITTED, true)],
+                    logarithmic: true,
+                    last,
+                    size: SIZE,
+                }
+            };
+            metrics.into_iter().enumerate().map(chart).collect()
+        })
+        .collect();
+    let (width, height) = rows.first()?.first()?.full_size();
+    let mut canvas = Canvas::new(metrics.len() * width, LEGEND + rows.len() * height, PAPER);
+    let legend = "medians over frames; grey: the maps that the fit starts from; red: the fitted mesh";
+    canvas.write(legend, CHARACTER, (LEGEND - CHARACTER) / 2, 1, INK);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, chart) in row.iter().enumerate() {
+            chart.draw(&mut canvas, j * width, LEGEND + i * height);
+        }
+    }
+    Some(canvas.into_picture())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::fit::outcome::{ErrorSummary, Level};
+    use crate::study::fit::plan::Start;
+
+    fn series(levels: &[f64]) -> Series {
+        let summary = |value: f64| {
+            let errors = Errors {
+                rmse_3d_mm: Some(value),
+                depth_rmse_mm: Some(value),
+                registration_rmse_px: Some(value),
+                ..Errors::default()
+            };
+            ErrorSummary {
+                mean: errors,
+                median: errors,
+            }
+        };
+        Series {
+            name: "blur",
+            unit: "px",
+            start: Start::Network,
+            rows: (levels.iter())
+                .map(|&level| Level {
+                    level,
+                    frames: 1,
+                    found: 1,
+                    not_fitted: 0,
+                    fallback_fraction: None,
+                    worse_registration_fraction: None,
+                    worse_3d_fraction: None,
+                    start: summary(10.0),
+                    fitted: summary(1.0),
+                    mesh_rmse_mm: None,
+                })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn the_better_answer_is_drawn_below_the_worse() {
+        let plot = study_plot(&[series(&[0.0, 1.0, 2.0]), series(&[1.0, 2.0])]).unwrap();
+        let rows_of = |color: [u8; 3]| {
+            let rows = (0..plot.height()).filter(|&y| (0..plot.width()).any(|x| plot.pixel(x, y) == color));
+            rows.collect::<Vec<usize>>()
+        };
+        let (start, fitted) = (rows_of(START), rows_of(FITTED));
+        assert!(start.iter().max().unwrap() < fitted.iter().min().unwrap());
+        // One row of charts: the series of two levels is no curve.
+        assert!(plot.height() < 2 * SIZE.1 + 100);
+        assert!(study_plot(&[series(&[1.0, 2.0])]).is_none());
+    }
+}

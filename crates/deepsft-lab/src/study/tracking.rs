@@ -1,0 +1,304 @@
+//! `deepsft-lab study tracking`: clips that are rendered, tracked and compared with the truth.
+
+mod clip_record;
+mod figure;
+mod plot;
+mod summary;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use clip_record::{FrameRecord, Motion, losses};
+use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
+use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
+use deepsft_cli::output::{atomic, sheet};
+use deepsft_cli::{clip_folder, input, progress, synthesis, track_errors};
+use deepsft_geometry::Maps;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
+use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
+use figure::Worst;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+use summary::{ClipRecord, Recoveries, Spread, Summary};
+
+/// What happens in the clips, in turn.
+const EVENTS: [ClipEvent; 10] = [
+    ClipEvent::Motion,
+    ClipEvent::Occlusion,
+    ClipEvent::JumpCut,
+    ClipEvent::Leaving,
+    ClipEvent::Still,
+    ClipEvent::Motion,
+    ClipEvent::Occlusion,
+    ClipEvent::JumpCut,
+    ClipEvent::Leaving,
+    ClipEvent::Motion,
+];
+
+#[derive(Args)]
+#[command(after_help = "\
+Each clip shows a sheet that moves and bends as in two hands, at 30 frames a second, blurred by an exposure of a third
+of that, with sensor noise. In turn: nothing else happens (three of ten clips), an arm passes before it (two), there is a
+cut (two), it leaves the view and comes back (two), it is still (one). `deepsft clip` writes any of them.
+
+Told are
+  tracked         share of the frames with at least 30 % of the print in view that are found with a registration RMSE of at
+                  most 2 px of the 480 x 270 image; also without the frames in which the network had not yet answered
+                  about the sheet, at the start, after a cut and after a return
+  off             frames in view that are said to be found and are more than 5 px off
+  found without   frames that show nothing of the sheet and are said to show it
+  recoveries      how losses (not found, or more than 5 px off) ended: within 2 px again by the frame at which the
+                  network's next answer arrived, later, or never
+  jitter          of a still sheet: RMS distance of the seen vertices' places in the image from their means, px
+  lag             frames by which the track trails the sheet: the shift in time that explains the differences best
+Jitter and lag are also told after smoothing (One-Euro filter).
+
+Example:
+  deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json --sheet tracking.png")]
+pub struct TrackingStudyArguments {
+    /// Model bundle to track with
+    #[arg(long, value_name = "BUNDLE")]
+    model: PathBuf,
+    /// Number of clips
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+    clips: u64,
+    /// Frames of each clip
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(30..=100_000))]
+    frames: u32,
+    /// Seed of the first clip; the next ones count up
+    #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED + 1000)]
+    seed: u64,
+    /// Only clips in which this happens: motion, occlusion, jump-cut, leaving or still
+    #[arg(long, value_name = "EVENT", value_parser = clip_folder::event)]
+    event: Option<ClipEvent>,
+    /// Frames after which the network's answer is there
+    #[arg(long, value_name = "K", default_value_t = 4, value_parser = clap::value_parser!(u64).range(..=30))]
+    delay: u64,
+    /// Write the figures to this file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Draw the error over time of the worst clips, and frames of them, to this PNG file
+    #[arg(long, value_name = "FILE")]
+    sheet: Option<PathBuf>,
+}
+
+/// The content of the JSON file.
+#[derive(Serialize)]
+struct Report<'a> {
+    model: &'a str,
+    first_seed: u64,
+    network_delay_frames: u64,
+    #[serde(flatten)]
+    summary: &'a Summary,
+    by_event: &'a BTreeMap<&'static str, Summary>,
+    per_clip: &'a [ClipRecord],
+    deepsft_version: &'static str,
+}
+
+pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
+    let bundle = input::bundle(&arguments.model)?;
+    let (estimator, _) = input::estimator(&bundle, DeviceKind::Cpu)?;
+    let config = SynthConfig::for_clip_stories(*bundle.camera());
+    let synthesizer = Synthesizer::new(bundle.template(), config)?;
+    let bar = progress::counting(arguments.clips, "clips");
+    let mut worst = Worst::default();
+    let mut clips = Vec::new();
+    for number in 0..arguments.clips {
+        let event = arguments.event.unwrap_or(EVENTS[number as usize % EVENTS.len()]);
+        let length = ClipLength {
+            frames: arguments.frames as usize,
+            ..ClipLength::default()
+        };
+        let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
+        let frames = synthesis::clip_frames(&story, 0..story.length().frames);
+        let samples: Vec<Sample> = frames.collect::<Result<_>>()?;
+        let tracked = track(&bundle, &estimator, &story, &samples, arguments)?;
+        if arguments.sheet.is_some() {
+            worst.offer(bundle.template(), &samples, &tracked);
+        }
+        clips.push(tracked.record);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let (summary, by_event) = (Summary::of(clips.iter()), Summary::by_event(&clips));
+    print(&summary, &by_event);
+    if let Some(path) = &arguments.json {
+        let report = Report {
+            model: bundle.name(),
+            first_seed: arguments.seed,
+            network_delay_frames: arguments.delay,
+            summary: &summary,
+            by_event: &by_event,
+            per_clip: &clips,
+            deepsft_version: env!("CARGO_PKG_VERSION"),
+        };
+        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+    }
+    if let Some(path) = &arguments.sheet {
+        let sheet = sheet::sheet(&worst.into_rows()).context("a sheet has panels")?;
+        atomic::write_file(path, &encode_png(&sheet)?)?;
+    }
+    Ok(())
+}
+
+/// A clip after tracking.
+struct TrackedClip {
+    record: ClipRecord,
+    /// Vertices and their confidence, where the sheet was found.
+    meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
+}
+
+fn track(
+    bundle: &ModelBundle,
+    estimator: &Estimator,
+    story: &ClipStory<'_>,
+    samples: &[Sample],
+    arguments: &TrackingStudyArguments,
+) -> Result<TrackedClip> {
+    let (template, camera) = (bundle.template(), estimator.canonical_camera());
+    let options = VideoOptions {
+        pace: NetworkPace::Delayed(arguments.delay),
+        ..VideoOptions::default()
+    };
+    let began = Instant::now();
+    let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
+    let mut tracker = VideoTracker::new(template, estimator, options, clock_ms)?;
+    let mut filter = OneEuro::new(OneEuroOptions::default());
+    let (mut frames, mut meshes, mut smooth) = (Vec::new(), Vec::new(), Vec::new());
+    for (frame, sample) in samples.iter().enumerate() {
+        let time_s = frame as f64 / story.length().frames_per_s;
+        let followed = pollster::block_on(tracker.follow(time_s, &sample.image))?;
+        let tracked = followed.tracked;
+        let errors = match tracked.found {
+            true => Some(track_errors::errors(
+                template,
+                &tracked.vertices_camera,
+                &sample.truth,
+                camera,
+            )?),
+            false => None,
+        };
+        let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
+        frames.push(FrameRecord {
+            frame,
+            print_in_view: track_errors::print_in_view(&sample.truth),
+            found: tracked.found,
+            agreement: tracked.agreement,
+            iterations: tracked.iterations,
+            registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
+            points_rmse_mm: errors.and_then(|errors| errors.points_rmse_mm),
+            network: followed.detection,
+            ms: followed.times,
+        });
+        if begins_a_track {
+            filter.reset();
+        }
+        if tracked.found {
+            let mut vertices = tracked.vertices_camera.clone();
+            filter.smooth(time_s, &mut vertices);
+            smooth.push(Some(vertices));
+            meshes.push(Some((tracked.vertices_camera, tracked.confidence)));
+        } else {
+            filter.reset();
+            smooth.push(None);
+            meshes.push(None);
+        }
+    }
+    let during = story.event_frames();
+    let cut = (story.event() == ClipEvent::JumpCut).then_some(during.start);
+    let truths: Vec<Maps> = samples.iter().map(|sample| sample.truth.clone()).collect();
+    let as_tracked: Vec<Option<Vec<DVec3>>> = meshes
+        .iter()
+        .map(|mesh| mesh.as_ref().map(|(vertices, _)| vertices.clone()))
+        .collect();
+    let motion = |meshes| Motion {
+        story,
+        template,
+        camera,
+        truths: &truths,
+        meshes,
+    };
+    let both = |ask: &dyn Fn(&Motion<'_>) -> Option<f64>| {
+        Some([ask(&motion(as_tracked.as_slice()))?, ask(&motion(smooth.as_slice()))?])
+    };
+    let counts: Vec<bool> = frames.iter().map(|frame| frame.in_view() && !frame.lost()).collect();
+    let (jitter_px, lag_frames) = match story.event() {
+        ClipEvent::Still => (both(&|motion| motion.jitter_px()), None),
+        // Where the sheet comes and goes or jumps, smoothing starts again and the lag is of the events.
+        ClipEvent::Motion | ClipEvent::Occlusion => (None, both(&|motion| motion.lag_frames(&counts))),
+        ClipEvent::JumpCut | ClipEvent::Leaving => (None, None),
+    };
+    let mut record = ClipRecord {
+        seed: story.seed(),
+        event: story.event().name(),
+        event_frames: [during.start, during.end],
+        tracked_share: None,
+        losses: losses(&frames, cut),
+        jitter_px,
+        lag_frames,
+        frames,
+    };
+    let (tracked, in_view) = record.tracked();
+    record.tracked_share = (in_view > 0).then(|| tracked as f64 / in_view as f64);
+    Ok(TrackedClip { record, meshes })
+}
+
+fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let median =
+        |spread: Option<Spread>| spread.map_or_else(|| "-".to_owned(), |spread| format!("{:.2}", spread.median));
+    println!(
+        "{:10}{:>6}{:>9}{:>10}{:>14}{:>6}{:>9}{:>8}{:>8}",
+        "", "clips", "in view", "tracked", "after answer", "off", "without", "px", "mm"
+    );
+    for (name, figures) in by_event.iter().chain([(&"all", summary)]) {
+        println!(
+            "{name:10}{:>6}{:>9}{:>10}{:>14}{:>6}{:>9}{:>8}{:>8}",
+            figures.clips,
+            figures.frames_in_view,
+            percent(figures.tracked_share),
+            percent(figures.tracked_share_after_answer),
+            figures.found_but_off,
+            format!("{}/{}", figures.found_without, figures.frames_without),
+            median(figures.registration_rmse_px),
+            median(figures.points_rmse_mm),
+        );
+    }
+    println!(
+        "recoveries{:>8}{:>20}{:>7}{:>7}{:>12}",
+        "losses", "within next answer", "later", "never", "unanswered"
+    );
+    let line = |name: &str, of: &Recoveries| {
+        println!(
+            "  {name:8}{:>8}{:>20}{:>7}{:>7}{:>12}",
+            of.losses, of.within_next_answer, of.later, of.never, of.unanswered
+        );
+    };
+    for (cause, of) in &summary.recoveries {
+        line(&format!("{cause:?}").to_lowercase(), of);
+    }
+    line("all", &summary.all_recoveries());
+    let pair = |what: &str, of: &Option<[Spread; 2]>| {
+        if let Some([raw, smooth]) = of {
+            println!(
+                "{what}: median {:.3}, most {:.3}; smoothed: median {:.3}, most {:.3}",
+                raw.median, raw.most, smooth.median, smooth.most
+            );
+        }
+    };
+    pair("jitter of a still sheet, px", &summary.jitter_px);
+    pair("lag, frames", &summary.lag_frames);
+    let ms = |name: &str, of: &Option<Spread>| {
+        if let Some(of) = of {
+            println!(
+                "{name}: median {:.1} ms, 95 % {:.1}, most {:.1}",
+                of.median, of.p95, of.most
+            );
+        }
+    };
+    ms("follow", &summary.ms.follow);
+    ms("catch up", &summary.ms.catch_up);
+    ms("network", &summary.ms.network);
+}

@@ -1,0 +1,187 @@
+//! Every command of the lab on small input, run as users run it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use deepsft::decode_picture;
+use deepsft_geometry::Topology;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// What a run of the command left behind.
+#[derive(Debug)]
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+}
+
+/// Runs `deepsft-lab` in `folder`.
+fn deepsft_lab(folder: &Path, arguments: &[&str]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_deepsft-lab"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Run {
+        code: output.status.code().unwrap(),
+        stdout: text(&output.stdout),
+        stderr: text(&output.stderr),
+    }
+}
+
+impl Run {
+    /// Checks that the run failed with `code` and reported each of `parts`.
+    fn fails(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, code, "{self:?}");
+        for part in parts {
+            assert!(self.stderr.contains(part), "{part:?} is not in: {}", self.stderr);
+        }
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+    }
+
+    /// Checks that the run succeeded.
+    fn succeeds(&self) -> &Self {
+        assert_eq!(self.code, 0, "{self:?}");
+        self
+    }
+}
+
+fn shipped_model() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4");
+    path.to_str().unwrap().to_owned()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn completion_is_measured_and_its_worst_frames_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["completion", "accuracy", "--frames", "12", "--seed", "3"];
+    let files = ["--json", "completion.json", "--sheet", "completion.png"];
+    let run = deepsft_lab(folder.path(), &[&arguments[..], &files[..]].concat());
+    assert!(run.succeeds().stdout.contains("poster") && run.stdout.contains("closed"));
+    let report = json(&folder.path().join("completion.json"));
+    for object in 0..2 {
+        let object = &report["objects"][object];
+        assert_eq!(object["per_frame"].as_array().unwrap().len(), 12);
+        let figure = |name: &str| object["all"][name].as_f64().unwrap();
+        assert!(figure("arap_mm") > 0.0 && figure("arap_mm") < figure("rigid_mm"));
+    }
+    let sheet = decode_picture(&fs::read(folder.path().join("completion.png")).unwrap()).unwrap();
+    assert!(sheet.width() > 5 * 240 && sheet.height() > 12 * 135);
+}
+
+#[test]
+fn a_study_has_every_level_of_every_series_and_draws_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    let outputs = ["--json", "study.json", "--plot", "study.png", "--sheet", "worst.png"];
+    let arguments = ["study", "fit", "--model", &model, "--frames", "1", "--seed", "31"];
+    let run = deepsft_lab(folder.path(), &[&arguments[..], &outputs].concat());
+    assert!(run.succeeds().stdout.contains("| px | found |"), "{}", run.stdout);
+    let study = json(&folder.path().join("study.json"));
+    let series = study["series"].as_array().unwrap();
+    assert_eq!(series.len(), 10);
+    let errors = &series[0];
+    assert_eq!(errors["start"].as_str(), Some("disturbed-truth"));
+    for row in errors["rows"].as_array().unwrap() {
+        let level = row["level"].as_f64().unwrap();
+        let started = row["start"]["median"]["registration_rmse_px"].as_f64().unwrap();
+        assert!((started - level).abs() < 0.01, "{row}");
+        assert!(
+            row["fitted"]["median"]["rmse_3d_mm"].is_number() && row["found"] == 1,
+            "{row}"
+        );
+    }
+    for name in ["study.png", "worst.png"] {
+        let picture = decode_picture(&fs::read(folder.path().join(name)).unwrap()).unwrap();
+        assert!(picture.width() > 480, "{name}");
+    }
+}
+
+#[test]
+fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    let study = [
+        "study", "tracking", "--model", &model, "--clips", "1", "--frames", "30", "--event", "still",
+    ];
+    let files = ["--json", "figures.json", "--sheet", "figures.png"];
+    let run = deepsft_lab(folder.path(), &[&study[..], &files].concat());
+    assert!(
+        run.succeeds().stdout.contains("jitter of a still sheet"),
+        "{}",
+        run.stdout
+    );
+    let figures = json(&folder.path().join("figures.json"));
+    assert_eq!(
+        (figures["clips"].as_u64(), figures["frames"].as_u64()),
+        (Some(1), Some(30))
+    );
+    assert!(
+        figures["tracked_share_after_answer"].as_f64().unwrap() > 0.9,
+        "{figures}"
+    );
+    assert_eq!(figures["per_clip"][0]["frames"].as_array().unwrap().len(), 30);
+    // A pixel is five times what a still sheet may jitter by.
+    assert!(figures["jitter_px"][0]["most"].as_f64().unwrap() < 1.0);
+    let sheet = decode_picture(&fs::read(folder.path().join("figures.png")).unwrap()).unwrap();
+    assert!(sheet.width() > 4 * 480 && sheet.height() > 270);
+    deepsft_lab(folder.path(), &[&study[..8], &["--event", "earthquake"]].concat()).fails(2, &["jump-cut"]);
+}
+
+#[test]
+fn the_toy_is_written_as_a_template() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = deepsft_lab(folder.path(), &["toy", "--out", "toy"]);
+    assert!(run.succeeds().stdout.contains("views.png"));
+    let files: BTreeMap<String, u64> = (fs::read_dir(folder.path().join("toy")).unwrap())
+        .map(|entry| {
+            let entry = entry.unwrap();
+            (
+                entry.file_name().into_string().unwrap(),
+                entry.metadata().unwrap().len(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        files.keys().collect::<Vec<_>>(),
+        ["mesh.obj", "template.json", "texture.png", "views.png"]
+    );
+    let toy = deepsft_cli::input::template(&folder.path().join("toy")).unwrap();
+    assert_eq!(Topology::of(toy.mesh()).unwrap().genus(), Some(0));
+    assert!(toy.mesh().faces().len() > 5000);
+}
+
+#[test]
+fn the_poster_is_written_as_a_template_and_a_page_and_over_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    deepsft_lab(folder.path(), &["poster", "--out", "poster"]).succeeds();
+    let poster = deepsft_cli::input::template(&folder.path().join("poster")).unwrap();
+    assert_eq!(poster.size_mm().to_array(), [297.0, 210.0]);
+    assert!(
+        fs::read(folder.path().join("poster/poster-a4.pdf"))
+            .unwrap()
+            .starts_with(b"%PDF")
+    );
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/thesis.tex"), "years of work").unwrap();
+    deepsft_lab(folder.path(), &["poster", "--out", "mine"]).fails(1, &["mine exists and holds no"]);
+}
+
+#[test]
+fn a_forward_pass_is_timed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = deepsft_lab(folder.path(), &["network-time", &shipped_model(), "--passes", "1"]);
+    let text = &run.succeeds().stdout;
+    assert!(
+        text.contains("forward pass on CPU") && text.contains("peak memory"),
+        "{text}"
+    );
+    deepsft_lab(folder.path(), &["network-time", "vgg"]).fails(3, &["vgg", "no such folder"]);
+}

@@ -1,0 +1,388 @@
+//! Clips: a sheet that bends and moves smoothly before the camera, as in two hands, and comes back to where it began.
+//!
+//! The paper records such sequences with a Kinect; ours are rendered, and labelled so. Everything that moves is a
+//! trigonometric polynomial of the clip's phase (0 to 1), so a clip loops without a seam and a frame is a pure
+//! function of (template, configuration, seed, phase).
+
+use crate::deform::face_front;
+use crate::deform::{Bend, Rulings};
+use crate::random::between;
+use crate::random::{Stream, generator};
+use crate::{EffectsConfig, LightingConfig, SynthConfig};
+use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
+use deepsft_geometry::{Camera, Template};
+use rand::Rng;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
+
+/// Clips have seeds of their own, from here on: no training and no evaluation of this project uses them.
+pub const FIRST_CLIP_SEED: u64 = 9_000_000;
+
+/// Relative heights of the harmonics of a [`Swing`]: slow movement first, as in a hand that is in no hurry.
+const HARMONICS: [f64; 3] = [1.0, 0.45, 0.2];
+/// Places of the loop at which a swing's peak is looked for: 85 a period of the fastest harmonic, which puts the peak
+/// right to (pi / 85)^2 / 2 = 0.07 %.
+const PEAK_STEPS: usize = 256;
+/// Steps of the bend's curvature across the sheet.
+const BEND_STEPS: usize = 32;
+/// Distance of the rulings' apex from the sheet's centre, sheet diagonals: a cone near, all but a cylinder far.
+const APEX_DIAGONALS: [f64; 2] = [1.2, 3.0];
+/// Share of the bend that curves the sheet to one side; the rest makes an S of it.
+const ONE_SIDED: f64 = 0.75;
+/// Share of the room beside the sheet that it uses when it moves sideways.
+const ROOM_SHARE: f64 = 0.85;
+/// Softness of the limit at which there is no room left, pixels of a 480-pixel row.
+const ROOM_SOFTNESS: f64 = 10.0;
+
+/// How a sheet moves in a clip. The defaults are for an A4 sheet before the training camera, all of it in view nearly
+/// always.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipConfig {
+    /// Least and greatest depth (z) of the sheet's centroid, mm. Default 330 to 600.
+    pub distance_mm: [f64; 2],
+    /// Greatest angle between the sheet's mean normal and the camera's axis, degrees. Default 42.
+    pub max_tilt_deg: f64,
+    /// Greatest in-plane rotation to either side, degrees. Default 18.
+    pub max_roll_deg: f64,
+    /// Greatest angle through which the sheet turns across its bend, radians (the integral of |curvature|). Default
+    /// 1.7; more hides parts of the sheet behind others.
+    pub max_bend_rad: f64,
+    /// Greatest angle of the rulings' mean direction to the template's y axis, to either side, radians. Default 0.8:
+    /// bends across the sheet and towards its corners.
+    pub max_ruling_rad: f64,
+}
+
+impl Default for ClipConfig {
+    fn default() -> Self {
+        Self {
+            distance_mm: [330.0, 600.0],
+            max_tilt_deg: 42.0,
+            max_roll_deg: 18.0,
+            max_bend_rad: 1.7,
+            max_ruling_rad: 0.8,
+        }
+    }
+}
+
+impl SynthConfig {
+    /// The surroundings of clips: light, background, hands and camera effects as in training but mild, as a good
+    /// camera in a lit room has them; pose and shape are the [`ClipMotion`]'s.
+    pub fn for_clips(camera: Camera) -> Self {
+        Self {
+            camera,
+            occluder_share: 1.0,
+            distractor_share: 0.0,
+            lighting: LightingConfig {
+                most_angle_deg: 50.0,
+                ambient_share: [0.45, 0.7],
+                white_level: [0.8, 0.95],
+                tint: 0.06,
+                shadow_share: 0.0,
+                roughness: [0.4, 0.7],
+                specular: [0.1, 0.5],
+                ..LightingConfig::default()
+            },
+            effects: EffectsConfig {
+                gain: [0.95, 1.05],
+                white_balance: 0.03,
+                gamma: [0.95, 1.05],
+                contrast: [0.95, 1.05],
+                saturation: [0.95, 1.1],
+                defocus_px: [0.4, 0.6],
+                motion_share: 0.0,
+                sharpening_share: 0.0,
+                noise_levels: [0.8, 1.5],
+                vignetting: [0.0, 0.15],
+                jpeg_share: 0.0,
+                bars_share: 0.0,
+                ..EffectsConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+}
+
+/// The motion of one clip.
+///
+/// In every frame the sheet is one exact developable, a generalised cone whose rulings, curvature and apex drift
+/// (our choice; real paper also folds), so that edges keep their length up to the chords of the mesh. A template
+/// that is no sheet moves rigidly.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template, training_camera};
+/// use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
+/// let template = Template::thin_shell(Picture::from_fn(64, 48, |x, _| [4 * x as u8; 3]), 297.0, 210.0)?;
+/// let camera = training_camera();
+/// let motion = ClipMotion::new(&template, &camera, ClipConfig::default(), FIRST_CLIP_SEED);
+/// let synthesizer = Synthesizer::new(&template, SynthConfig::for_clips(camera))?;
+/// let scene = synthesizer.scene(FIRST_CLIP_SEED, 0);
+/// let frames = (0..2).map(|k| scene.render(motion.vertices_camera(k as f64 / 2.0), k));
+/// assert!(frames.collect::<Result<Vec<_>, _>>()?.iter().all(|frame| frame.has_template));
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ClipMotion<'a> {
+    template: &'a Template,
+    camera: Camera,
+    config: ClipConfig,
+    distance: Swing,
+    across: Swing,
+    down: Swing,
+    pitch: Swing,
+    yaw: Swing,
+    roll: Swing,
+    ruling: Swing,
+    apex: Swing,
+    arch: Swing,
+    wave: Swing,
+}
+
+impl<'a> ClipMotion<'a> {
+    /// Draws the motion of clip `seed` ([`FIRST_CLIP_SEED`] and above by convention) of a template before a camera.
+    pub fn new(template: &'a Template, camera: &Camera, config: ClipConfig, seed: u64) -> Self {
+        let mut rng = generator(seed, 0, Stream::Motion);
+        let mut swing = || Swing::sample(&mut rng);
+        Self {
+            template,
+            camera: *camera,
+            config,
+            distance: swing(),
+            across: swing(),
+            down: swing(),
+            pitch: swing(),
+            yaw: swing(),
+            roll: swing(),
+            ruling: swing(),
+            apex: swing(),
+            arch: swing(),
+            wave: swing(),
+        }
+    }
+
+    /// The vertices of the template's mesh at `phase`, mm, camera frame. Phase 1 is phase 0 again.
+    pub fn vertices_camera(&self, phase: f64) -> Vec<DVec3> {
+        let mut vertices = self.template.mesh().vertices().to_vec();
+        if self.template.is_sheet() {
+            self.bend(phase).apply(self.template.mesh().vertices(), &mut vertices);
+        }
+        face_front(self.template.mesh(), &mut vertices);
+        let pose = self.pose(phase);
+        vertices.into_iter().map(|p| pose.transform_point3(p)).collect()
+    }
+
+    /// The bend of the flat sheet.
+    fn bend(&self, phase: f64) -> Bend {
+        let radius = self.template.size_mm().length() / 2.0;
+        let [near, far] = APEX_DIAGONALS.map(|diagonals| 2.0 * radius * diagonals);
+        let distance = middle([near, far], self.apex.at(phase));
+        let towards_apex = DVec2::from_angle(FRAC_PI_2 + self.config.max_ruling_rad * self.ruling.at(phase));
+        let rulings = Rulings::Conical {
+            apex: towards_apex * distance,
+            ray: -towards_apex,
+            turn: 1.0,
+        };
+        // The rulings that meet the circle around the sheet.
+        let reach = (radius / distance).asin();
+        let (arch, wave) = (ONE_SIDED * self.arch.at(phase), (1.0 - ONE_SIDED) * self.wave.at(phase));
+        let step = 2.0 / BEND_STEPS as f64;
+        let angles: [f64; BEND_STEPS] = std::array::from_fn(|i| {
+            let x = (i as f64 + 0.5) * step - 1.0;
+            let bump = 1.0 + (PI * x).cos();
+            // From -1 to 1 the bump has the integral 2, |x| times the bump 1 - 4 / pi^2.
+            self.config.max_bend_rad * step * bump * (arch / 2.0 + wave * x / (1.0 - 4.0 / (PI * PI)))
+        });
+        Bend::new(rulings, -reach, 2.0 * reach, &angles, 0.0)
+    }
+
+    /// The pose `camera_from_template` of the bent sheet, whose mean is at the origin and faces -z.
+    fn pose(&self, phase: f64) -> DAffine3 {
+        let depth = middle(self.config.distance_mm.map(f64::ln), self.distance.at(phase)).exp();
+        // Each of the two stays below the limit / sqrt 2: together they stay below the limit.
+        let tilt = DVec2::new(self.pitch.at(phase), self.yaw.at(phase)) * FRAC_1_SQRT_2;
+        let tilt = DQuat::from_scaled_axis((tilt * self.config.max_tilt_deg.to_radians()).extend(0.0));
+        let roll = DQuat::from_rotation_z(self.config.max_roll_deg.to_radians() * self.roll.at(phase));
+        let image = DVec2::new(f64::from(self.camera.width()), f64::from(self.camera.height()));
+        let softness = ROOM_SOFTNESS * image.x / 480.0;
+        let size = self.template.extent_mm().truncate();
+        let room = (image - self.camera.focal() * size / depth) / 2.0;
+        let room = DVec2::new(softly_positive(room.x, softness), softly_positive(room.y, softness));
+        let shift = ROOM_SHARE * room * DVec2::new(self.across.at(phase), self.down.at(phase));
+        let centroid = self.camera.unproject(image / 2.0 + shift, depth);
+        DAffine3::from_rotation_translation(tilt * roll, centroid)
+    }
+}
+
+/// A smooth function of the phase, with period 1 and between -1 and 1: a sum of [`HARMONICS`] with random phases.
+#[derive(Clone, Copy, Debug)]
+struct Swing {
+    phases: [f64; HARMONICS.len()],
+    scale: f64,
+}
+
+impl Swing {
+    fn sample<R: Rng + ?Sized>(rng: &mut R) -> Self {
+        let phases = HARMONICS.map(|_| between([0.0, TAU], rng));
+        let mut swing = Self { phases, scale: 1.0 };
+        let peak = (0..PEAK_STEPS)
+            .map(|i| swing.at(i as f64 / PEAK_STEPS as f64).abs())
+            .fold(0.0, f64::max);
+        // The first harmonic is higher than the others together: the peak is not near zero.
+        swing.scale = 1.0 / peak;
+        swing
+    }
+
+    fn at(&self, phase: f64) -> f64 {
+        let harmonic =
+            |(k, (height, start)): (usize, (&f64, &f64))| height * (TAU * (k + 1) as f64 * phase + start).sin();
+        self.scale
+            * HARMONICS
+                .iter()
+                .zip(&self.phases)
+                .enumerate()
+                .map(harmonic)
+                .sum::<f64>()
+    }
+}
+
+/// The range's lower end at -1, its upper end at 1, linear between.
+fn middle([low, high]: [f64; 2], at: f64) -> f64 {
+    f64::midpoint(low, high) + (high - low) / 2.0 * at
+}
+
+/// x where it is well above zero, nearly 0 where it is well below, smooth between.
+fn softly_positive(x: f64, softness: f64) -> f64 {
+    (x + x.hypot(softness)) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::edge_length_change;
+    use deepsft_geometry::{Picture, training_camera};
+
+    /// Eight seconds at twenty frames a second.
+    const FRAMES: usize = 160;
+
+    fn sheet() -> Template {
+        Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0).unwrap()
+    }
+
+    fn seeds() -> impl Iterator<Item = u64> {
+        FIRST_CLIP_SEED..FIRST_CLIP_SEED + 6
+    }
+
+    fn frames(template: &Template, seed: u64, count: usize) -> Vec<Vec<DVec3>> {
+        let motion = ClipMotion::new(template, &training_camera(), ClipConfig::default(), seed);
+        (0..count)
+            .map(|k| motion.vertices_camera(k as f64 / count as f64))
+            .collect()
+    }
+
+    /// The longest way of a vertex from a frame to the next, the last frame's next being the first.
+    fn longest_step(frames: &[Vec<DVec3>]) -> f64 {
+        let next = frames.iter().cycle().skip(1);
+        let steps = frames
+            .iter()
+            .zip(next)
+            .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.distance(*b)));
+        steps.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn edges_keep_their_length_in_every_frame() {
+        let template = sheet();
+        for seed in seeds() {
+            for (k, vertices) in frames(&template, seed, FRAMES / 4).iter().enumerate() {
+                let change = edge_length_change(template.mesh(), vertices);
+                assert!(
+                    change.median < 0.01 && change.p95 < 0.03,
+                    "seed {seed}, frame {k}: {change:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_jumps_also_not_where_the_clip_begins_again() {
+        // A hand in no hurry moves at up to 0.6 m/s, which is 30 mm in a twentieth of a second. Where a motion is
+        // smooth, half the time makes half the step; a jump would stay as long as it is.
+        let template = sheet();
+        for seed in seeds() {
+            let step = longest_step(&frames(&template, seed, FRAMES));
+            assert!(step < 30.0, "seed {seed}: {step} mm a frame");
+            let half = longest_step(&frames(&template, seed, 2 * FRAMES));
+            assert!(half < 0.55 * step, "seed {seed}: {half} of {step} mm");
+        }
+    }
+
+    #[test]
+    fn the_sheet_stays_in_view_at_its_distance_and_turns_its_front_to_the_camera() {
+        let (template, camera) = (sheet(), training_camera());
+        let [near, far] = ClipConfig::default().distance_mm;
+        for seed in seeds() {
+            let mut in_view = 0.0;
+            for vertices in frames(&template, seed, FRAMES / 4) {
+                let centroid = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+                assert!(
+                    (near - 1e-9..far + 1e-9).contains(&centroid.z),
+                    "seed {seed}: {centroid}"
+                );
+                let share = crate::share_in_view(&camera, &vertices, &DAffine3::IDENTITY);
+                assert!(share > 0.75, "seed {seed}: {share}");
+                in_view += share / (FRAMES / 4) as f64;
+                let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+                let normal = template.mesh().faces().iter().map(area).sum::<DVec3>().normalize();
+                let tilt = normal.dot(DVec3::NEG_Z).acos().to_degrees();
+                assert!(tilt < ClipConfig::default().max_tilt_deg + 1e-6, "seed {seed}: {tilt}");
+            }
+            assert!(in_view > 0.95, "seed {seed}: {in_view}");
+        }
+    }
+
+    #[test]
+    fn the_sheet_bends_both_ways_and_passes_through_flat_seldom() {
+        // The mean of z over the sheet's middle column against its outer ones tells the side of the bend; 5 mm of
+        // relief is a bend of some 15 degrees.
+        let template = sheet();
+        let (columns, rows) = template.grid().unwrap();
+        for seed in seeds() {
+            let motion = ClipMotion::new(&template, &training_camera(), ClipConfig::default(), seed);
+            let mut reliefs = Vec::new();
+            for k in 0..FRAMES / 4 {
+                let mut vertices = template.mesh().vertices().to_vec();
+                motion
+                    .bend(k as f64 / 40.0)
+                    .apply(template.mesh().vertices(), &mut vertices);
+                face_front(template.mesh(), &mut vertices);
+                let mean = |i: usize| (0..rows).map(|j| vertices[j * columns + i].z).sum::<f64>() / rows as f64;
+                reliefs.push(mean(columns / 2) - (mean(0) + mean(columns - 1)) / 2.0);
+            }
+            let bent = reliefs.iter().filter(|relief| relief.abs() > 5.0).count();
+            assert!(bent > 24, "seed {seed}: bent in {bent} of 40 frames: {reliefs:.1?}");
+            assert!(
+                reliefs.iter().any(|r| *r > 5.0) && reliefs.iter().any(|r| *r < -5.0),
+                "seed {seed}: {reliefs:.1?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_seed_and_nothing_else_decides() {
+        let template = sheet();
+        let first = frames(&template, FIRST_CLIP_SEED, 3);
+        assert_eq!(first, frames(&template, FIRST_CLIP_SEED, 3));
+        assert!(first[0][0].distance(frames(&template, FIRST_CLIP_SEED + 1, 3)[0][0]) > 1.0);
+    }
+
+    #[test]
+    fn a_swing_fills_its_range() {
+        let mut rng = generator(FIRST_CLIP_SEED, 1, Stream::Motion);
+        for _ in 0..50 {
+            let swing = Swing::sample(&mut rng);
+            let peak = (0..5000)
+                .map(|i| swing.at(f64::from(i) / 5000.0).abs())
+                .fold(0.0, f64::max);
+            assert!((1.0..1.001).contains(&peak), "{peak}");
+            assert!((swing.at(0.3) - swing.at(1.3)).abs() < 1e-12);
+        }
+    }
+}

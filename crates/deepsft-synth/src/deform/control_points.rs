@@ -1,0 +1,428 @@
+//! Deformations of any mesh by handles: some regions are turned at random, the rest follows as rigidly as possible.
+
+use crate::SynthError;
+use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::random::between;
+use crate::random::unit_direction;
+use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::solver::VertexPoint;
+use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};
+use rand::seq::SliceRandom;
+use rand::{Rng, RngExt};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Handles on a mesh. The first lie at the ends of its limbs, the last between them.
+const HANDLES: usize = 12;
+
+/// Radius of a handle's region, as a share of the longest way over the surface.
+const REGION_SHARE: f64 = 0.08;
+
+/// Between which multiples of that radius the ring lies whose middle a handle turns about: the joint above a limb's end.
+const JOINT_RING: [f64; 2] = [1.8, 2.6];
+
+/// Turns of a handle on a flat part of the surface, where there is no limb to turn, as a share of the others'.
+const FLAT_SHARE: f64 = 0.15;
+
+/// Factor on turns and shifts of a shape that is stretched too much, and how often it is tried.
+const WEAKENING: f64 = 0.6;
+const WEAKENING_TRIES: usize = 6;
+
+/// Weight of a handle's vertex against the completion's energies: handles give way a little, so that the stretch spreads.
+const HANDLE_WEIGHT: f64 = 2.0;
+
+/// Deformations of templates that are no sheets: handles, random parts of the surface, are turned about the joint behind
+/// them and shifted, and the rest follows as rigidly as possible (the paper's section 5.1 poses hand-made rigs with random
+/// joint angles; handles are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandleConfig {
+    /// Handles that move. Default [2, 6] of 12.
+    pub moved: [usize; 2],
+    /// Greatest turn of a handle about any axis, degrees. Default 55.
+    pub most_turn_deg: f64,
+    /// Greatest shift of a handle, as a share of the longest way over the surface. Default 0.02.
+    pub most_shift: f64,
+    /// Bounds on the change of edge lengths: a shape that breaks them is made weaker. Default 2 % (median) and 10 %
+    /// (95th percentile): a stuffed toy gives at its joints. What breaks them at a tenth of its strength too keeps the
+    /// rest shape.
+    pub most_edge_change: EdgeLengthChange,
+}
+
+impl Default for HandleConfig {
+    fn default() -> Self {
+        Self {
+            moved: [2, 6],
+            most_turn_deg: 55.0,
+            most_shift: 0.02,
+            most_edge_change: EdgeLengthChange {
+                median: 0.02,
+                p95: 0.10,
+            },
+        }
+    }
+}
+
+impl HandleConfig {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] names the field.
+    pub(crate) fn check(&self) -> Result<(), SynthError> {
+        let [fewest, most] = self.moved;
+        if fewest > most || most > HANDLES {
+            return Err(SynthError::Setting {
+                parameter: "handles.moved",
+                actual: format!("[{fewest}, {most}]"),
+                expected: "0 <= lowest <= highest <= 12",
+            });
+        }
+        for (parameter, value, most) in [
+            ("handles.most_turn_deg", self.most_turn_deg, 180.0),
+            ("handles.most_shift", self.most_shift, 1.0),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(SynthError::Setting {
+                    parameter,
+                    actual: value.to_string(),
+                    expected: "a number from 0 to the field's limit",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A shape of a mesh that handles made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandleShape {
+    /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
+    pub vertices: Vec<DVec3>,
+    /// Share of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
+    /// they had to be weakened, 0 where the rest shape was kept.
+    pub strength: f64,
+}
+
+/// A mesh with its handles, ready to be deformed.
+///
+/// ```
+/// use deepsft_synth::{HandleConfig, HandleDeformation, capsule, edge_length_change};
+/// use rand::SeedableRng;
+/// let tube = capsule(240.0, 30.0, 41, 24)?;
+/// let deformation = HandleDeformation::new(&tube)?;
+/// let bent = deformation.deform(&HandleConfig::default(), &mut rand_pcg::Pcg64Mcg::seed_from_u64(5));
+/// assert!(bent.strength > 0.0 && edge_length_change(&tube, &bent.vertices).p95 <= 0.1);
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct HandleDeformation {
+    mesh: TriangleMesh,
+    welding: Welding,
+    /// Edges of the welded mesh.
+    edges: Vec<[usize; 2]>,
+    handles: Vec<Handle>,
+    /// The longest way over the surface, mm.
+    length: f64,
+    /// Solvers that nobody uses at the moment. A solver remembers nothing of the shape before.
+    solvers: Arc<Mutex<Vec<ArapCompletion>>>,
+}
+
+/// A region of the surface and what it turns about.
+#[derive(Clone, Debug)]
+struct Handle {
+    /// Vertices of the welded mesh.
+    vertices: Vec<usize>,
+    /// Middle of the ring around the region: within a limb, at its joint.
+    joint: DVec3,
+    /// 1 at the end of a limb, [`FLAT_SHARE`] on flat ground.
+    turns: f64,
+}
+
+impl HandleDeformation {
+    /// Places handles on `mesh`, which has its rest shape: each where it is farthest over the surface from those before.
+    ///
+    /// # Errors
+    /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, SynthError> {
+        let welding = Welding::of(mesh)?;
+        let edges = welding.mesh().edges();
+        let surface = Surface::new(welding.mesh(), &edges);
+        let seeds = surface.farthest_points(HANDLES);
+        let length = surface.length_from(&seeds);
+        let handles = seeds
+            .iter()
+            .map(|&seed| surface.handle(seed, REGION_SHARE * length))
+            .collect();
+        let solver = ArapCompletion::new(mesh, CompletionOptions::default())?;
+        Ok(Self {
+            mesh: mesh.clone(),
+            welding,
+            edges,
+            handles,
+            length,
+            solvers: Arc::new(Mutex::new(vec![solver])),
+        })
+    }
+
+    /// The mesh after a random deformation. A pure function of mesh, `config` and `rng`.
+    pub fn deform<R: Rng + ?Sized>(&self, config: &HandleConfig, rng: &mut R) -> HandleShape {
+        let rest = self.welding.mesh().vertices();
+        let mut order: Vec<usize> = (0..self.handles.len()).collect();
+        order.shuffle(rng);
+        let [fewest, most] = config.moved.map(|count| count.min(order.len()));
+        let count = rng.random_range(fewest..=most);
+        let moves: Vec<(DVec3, DVec3)> = (0..count)
+            .map(|_| {
+                let turn = unit_direction(rng) * between([0.0, config.most_turn_deg.to_radians()], rng);
+                (
+                    turn,
+                    unit_direction(rng) * between([0.0, config.most_shift * self.length], rng),
+                )
+            })
+            .collect();
+        let mut strength = 1.0;
+        for _ in 0..WEAKENING_TRIES {
+            let mut points = Vec::new();
+            for (&number, (turn, shift)) in order.iter().zip(&moves) {
+                let handle = &self.handles[number];
+                let turn = DQuat::from_scaled_axis(*turn * (strength * handle.turns));
+                let place = |p: DVec3| handle.joint + turn * (p - handle.joint) + *shift * strength;
+                points.extend(handle.vertices.iter().map(|&vertex| (vertex, place(rest[vertex]))));
+            }
+            // One more stays where it is: something to hold on to.
+            if let Some(&number) = order.get(count) {
+                points.extend(
+                    self.handles[number]
+                        .vertices
+                        .iter()
+                        .map(|&vertex| (vertex, rest[vertex])),
+                );
+            }
+            let Some(vertices) = self.completed(&points) else { break };
+            let change = EdgeLengthChange::of(edge_length_changes(rest, &self.edges, &self.welding.weld(&vertices)));
+            let most = config.most_edge_change;
+            if change.median <= most.median && change.p95 <= most.p95 {
+                let pairs = vertices
+                    .iter()
+                    .zip(self.mesh.vertices())
+                    .map(|(&from, &to)| (from, to, 1.0));
+                let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
+                let vertices = vertices.into_iter().map(|p| motion.apply(p)).collect();
+                return HandleShape { vertices, strength };
+            }
+            strength *= WEAKENING;
+        }
+        HandleShape {
+            vertices: self.mesh.vertices().to_vec(),
+            strength: 0.0,
+        }
+    }
+
+    /// The mesh whose welded vertices are pulled to `points`.
+    fn completed(&self, points: &[(usize, DVec3)]) -> Option<Vec<DVec3>> {
+        let taken = self.solvers.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut solver = match taken {
+            Some(solver) => solver,
+            None => ArapCompletion::new(&self.mesh, CompletionOptions::default()).ok()?,
+        };
+        let points: Vec<VertexPoint> = points
+            .iter()
+            .filter_map(|&(welded, p_camera)| {
+                Some(VertexPoint {
+                    vertex: self.welding.first(welded)?,
+                    p_camera,
+                    weight: HANDLE_WEIGHT,
+                })
+            })
+            .collect();
+        let completed = solver
+            .complete(&points, None)
+            .ok()
+            .map(|completion| completion.vertices);
+        self.solvers.lock().unwrap_or_else(PoisonError::into_inner).push(solver);
+        completed
+    }
+}
+
+/// A welded mesh as a graph.
+struct Surface<'a> {
+    mesh: &'a TriangleMesh,
+    neighbours: Vec<Vec<(usize, f64)>>,
+}
+
+impl<'a> Surface<'a> {
+    fn new(mesh: &'a TriangleMesh, edges: &[[usize; 2]]) -> Self {
+        let mut neighbours = vec![Vec::new(); mesh.vertices().len()];
+        for &[a, b] in edges {
+            let length = mesh.vertices()[a].distance(mesh.vertices()[b]);
+            neighbours[a].push((b, length));
+            neighbours[b].push((a, length));
+        }
+        Self { mesh, neighbours }
+    }
+
+    /// Lengths of the shortest ways along edges from `from` to every vertex (Dijkstra); infinite to other pieces.
+    fn ways(&self, from: usize) -> Vec<f64> {
+        let mut ways = vec![f64::INFINITY; self.neighbours.len()];
+        ways[from] = 0.0;
+        // The bits of a positive number are in its order.
+        let mut front = BinaryHeap::from([(Reverse(0_u64), from)]);
+        while let Some((Reverse(bits), vertex)) = front.pop() {
+            let way = f64::from_bits(bits);
+            if way > ways[vertex] {
+                continue;
+            }
+            for &(next, length) in &self.neighbours[vertex] {
+                if way + length < ways[next] {
+                    ways[next] = way + length;
+                    front.push((Reverse((way + length).to_bits()), next));
+                }
+            }
+        }
+        ways
+    }
+
+    /// `count` vertices, each the farthest from those before; the first is the farthest from the vertex nearest to the mean.
+    fn farthest_points(&self, count: usize) -> Vec<usize> {
+        let vertices = self.mesh.vertices();
+        let mean = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
+        let squares = |v: &usize| vertices[*v].distance_squared(mean);
+        let Some(middle) = (0..vertices.len()).min_by(|a, b| squares(a).total_cmp(&squares(b))) else {
+            return Vec::new();
+        };
+        let mut nearest = self.ways(middle);
+        let mut points = Vec::new();
+        while points.len() < count.min(vertices.len()) {
+            let farthest = (0..nearest.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]));
+            let Some(point) = farthest else { break };
+            let ways = self.ways(point);
+            // The middle only gave the direction to begin with.
+            let first = points.is_empty();
+            for (near, way) in nearest.iter_mut().zip(ways) {
+                *near = if first { way } else { near.min(way) };
+            }
+            points.push(point);
+        }
+        points
+    }
+
+    /// The longest way between one of `points` and any vertex.
+    fn length_from(&self, points: &[usize]) -> f64 {
+        let longest = |&point: &usize| {
+            self.ways(point)
+                .into_iter()
+                .filter(|way| way.is_finite())
+                .fold(0.0, f64::max)
+        };
+        points.iter().map(longest).fold(0.0, f64::max)
+    }
+
+    fn handle(&self, seed: usize, radius: f64) -> Handle {
+        let ways = self.ways(seed);
+        let within = |[low, high]: [f64; 2]| -> Vec<usize> {
+            let ring = |v: &usize| ways[*v] >= low * radius && ways[*v] <= high * radius;
+            (0..ways.len()).filter(ring).collect()
+        };
+        let middle = |of: &[usize]| of.iter().map(|&v| self.mesh.vertices()[v]).sum::<DVec3>() / of.len().max(1) as f64;
+        let vertices = within([0.0, 1.0]);
+        let ring = within(JOINT_RING);
+        if ring.is_empty() {
+            return Handle {
+                joint: middle(&vertices),
+                vertices,
+                turns: 1.0,
+            };
+        }
+        let joint = middle(&ring);
+        // On flat ground the ring is as wide as the way to it is long; around a limb it is narrower.
+        let reach = ring
+            .iter()
+            .map(|&v| self.mesh.vertices()[v].distance(joint))
+            .sum::<f64>()
+            / ring.len() as f64;
+        let width = reach / (radius * (JOINT_RING[0] + JOINT_RING[1]) / 2.0);
+        Handle {
+            vertices,
+            joint,
+            turns: (2.5 * (1.0 - width)).clamp(FLAT_SHARE, 1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capsule;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn the_first_handles_of_a_tube_are_its_ends_and_turn_about_its_axis() {
+        let tube = capsule(240.0, 20.0, 61, 24).unwrap();
+        let deformation = HandleDeformation::new(&tube).unwrap();
+        let mean = |handle: &Handle| {
+            let points = handle
+                .vertices
+                .iter()
+                .map(|&v| deformation.welding.mesh().vertices()[v]);
+            points.sum::<DVec3>() / handle.vertices.len() as f64
+        };
+        let (one, other) = (&deformation.handles[0], &deformation.handles[1]);
+        // The poles are at 120 mm; a region reaches 0.08 of the way, 22 mm, down from them.
+        assert!(mean(one).x.abs() > 110.0 && (mean(one).x + mean(other).x).abs() < 3.0);
+        for handle in [one, other] {
+            assert!(
+                handle.joint.truncate().y.abs() < 1.0 && handle.joint.z.abs() < 1.0,
+                "{}",
+                handle.joint
+            );
+            assert!(handle.joint.x.abs() < mean(handle).x.abs() - 10.0);
+            assert_eq!(handle.turns, 1.0);
+        }
+        // From pole to pole: a half circle and the straight part, along edges.
+        let expected = 200.0 + std::f64::consts::PI * 20.0;
+        assert!(
+            (deformation.length / expected - 1.0).abs() < 0.05,
+            "{}",
+            deformation.length
+        );
+    }
+
+    #[test]
+    fn a_shape_says_whether_it_was_weakened_or_given_up() {
+        let tube = capsule(240.0, 20.0, 41, 16).unwrap();
+        let deformation = HandleDeformation::new(&tube).unwrap();
+        let shape = |p95| {
+            let config = HandleConfig {
+                most_edge_change: EdgeLengthChange { median: 1.0, p95 },
+                ..HandleConfig::default()
+            };
+            deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(3))
+        };
+        let drawn = shape(1.0);
+        assert_eq!(drawn.strength, 1.0);
+        // A bound a little below what was drawn: one step weaker, or a few.
+        let weaker = shape(0.9 * crate::edge_length_change(&tube, &drawn.vertices).p95);
+        assert!((0.0..1.0).contains(&weaker.strength) && weaker.strength >= WEAKENING.powi(WEAKENING_TRIES as i32));
+        assert_ne!(weaker.vertices, tube.vertices());
+        let given_up = shape(0.0);
+        assert_eq!(
+            (given_up.strength, given_up.vertices.as_slice()),
+            (0.0, tube.vertices())
+        );
+    }
+
+    #[test]
+    fn settings_that_cannot_be_are_refused_by_name() {
+        let mut config = HandleConfig {
+            moved: [5, 4],
+            ..HandleConfig::default()
+        };
+        assert!(config.check().unwrap_err().to_string().contains("handles.moved"));
+        config = HandleConfig {
+            most_turn_deg: f64::NAN,
+            ..HandleConfig::default()
+        };
+        assert!(config.check().unwrap_err().to_string().contains("most_turn_deg"));
+    }
+}

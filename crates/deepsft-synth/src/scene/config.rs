@@ -1,0 +1,221 @@
+//! What is varied in synthetic samples, and how far.
+
+use crate::SynthError;
+use crate::deform::DeformationConfig;
+use crate::deform::HandleConfig;
+use crate::render::camera_effects::EffectsConfig;
+use crate::render::shading::LightingConfig;
+use crate::scene::occluder::OccluderKind;
+use crate::scene::pose::PoseConfig;
+use deepsft_geometry::{Camera, training_camera};
+
+/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly; shares are
+/// probabilities. The defaults are the training distribution of the shipped models (our choice; wider than the
+/// paper's section 5.1 in light and in effects, because ours never sees real training images).
+#[derive(Clone, Debug)]
+pub struct SynthConfig {
+    /// How the sheet bends.
+    pub deformation: DeformationConfig,
+    /// How a template that is no sheet bends.
+    pub handles: HandleConfig,
+    /// How it is held before the camera.
+    pub pose: PoseConfig,
+    /// The camera that takes the picture; without lens distortion. Default: the training camera (480 x 270).
+    pub camera: Camera,
+    /// Share of samples without the template. Default 0.1.
+    pub empty_share: f64,
+    /// Share of samples with the template in which another printed sheet lies behind or beside it. Default 0.3.
+    pub distractor_share: f64,
+    /// Share of the samples without the template in which another printed sheet is shown in its place, so that
+    /// "some printed sheet" is not enough to be found. Default 0.7.
+    pub empty_distractor_share: f64,
+    /// Share of the backgrounds that show one of the user's photographs, if there are any; the others are drawn.
+    /// Default 0.5.
+    pub photograph_share: f64,
+    /// How such a photograph is shown. Default varied; drawn backgrounds always are.
+    pub photographs: PhotographUse,
+    /// Share of samples with something held or lying before the sheet. Default 0.5.
+    pub occluder_share: f64,
+    /// What that is. Default hands and things.
+    pub occluders: OccluderKind,
+    /// Largest share of the visible sheet that occluders cover together. Default 0.35.
+    pub most_occluded: f64,
+    /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
+    /// and shapes are drawn again until there are as many. Default 1500 (1.2 % of the frame).
+    pub least_visible_px: usize,
+    /// Light and paper.
+    pub lighting: LightingConfig,
+    /// Camera effects.
+    pub effects: EffectsConfig,
+}
+
+/// How the user's photographs are shown as backgrounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotographUse {
+    /// Cut out, turned, mirrored and recoloured at random, seldom with things strewn over it: no two samples share one.
+    Varied,
+    /// As it is, its middle as large as fills the image (the paper's section 5.1).
+    Plain,
+}
+
+impl Default for SynthConfig {
+    fn default() -> Self {
+        Self {
+            deformation: DeformationConfig::default(),
+            handles: HandleConfig::default(),
+            pose: PoseConfig::default(),
+            camera: training_camera(),
+            empty_share: 0.1,
+            distractor_share: 0.3,
+            empty_distractor_share: 0.7,
+            photograph_share: 0.5,
+            photographs: PhotographUse::Varied,
+            occluder_share: 0.5,
+            occluders: OccluderKind::HandsAndThings,
+            most_occluded: 0.35,
+            least_visible_px: 1500,
+            lighting: LightingConfig::default(),
+            effects: EffectsConfig::default(),
+        }
+    }
+}
+
+impl SynthConfig {
+    /// Every setting as text, the same for equal configurations: written beside a data set.
+    pub fn description(&self) -> String {
+        format!("{self:?}")
+    }
+
+    /// A number that differs between configurations (FNV-1a of the description).
+    pub fn fingerprint(&self) -> u64 {
+        self.description().bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    }
+
+    /// Checks shares, ranges and the camera.
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] names the field; [`SynthError::DistortedCamera`].
+    pub(crate) fn check(&self) -> Result<(), SynthError> {
+        if self.camera.distortion() != [0.0; 5] {
+            return Err(SynthError::DistortedCamera {
+                actual: self.camera.distortion(),
+            });
+        }
+        self.handles.check()?;
+        let (light, effects, cloth) = (&self.lighting, &self.effects, &self.deformation.cloth);
+        let discs_px = match self.occluders {
+            OccluderKind::HandsAndThings => [0.0; 2],
+            OccluderKind::Discs { diameter_px, .. } => diameter_px,
+        };
+        for (parameter, share) in [
+            ("empty_share", self.empty_share),
+            ("distractor_share", self.distractor_share),
+            ("empty_distractor_share", self.empty_distractor_share),
+            ("photograph_share", self.photograph_share),
+            ("occluder_share", self.occluder_share),
+            ("most_occluded", self.most_occluded),
+            ("lighting.shadow_share", light.shadow_share),
+            ("effects.motion_share", effects.motion_share),
+            ("effects.sharpening_share", effects.sharpening_share),
+            ("effects.jpeg_share", effects.jpeg_share),
+            ("effects.bars_share", effects.bars_share),
+            ("deformation.cloth.wind_share", cloth.wind_share),
+        ] {
+            if !(0.0..=1.0).contains(&share) {
+                return Err(SynthError::Setting {
+                    parameter,
+                    actual: share.to_string(),
+                    expected: "a share of 0 to 1",
+                });
+            }
+        }
+        for (parameter, [low, high], most) in [
+            ("lighting.most_angle_deg", [0.0, light.most_angle_deg], 180.0),
+            ("lighting.ambient_share", light.ambient_share, 1.0),
+            ("lighting.white_level", light.white_level, 100.0),
+            ("lighting.tint", [0.0, light.tint], 0.9),
+            ("lighting.roughness", light.roughness, 1.0),
+            ("lighting.specular", light.specular, 100.0),
+            ("lighting.translucency", light.translucency, 1.0),
+            ("lighting.paper_white", light.paper_white, 1.0),
+            ("occluders.diameter_px", discs_px, 1000.0),
+            ("deformation.cloth.gravity", cloth.gravity, 100.0),
+            ("deformation.cloth.force", cloth.force, 100.0),
+            ("deformation.cloth.wind", cloth.wind, 100.0),
+            ("deformation.cloth.anchor_way", [0.0, cloth.anchor_way], 1.0),
+            ("deformation.cloth.anchor_turn_rad", [0.0, cloth.anchor_turn_rad], 3.2),
+            ("deformation.cloth.bending_length", cloth.bending_length, 100.0),
+            ("effects.gain", effects.gain, 100.0),
+            ("effects.white_balance", [0.0, effects.white_balance], 0.9),
+            ("effects.gamma", effects.gamma, 10.0),
+            ("effects.contrast", effects.contrast, 10.0),
+            ("effects.saturation", effects.saturation, 10.0),
+            ("effects.defocus_px", effects.defocus_px, 20.0),
+            ("effects.motion_px", effects.motion_px, 100.0),
+            ("effects.noise_levels", effects.noise_levels, 255.0),
+            ("effects.vignetting", effects.vignetting, 1.0),
+            ("effects.jpeg_quality", effects.jpeg_quality, 100.0),
+        ] {
+            if !(0.0 <= low && low <= high && high <= most) {
+                let actual = format!("[{low}, {high}]");
+                let expected = "0 <= lowest <= highest <= the field's limit";
+                return Err(SynthError::Setting {
+                    parameter,
+                    actual,
+                    expected,
+                });
+            }
+        }
+        if cloth.bending_length[0] <= 0.0 {
+            return Err(SynthError::Setting {
+                parameter: "deformation.cloth.bending_length",
+                actual: cloth.bending_length[0].to_string(),
+                expected: "more than 0: the stiffness is drawn by its logarithm",
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_out_of_range_are_refused_by_name() {
+        let mut config = SynthConfig {
+            empty_share: 1.5,
+            ..SynthConfig::default()
+        };
+        assert!(config.check().unwrap_err().to_string().contains("empty_share is 1.5"));
+        config = SynthConfig::default();
+        config.effects.gain = [2.0, 1.0];
+        assert!(config.check().unwrap_err().to_string().contains("effects.gain"));
+        config = SynthConfig::default();
+        config.lighting.roughness = [f64::NAN, 1.0];
+        assert!(config.check().is_err());
+        config = SynthConfig::default();
+        config.camera = config.camera.with_distortion([0.1, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        assert!(matches!(config.check(), Err(SynthError::DistortedCamera { .. })));
+        config = SynthConfig::paper();
+        config.deformation.cloth.bending_length = [0.0, 1.0];
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("cloth.bending_length is 0")
+        );
+        assert!(SynthConfig::default().check().is_ok() && SynthConfig::paper().check().is_ok());
+    }
+
+    #[test]
+    fn the_fingerprint_follows_every_setting() {
+        let (a, mut b) = (SynthConfig::default(), SynthConfig::default());
+        assert_eq!(a.fingerprint(), b.fingerprint());
+        b.effects.noise_levels[1] = 6.5;
+        assert_ne!(a.fingerprint(), b.fingerprint());
+    }
+}

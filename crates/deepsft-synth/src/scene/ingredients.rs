@@ -1,0 +1,144 @@
+//! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
+
+use crate::SynthError;
+use crate::deform::HandleDeformation;
+use crate::deform::deform;
+use crate::fingerprint::picture_fingerprint;
+use crate::random::{Stream, generator, mix};
+use crate::render::texture::Texture;
+use crate::scene::artwork::photograph_sheet;
+use crate::scene::background::{Background, photograph_texture, procedural_artworks, procedural_backgrounds};
+use crate::scene::config::SynthConfig;
+use crate::scene::pose::sample_pose;
+use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::{Picture, Template};
+use rand::{Rng, RngExt};
+use rand_pcg::Pcg64Mcg;
+
+/// Sheets with other art that are made from each of the user's photographs.
+const SHEETS_A_PHOTOGRAPH: usize = 2;
+
+/// A template ready to be rendered, and the pools that its scenes draw from.
+#[derive(Clone, Debug)]
+pub(crate) struct Ingredients {
+    pub(crate) template: Template,
+    pub(crate) config: SynthConfig,
+    pub(crate) texture: Texture,
+    /// Art of a sheet with nothing on it.
+    pub(crate) blank: Texture,
+    /// Vertices along a sheet's outline, in order; none of other templates.
+    pub(crate) outline: Vec<usize>,
+    /// How a template that is no sheet deforms.
+    handles: Option<HandleDeformation>,
+    photographs: Vec<Texture>,
+    photograph_sheets: Vec<Texture>,
+    /// Fingerprint of the photographs as they were given.
+    photographs_fingerprint: u64,
+}
+
+/// A shape of the template in a pose.
+pub(crate) struct PosedShape {
+    /// Vertices, mm, camera frame.
+    pub(crate) vertices_camera: Vec<DVec3>,
+    /// [`crate::HandleShape::strength`] where handles made it.
+    pub(crate) strength: Option<f64>,
+}
+
+impl Ingredients {
+    /// As [`crate::Synthesizer::new`].
+    pub(crate) fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
+        config.check()?;
+        procedural_backgrounds();
+        procedural_artworks();
+        Ok(Self {
+            texture: Texture::new(template.texture()),
+            blank: Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3])),
+            outline: outline(template),
+            handles: match template.is_sheet() {
+                true => None,
+                false => Some(HandleDeformation::new(template.mesh())?),
+            },
+            template: template.clone(),
+            config,
+            photographs: Vec::new(),
+            photograph_sheets: Vec::new(),
+            photographs_fingerprint: 0,
+        })
+    }
+
+    /// Adds photographs to the backgrounds and to the art of other sheets.
+    pub(crate) fn add_photographs(&mut self, photographs: Vec<Picture>) {
+        for (number, photograph) in photographs.into_iter().enumerate() {
+            let mut rng = generator(mix(number as u64), 0, Stream::Pool);
+            self.photographs_fingerprint = picture_fingerprint(self.photographs_fingerprint, &photograph);
+            for _ in 0..SHEETS_A_PHOTOGRAPH {
+                self.photograph_sheets
+                    .push(Texture::new(&photograph_sheet(&photograph, &mut rng)));
+            }
+            self.photographs.push(photograph_texture(photograph));
+        }
+    }
+
+    /// Fingerprint of the photographs and their order; 0 without any.
+    pub(crate) fn photographs_fingerprint(&self) -> u64 {
+        self.photographs_fingerprint
+    }
+
+    /// The vertices of a random shape in a random pose, mm, camera frame.
+    pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
+        self.sample_shape(rng).vertices_camera
+    }
+
+    /// A random shape in a random pose. Any side of a template that is no sheet may look at the camera: it is turned about
+    /// its upright axis first, then posed as a sheet is.
+    pub(crate) fn sample_shape(&self, rng: &mut Pcg64Mcg) -> PosedShape {
+        let (vertices_template, strength) = match &self.handles {
+            None => (deform(&self.template, &self.config.deformation, rng), None),
+            Some(handles) => {
+                let shape = handles.deform(&self.config.handles, rng);
+                let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
+                let turned = shape.vertices.into_iter().map(|p| turn * p);
+                (turned.collect(), Some(shape.strength))
+            }
+        };
+        let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
+        let posed = vertices_template.into_iter().map(|p| pose.transform_point3(p));
+        PosedShape {
+            vertices_camera: posed.collect(),
+            strength,
+        }
+    }
+
+    /// A background picture for a scene.
+    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> Background<'_> {
+        let procedural = procedural_backgrounds();
+        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_share) {
+            return Background::Photograph(pick(&self.photographs, rng));
+        }
+        Background::Drawn(pick(procedural, rng))
+    }
+
+    /// Art of a sheet that is not the template.
+    pub(crate) fn other_art(&self, rng: &mut Pcg64Mcg) -> &Texture {
+        if !self.photograph_sheets.is_empty() && rng.random_bool(0.4) {
+            return pick(&self.photograph_sheets, rng);
+        }
+        pick(procedural_artworks(), rng)
+    }
+}
+
+fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {
+    &items[rng.random_range(0..items.len())]
+}
+
+/// The vertices around a sheet's grid, clockwise from the top left; none of another template.
+fn outline(template: &Template) -> Vec<usize> {
+    let Some((columns, rows)) = template.grid() else {
+        return Vec::new();
+    };
+    let top = 0..columns;
+    let right = (1..rows).map(|j| j * columns + columns - 1);
+    let bottom = (0..columns - 1).rev().map(|i| (rows - 1) * columns + i);
+    let left = (1..rows - 1).rev().map(|j| j * columns);
+    top.chain(right).chain(bottom).chain(left).collect()
+}

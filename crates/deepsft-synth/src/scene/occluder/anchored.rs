@@ -1,0 +1,142 @@
+//! What covers parts of the sheet: hands, things, and the paper's discs; where each sits, and laid into an image.
+
+use crate::render::figure::Figure;
+use crate::render::value_noise::ValueNoise;
+use crate::scene::occluder::body::{Part, Placed};
+use deepsft_geometry::Camera;
+use deepsft_geometry::glam::{DVec3, Vec2};
+
+/// What hides parts of the sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OccluderKind {
+    /// Hands that hold the sheet, things before it, and discs of 1 to 10 pixels in radius.
+    HandsAndThings,
+    /// Discs of one random colour at random places of the image (the paper's section 5.1).
+    Discs {
+        /// Most discs; their number is drawn uniformly from 0 on.
+        most: usize,
+        /// Their diameter, pixels.
+        diameter_px: [f64; 2],
+    },
+}
+
+/// Where an occluder sits on the sheet.
+#[derive(Clone, Debug)]
+pub(super) enum Anchor {
+    /// On outline vertex number `share` of the outline; x points inwards, turned by `turn` radians.
+    Outline { share: f32, turn: f32 },
+    /// At a place of the image, shares of its width and height.
+    Image(Vec2),
+    /// On any vertex, by its number's share of all; x points along `direction`.
+    Inside { share: f32, direction: Vec2 },
+}
+
+/// Something in front of the sheet, with what it has behind it (the hand of a thumb). It moves with the sheet.
+#[derive(Clone, Debug)]
+pub(crate) struct Occluder {
+    pub(super) anchor: Anchor,
+    pub(super) behind: Vec<Part>,
+    pub(super) front: Vec<Part>,
+    pub(super) noise: ValueNoise,
+    /// Displacement in mm, softness in mm and strength of its shadow.
+    pub(super) shadow: (Vec2, f32, f32),
+    /// Discs have their size in pixels, all else in mm.
+    pub(super) in_pixels: bool,
+}
+
+/// A sheet as occluders see it: vertices of its outline in order, all vertices, the camera.
+pub(crate) struct Held<'a> {
+    pub(crate) outline: &'a [usize],
+    pub(crate) vertices_camera: &'a [DVec3],
+    pub(crate) camera: &'a Camera,
+}
+
+impl Held<'_> {
+    /// Pixel position and pixels per mm at a vertex.
+    fn pixel(&self, vertex: usize) -> Option<(Vec2, f32)> {
+        let p_camera = self.vertices_camera[vertex];
+        let pixel = self.camera.project(p_camera)?.as_vec2();
+        let scale = (self.camera.focal().x / p_camera.z) as f32;
+        (pixel.abs().max_element() < 1e5 && scale < 100.0).then_some((pixel, scale))
+    }
+
+    fn centre(&self) -> Vec2 {
+        let mean = self.vertices_camera.iter().sum::<DVec3>() / self.vertices_camera.len().max(1) as f64;
+        self.camera.project(mean).map_or(Vec2::ZERO, |p| p.as_vec2())
+    }
+}
+
+impl Occluder {
+    /// Whether it is a body, with a size in mm, and none of the paper's discs.
+    pub(crate) fn is_body(&self) -> bool {
+        !self.in_pixels
+    }
+
+    /// Lays the occluder into the image of `sheet`; `None` when its anchor is behind the camera.
+    pub(crate) fn place(&self, sheet: &Held<'_>) -> Option<Placed> {
+        let (origin, axis, scale) = match self.anchor {
+            Anchor::Outline { share, turn } => {
+                let number = (share * sheet.outline.len() as f32) as usize;
+                let (origin, scale) = sheet.pixel(*sheet.outline.get(number)?)?;
+                let inwards = (sheet.centre() - origin).normalize_or(Vec2::X);
+                (origin, Vec2::from_angle(turn).rotate(inwards), scale)
+            }
+            Anchor::Image(share) => {
+                let size = Vec2::new(sheet.camera.width() as f32, sheet.camera.height() as f32);
+                (share * size, Vec2::X, 1.0)
+            }
+            Anchor::Inside { share, direction } => {
+                let number = (share * sheet.vertices_camera.len() as f32) as usize;
+                let (origin, scale) = sheet.pixel(number.min(sheet.vertices_camera.len().checked_sub(1)?))?;
+                (origin, direction, scale)
+            }
+        };
+        let scale = if self.in_pixels { 1.0 } else { scale };
+        let lay = |parts: &[Part]| {
+            let place = |part: &Part| Part {
+                figure: moved(&part.figure, origin, axis, scale),
+                surface: part.surface.clone(),
+            };
+            parts.iter().map(place).collect()
+        };
+        Some(Placed {
+            behind: lay(&self.behind),
+            front: lay(&self.front),
+            scale,
+            shadow_offset: self.shadow.0 * scale,
+            shadow_softness: (self.shadow.1 * scale).max(1.0),
+            shadow_strength: self.shadow.2,
+            noise: self.noise,
+        })
+    }
+}
+
+/// A figure turned so that x points along `axis`, scaled, and moved to `origin`.
+fn moved(figure: &Figure, origin: Vec2, axis: Vec2, scale: f32) -> Figure {
+    let point = |p: Vec2| origin + axis.rotate(p) * scale;
+    match figure {
+        Figure::Capsule { ends, radii } => Figure::Capsule {
+            ends: ends.map(point),
+            radii: radii.map(|r| r * scale),
+        },
+        Figure::Ellipse {
+            centre,
+            axis: own,
+            radii,
+        } => Figure::Ellipse {
+            centre: point(*centre),
+            axis: axis.rotate(*own),
+            radii: *radii * scale,
+        },
+        Figure::Rectangle {
+            centre,
+            axis: own,
+            half,
+        } => Figure::Rectangle {
+            centre: point(*centre),
+            axis: axis.rotate(*own),
+            half: *half * scale,
+        },
+        Figure::Polygon(corners) => Figure::Polygon(corners.iter().map(|&p| point(p)).collect()),
+    }
+}

@@ -1,0 +1,263 @@
+//! Random occluders of a scene.
+
+use crate::random::{uniform, unit_vector};
+use crate::render::color::any_color;
+use crate::render::figure::Figure;
+use crate::render::value_noise::ValueNoise;
+use crate::scene::background::color_jitter;
+use crate::scene::occluder::anchored::{Anchor, Occluder, OccluderKind};
+use crate::scene::occluder::body::{Part, Surface};
+use crate::scene::occluder::hand::{Hand, skin_color};
+use deepsft_geometry::glam::{Vec2, Vec3};
+use rand::{Rng, RngExt};
+
+/// Most discs among hands and things and their radii in pixels; the paper's own discs have half the size.
+const MOST_DISCS: usize = 4;
+const DISC_RADIUS_PX: [f64; 2] = [1.0, 10.0];
+
+/// Draws the occluders of a scene: `share` of the scenes have any.
+pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, kind: OccluderKind, rng: &mut R) -> Vec<Occluder> {
+    if !rng.random_bool(share) {
+        return Vec::new();
+    }
+    if let OccluderKind::Discs { most, diameter_px } = kind {
+        let radius_px = diameter_px.map(|diameter| diameter / 2.0);
+        let place = |rng: &mut R| Anchor::Image(Vec2::new(rng.random(), rng.random()));
+        return (0..rng.random_range(0..=most))
+            .map(|_| {
+                let color = any_color(rng);
+                let radius_px = uniform(rng, radius_px);
+                disc(color, radius_px, place(rng), rng)
+            })
+            .collect();
+    }
+    let mut occluders = Vec::new();
+    let skin = skin_color(rng);
+    let sleeve = any_color(rng);
+    if rng.random_bool(0.75) {
+        // One or two hands of the same person, at random places of the outline; two hold opposite sides.
+        let place: f32 = rng.random();
+        occluders.push(hand(place, skin, sleeve, rng));
+        if rng.random_bool(0.5) {
+            let other = place + 0.5 + uniform(rng, [-0.12, 0.12]);
+            occluders.push(hand(other.fract(), skin, sleeve, rng));
+        }
+    }
+    if rng.random_bool(0.3) {
+        for _ in 0..rng.random_range(1..4) {
+            occluders.push(thing(rng));
+        }
+    }
+    if rng.random_bool(0.35) || occluders.is_empty() {
+        for _ in 0..rng.random_range(1..=MOST_DISCS) {
+            occluders.push(disc_on_sheet(rng));
+        }
+    }
+    occluders
+}
+
+/// A hand at `place` of the outline.
+fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> Occluder {
+    let Hand { behind, front } = Hand::sample(skin, sleeve, rng);
+    Occluder {
+        anchor: Anchor::Outline {
+            share: place,
+            turn: uniform(rng, [-0.7, 0.7]),
+        },
+        behind,
+        front,
+        noise: ValueNoise::new(rng),
+        shadow: shadow(rng),
+        in_pixels: false,
+    }
+}
+
+/// A shadow's displacement and softness in mm and its strength, often none.
+fn shadow<R: Rng + ?Sized>(rng: &mut R) -> (Vec2, f32, f32) {
+    let strength = if rng.random_bool(0.7) {
+        uniform(rng, [0.15, 0.65])
+    } else {
+        0.0
+    };
+    (
+        unit_vector(rng) * uniform(rng, [2.0, 18.0]),
+        uniform(rng, [2.0, 14.0]),
+        strength,
+    )
+}
+
+/// A flat or rounded thing before the sheet.
+fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
+    let size = uniform(rng, [8.0, 55.0]);
+    let (a, b) = (any_color(rng), any_color(rng));
+    let long = size * uniform(rng, [1.0, 3.0]);
+    let (figure, surface) = match rng.random_range(0..4) {
+        0 => (
+            Figure::Ellipse {
+                centre: Vec2::ZERO,
+                axis: Vec2::X,
+                radii: Vec2::new(long, size) * 0.6,
+            },
+            Surface::Cloth(a),
+        ),
+        1 => (
+            Figure::Rectangle {
+                centre: Vec2::ZERO,
+                axis: Vec2::X,
+                half: Vec2::new(long, size) * 0.6,
+            },
+            Surface::Flat(a, b),
+        ),
+        2 => {
+            // A pen or stick.
+            let ends = [Vec2::ZERO, Vec2::new(uniform(rng, [60.0, 160.0]), 0.0)];
+            (
+                Figure::Capsule {
+                    ends,
+                    radii: [uniform(rng, [2.5, 6.0]), uniform(rng, [2.0, 6.0])],
+                },
+                Surface::Cloth(a),
+            )
+        }
+        _ => {
+            let corners = rng.random_range(3..7);
+            let corner =
+                |k: usize, reach: f32| Vec2::from_angle(k as f32 * std::f32::consts::TAU / corners as f32) * reach;
+            (
+                Figure::Polygon(
+                    (0..corners)
+                        .map(|k| corner(k, size * uniform(rng, [0.5, 1.3])))
+                        .collect(),
+                ),
+                Surface::Flat(a, b),
+            )
+        }
+    };
+    Occluder {
+        anchor: Anchor::Inside {
+            share: rng.random(),
+            direction: unit_vector(rng),
+        },
+        behind: Vec::new(),
+        front: vec![Part { figure, surface }],
+        noise: ValueNoise::new(rng),
+        shadow: shadow(rng),
+        in_pixels: false,
+    }
+}
+
+/// A disc that matches no background: its colour is jittered as theirs is.
+fn disc_on_sheet<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
+    let (matrix, offset) = color_jitter(rng);
+    let color = (matrix * any_color(rng) + offset).max(Vec3::ZERO);
+    let radius_px = uniform(rng, DISC_RADIUS_PX);
+    let anchor = Anchor::Inside {
+        share: rng.random(),
+        direction: Vec2::X,
+    };
+    disc(color, radius_px, anchor, rng)
+}
+
+/// A disc of one colour.
+fn disc<R: Rng + ?Sized>(color: Vec3, radius_px: f32, anchor: Anchor, rng: &mut R) -> Occluder {
+    Occluder {
+        anchor,
+        behind: Vec::new(),
+        front: vec![Part {
+            figure: Figure::disc(Vec2::ZERO, radius_px),
+            surface: Surface::Flat(color, color),
+        }],
+        noise: ValueNoise::new(rng),
+        shadow: (Vec2::ZERO, 1.0, 0.0),
+        in_pixels: true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{Stream, generator};
+    use crate::render::frame::Frame;
+    use crate::render::shading::Lighting;
+    use crate::scene::occluder::anchored::Held;
+    use deepsft_geometry::glam::DVec3;
+    use deepsft_geometry::{Maps, Picture, Template, training_camera};
+
+    #[test]
+    fn occluders_cover_pixels_of_the_frame_and_only_those_leave_the_truth() {
+        let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0).unwrap();
+        let vertices: Vec<DVec3> = template
+            .mesh()
+            .vertices()
+            .iter()
+            .map(|p| *p + DVec3::Z * 500.0)
+            .collect();
+        let camera = training_camera();
+        let outline: Vec<usize> = (0..template.grid().unwrap().0).collect();
+        let sheet = Held {
+            outline: &outline,
+            vertices_camera: &vertices,
+            camera: &camera,
+        };
+        let mut seen = 0;
+        for index in 0..40 {
+            for occluder in sample_occluders(
+                1.0,
+                OccluderKind::HandsAndThings,
+                &mut generator(1, index, Stream::Scene),
+            ) {
+                let mut frame = Frame::filled(480, 270, Vec3::ONE);
+                let mut truth = Maps::new(480, 270, vec![500.0; 480 * 270], vec![[0.5; 2]; 480 * 270]).unwrap();
+                let placed = occluder.place(&sheet).unwrap();
+                let covered = placed.covered_pixels(&frame);
+                placed.paint_front(&mut frame, &mut truth, &Lighting::frontal(), &camera);
+                assert!((0..480 * 270).all(|pixel| truth.inside(pixel) == covered.binary_search(&pixel).is_err()));
+                seen += covered.len();
+            }
+        }
+        assert!(seen > 40 * 500, "{seen}");
+    }
+
+    #[test]
+    fn the_papers_discs_lie_anywhere_in_the_image_in_one_colour_and_have_the_papers_sizes() {
+        let camera = training_camera();
+        let sheet = Held {
+            outline: &[],
+            vertices_camera: &[],
+            camera: &camera,
+        };
+        let kind = OccluderKind::Discs {
+            most: 4,
+            diameter_px: [1.0, 10.0],
+        };
+        let (mut counts, mut reach) = ([0; 5], Vec2::ZERO);
+        for index in 0..500 {
+            let discs = sample_occluders(1.0, kind, &mut generator(2, index, Stream::Scene));
+            counts[discs.len()] += 1;
+            for disc in discs {
+                let placed = disc.place(&sheet).unwrap();
+                let (low, high) = placed.front[0].figure.bounds();
+                let size = high - low;
+                assert!(
+                    (size.x - size.y).abs() < 1e-3 && (0.999..10.001).contains(&size.x),
+                    "{size}"
+                );
+                reach = reach.max(low);
+                let mut frame = Frame::filled(480, 270, Vec3::ZERO);
+                let mut truth = Maps::empty(480, 270);
+                placed.paint_front(&mut frame, &mut truth, &Lighting::frontal(), &camera);
+                // Pixels that are covered whole: their centre is half a diagonal or more inside.
+                let figure = &placed.front[0].figure;
+                let covered = placed.covered_pixels(&frame);
+                let mut whole = covered
+                    .into_iter()
+                    .filter(|&p| figure.distance(frame.centre(p)) < -0.71);
+                let first = whole.next().map(|pixel| frame.color(pixel));
+                assert!(whole.all(|pixel| first.is_some_and(|first| frame.color(pixel).distance(first) < 1e-6)));
+            }
+        }
+        // Each number of discs is a fifth of 500: 100 +- 9; five standard deviations.
+        assert!(counts.iter().all(|count| (55..145).contains(count)), "{counts:?}");
+        assert!(reach.x > 460.0 && reach.y > 255.0, "{reach}");
+    }
+}

@@ -1,0 +1,154 @@
+//! Synthetic samples: a pure function of (template, configuration, seed, index).
+
+use crate::SynthError;
+use crate::deform::edge_length_changes;
+use crate::fingerprint::template_fingerprint;
+use crate::random::{Stream, generator, mix};
+use crate::render::projected_mesh::ProjectedMesh;
+use crate::scene::composition::{Place, Scene};
+use crate::scene::config::SynthConfig;
+use crate::scene::ingredients::{Ingredients, PosedShape};
+use crate::scene::sample::Sample;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{Picture, Template};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+/// Draws of shape and pose before the one that shows most is taken.
+const VIEW_TRIES: usize = 12;
+
+/// Makes synthetic samples of one template.
+///
+/// [`Synthesizer::sample`] starts no threads; callers run indices in parallel.
+///
+/// ```
+/// use deepsft_geometry::{Picture, Template};
+/// use deepsft_synth::{SynthConfig, Synthesizer};
+/// let texture = Picture::from_fn(64, 48, |x, y| [4 * x as u8, 5 * y as u8, 128]);
+/// let template = Template::thin_shell(texture, 200.0, 150.0)?;
+/// let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
+/// let sample = synthesizer.sample(1, 0);
+/// assert_eq!((sample.image.width(), sample.image.height()), (480, 270));
+/// assert_eq!(sample.has_template, sample.truth.area() > 0);
+/// # Ok::<(), deepsft_synth::SynthError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Synthesizer {
+    ingredients: Ingredients,
+    /// The edges of the template's mesh.
+    edges: Vec<[usize; 2]>,
+}
+
+impl Synthesizer {
+    /// Prepares the template's texture and the pool of backgrounds and other sheets (painted once a process, about
+    /// a second).
+    ///
+    /// # Errors
+    /// [`SynthError::Setting`] or [`SynthError::DistortedCamera`] when the configuration is not valid.
+    /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
+    pub fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
+        Ok(Self {
+            ingredients: Ingredients::new(template, config)?,
+            edges: template.mesh().edges(),
+        })
+    }
+
+    /// Uses photographs too: [`SynthConfig::photograph_share`] of the backgrounds will show one, and pieces of them appear on other sheets. The
+    /// samples then depend on the photographs and their order.
+    pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
+        self.ingredients.add_photographs(photographs);
+        self
+    }
+
+    /// The template.
+    pub fn template(&self) -> &Template {
+        &self.ingredients.template
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &SynthConfig {
+        &self.ingredients.config
+    }
+
+    /// A number that differs when samples of the same seed and index would: of template, configuration and photographs.
+    pub fn fingerprint(&self) -> u64 {
+        let start = mix(self.config().fingerprint() ^ self.ingredients.photographs_fingerprint());
+        template_fingerprint(start, self.template())
+    }
+
+    /// Relative changes of the lengths of the mesh's edges in a sample, one an edge; none without the template.
+    pub fn edge_length_changes(&self, sample: &Sample) -> Vec<f64> {
+        edge_length_changes(self.template().mesh().vertices(), &self.edges, &sample.vertices_camera)
+    }
+
+    /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
+    /// seed and index.
+    pub fn sample(&self, seed: u64, index: u64) -> Sample {
+        self.sample_and_strength(seed, index).0
+    }
+
+    /// [`Synthesizer::sample`], and [`crate::HandleShape::strength`] of its shape where handles made it.
+    pub fn sample_and_strength(&self, seed: u64, index: u64) -> (Sample, Option<f64>) {
+        let mut rng = generator(seed, index, Stream::Shape);
+        let noise_seed = rng.random();
+        if rng.random_bool(self.config().empty_share) {
+            let scene =
+                Scene::without_template(&self.ingredients, &mut generator(seed, index, Stream::Scene), &mut rng);
+            return (scene.compose_without_template(noise_seed), None);
+        }
+        let scene = self.scene(seed, index);
+        let mut best: Option<(usize, PosedShape, ProjectedMesh)> = None;
+        for _ in 0..VIEW_TRIES {
+            let shape = self.ingredients.sample_shape(&mut rng);
+            let sheet = ProjectedMesh::new(self.template().mesh(), &shape.vertices_camera, &self.config().camera);
+            let visible = scene.visible_area(&sheet);
+            if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
+                best = Some((visible, shape, sheet));
+            }
+            if visible >= self.config().least_visible_px {
+                break;
+            }
+        }
+        match best {
+            Some((_, shape, sheet)) => (scene.compose(shape.vertices_camera, &sheet, noise_seed), shape.strength),
+            None => (scene.compose_without_template(noise_seed), None),
+        }
+    }
+
+    /// Everything random of sample `index` of the data set `seed` but the sheet's shape and pose: background, other
+    /// sheets, light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
+    pub fn scene(&self, seed: u64, index: u64) -> Scene<'_> {
+        Scene::with_template(&self.ingredients, None, &mut generator(seed, index, Stream::Scene))
+    }
+
+    /// [`Synthesizer::scene`] at the place of another.
+    pub(crate) fn scene_at(&self, place: &Place, seed: u64, index: u64) -> Scene<'_> {
+        Scene::with_template(
+            &self.ingredients,
+            Some(place),
+            &mut generator(seed, index, Stream::Scene),
+        )
+    }
+
+    /// A picture of the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances: matt
+    /// paper under even light from the camera before mid grey, no occluders, ideal camera.
+    ///
+    /// # Errors
+    /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
+    /// [`SynthError::Geometry`] when one is not finite.
+    pub fn render_clean(&self, vertices_camera: Vec<DVec3>) -> Result<Sample, SynthError> {
+        Scene::clean(&self.ingredients).render(vertices_camera, 0)
+    }
+
+    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a
+    /// sample, but whatever is seen of it.
+    pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
+        self.ingredients
+            .sample_vertices(&mut generator(seed, index, Stream::Shape))
+    }
+
+    /// The vertices of a random shape in a random pose, mm, camera frame.
+    pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
+        self.ingredients.sample_vertices(rng)
+    }
+}

@@ -1,0 +1,14 @@
+//! Batches of synthetic samples: where samples come from, what a network is to learn of them, and the workers that make
+//! batches.
+
+mod cell_targets;
+mod loader;
+mod map_batch;
+mod sample_source;
+mod window_batch;
+
+pub use map_batch::{MapBatch, MapTensors};
+pub use sample_source::{SampleSource, StoredSamples};
+pub use window_batch::{Batch, BatchShape, BatchTensors};
+
+pub(crate) use loader::{Loader, Targets, TrainingBatch};

@@ -1,0 +1,368 @@
+//! Batches made by worker threads, in an order that depends on nothing but the seed.
+
+use super::map_batch::MapBatch;
+use super::sample_source::SampleSource;
+use super::window_batch::{Batch, BatchShape, TargetShape};
+use crate::TrainError;
+use deepsft::{DepthRange, NetworkConfig};
+use deepsft_synth::Sample;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+/// Batches a worker may be ahead.
+const AHEAD: usize = 2;
+
+/// Sets the random stream of the windows apart from that of the samples.
+const WINDOW_STREAM: u64 = 0x7769_6e64;
+
+/// Share of the windows that are centred near a pixel of the object.
+const CENTRED_SHARE: f64 = 0.8;
+
+/// What a network is taught.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Targets {
+    /// Cells and bins of windows of frames: the compact network.
+    Cells(TargetShape),
+    /// Full-resolution maps of whole frames: all others.
+    Maps(DepthRange),
+}
+
+impl Targets {
+    /// What the network of `config` is taught.
+    pub fn of(config: &NetworkConfig) -> Self {
+        TargetShape::of(config).map_or(Self::Maps(config.depth_range), Self::Cells)
+    }
+}
+
+/// A batch as a network is taught.
+pub enum TrainingBatch {
+    /// Windows with cells and bins.
+    Cells(Batch),
+    /// Whole frames with maps.
+    Maps(MapBatch),
+}
+
+impl TrainingBatch {
+    /// Samples of the batch.
+    pub fn frames(&self) -> usize {
+        match self {
+            Self::Cells(batch) => batch.frames(),
+            Self::Maps(batch) => batch.frames(),
+        }
+    }
+}
+
+/// Endless batches for one seed. Batch b starts at sample `first_sample` and is made whole by worker
+/// b mod W; the consumer takes them in turn, so threads never change what comes out.
+pub struct Loader {
+    requests: Vec<SyncSender<Request>>,
+    batches: Vec<Receiver<Result<TrainingBatch, TrainError>>>,
+    asked: usize,
+    taken: usize,
+}
+
+struct Request {
+    first_sample: u64,
+    shape: BatchShape,
+}
+
+impl Loader {
+    /// Starts `workers` threads. With `epoch_samples` the same samples come again after so many, in another order.
+    pub fn start<S: SampleSource + ?Sized + 'static>(
+        source: &Arc<S>,
+        targets: Targets,
+        seed: u64,
+        epoch_samples: Option<u64>,
+        workers: usize,
+    ) -> Self {
+        let (mut requests, mut batches) = (Vec::new(), Vec::new());
+        for _ in 0..workers.max(1) {
+            let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
+            let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
+            let source = Arc::clone(source);
+            std::thread::spawn(move || {
+                for request in request_receiver {
+                    let batch = make_batch(&*source, targets, seed, epoch_samples, &request);
+                    let failed = batch.is_err();
+                    if batch_sender.send(batch).is_err() || failed {
+                        break;
+                    }
+                }
+            });
+            requests.push(request_sender);
+            batches.push(batch_receiver);
+        }
+        Self {
+            requests,
+            batches,
+            asked: 0,
+            taken: 0,
+        }
+    }
+
+    /// Batches that should be asked for before the next one is taken.
+    pub fn wanted(&self) -> usize {
+        (AHEAD * self.requests.len() + 1).saturating_sub(self.asked - self.taken)
+    }
+
+    /// Asks for the batch of `shape` that starts at sample `first_sample`. Of a worker that has stopped [`Loader::take`]
+    /// tells why.
+    pub fn ask(&mut self, first_sample: u64, shape: BatchShape) {
+        let worker = self.asked % self.requests.len();
+        self.asked += 1;
+        let _ = self.requests[worker].send(Request { first_sample, shape });
+    }
+
+    /// The next batch in the order of asking.
+    ///
+    /// # Errors
+    /// What the worker met that was to make it; [`TrainError::WorkerStopped`] after that.
+    pub fn take(&mut self) -> Result<TrainingBatch, TrainError> {
+        let worker = self.taken % self.batches.len();
+        self.taken += 1;
+        self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)?
+    }
+}
+
+fn make_batch<S: SampleSource + ?Sized>(
+    source: &S,
+    targets: Targets,
+    seed: u64,
+    epoch_samples: Option<u64>,
+    request: &Request,
+) -> Result<TrainingBatch, TrainError> {
+    let asked = request.first_sample..request.first_sample + request.shape.frames as u64;
+    match targets {
+        Targets::Cells(targets) => {
+            let mut batch = Batch::new(request.shape, targets);
+            let mut made: Option<(u64, Sample)> = None;
+            for window in asked {
+                let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
+                let sample = match made.take() {
+                    Some((made_index, sample)) if made_index == index => sample,
+                    _ => source.sample(seed, index)?,
+                };
+                let (left, top) = window_corner(&sample, request.shape, seed, window);
+                batch.push(&sample, left, top);
+                made = Some((index, sample));
+            }
+            Ok(TrainingBatch::Cells(batch))
+        }
+        Targets::Maps(range) => {
+            let mut batch = MapBatch::new(request.shape.frames, range);
+            for position in asked {
+                batch.push(&source.sample(seed, sample_index(position, epoch_samples))?);
+            }
+            Ok(TrainingBatch::Maps(batch))
+        }
+    }
+}
+
+/// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, from a start and in
+/// strides of the epoch's own, so that other samples share a batch each time.
+fn sample_index(position: u64, epoch_samples: Option<u64>) -> u64 {
+    let Some(samples) = epoch_samples else { return position };
+    let samples = samples.max(1);
+    let (epoch, place) = (position / samples, position % samples);
+    let mut rng = Pcg64Mcg::seed_from_u64(epoch);
+    let start = rng.random_range(0..samples);
+    // Strides that share no divisor with the number of samples step through all of them.
+    let stride = loop {
+        let stride = rng.random_range(1..=samples);
+        if greatest_common_divisor(stride, samples) == 1 {
+            break stride;
+        }
+    };
+    ((u128::from(place) * u128::from(stride) + u128::from(start)) % u128::from(samples)) as u64
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
+/// Corner of window number `index` in its sample: mostly around a random pixel of the object, so that
+/// little work goes into empty background, sometimes anywhere.
+fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (usize, usize) {
+    let (spare_x, spare_y) = (
+        sample.image.width().saturating_sub(shape.width),
+        sample.image.height().saturating_sub(shape.height),
+    );
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ WINDOW_STREAM);
+    let area = sample.truth.area();
+    if area > 0 && rng.random_bool(CENTRED_SHARE) {
+        let chosen = rng.random_range(0..area);
+        let pixel = (0..sample.truth.depth().len())
+            .filter(|&p| sample.truth.inside(p))
+            .nth(chosen)
+            .unwrap_or(0);
+        let (x, y) = (pixel % sample.truth.width(), pixel / sample.truth.width());
+        return (
+            x.saturating_sub(shape.width / 2).min(spare_x),
+            y.saturating_sub(shape.height / 2).min(spare_y),
+        );
+    }
+    (rng.random_range(0..=spare_x), rng.random_range(0..=spare_y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::StoredSamples;
+    use burn::tensor::{Device, Tensor};
+    use deepsft_geometry::{Picture, Template, training_camera};
+    use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
+    use std::path::{Path, PathBuf};
+
+    const SEED: u64 = 3;
+
+    /// What makes samples, and the first twelve on disk, in two shards.
+    fn sources(folder: &Path) -> (Arc<Synthesizer>, Arc<StoredSamples>, Vec<PathBuf>) {
+        let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
+        let template = Template::thin_shell(texture, 180.0, 120.0).unwrap();
+        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+        let mut shards = IndexedShards::new(training_camera());
+        let mut paths = Vec::new();
+        for indices in [0..7, 7..12] {
+            let path = folder.join(format!("{}.tar", indices.start));
+            let records = indices.map(|index| SampleRecord {
+                seed: SEED,
+                index,
+                sample: synthesizer.sample(SEED, index),
+            });
+            write_shard(std::fs::File::create(&path).unwrap(), records).unwrap();
+            shards.add(&path).unwrap();
+            paths.push(path);
+        }
+        let set = DatasetDescription::new(&template, synthesizer.config(), SEED, 12, Vec::new());
+        let stored = StoredSamples::new(shards, &[set]).unwrap();
+        (Arc::new(synthesizer), Arc::new(stored), paths)
+    }
+
+    /// `count` batches of `shape` in turn, of two workers.
+    fn batches<S: SampleSource + 'static>(
+        source: &Arc<S>,
+        targets: Targets,
+        shape: BatchShape,
+        count: u64,
+    ) -> Result<Vec<TrainingBatch>, TrainError> {
+        let mut loader = Loader::start(source, targets, SEED, Some(11), 2);
+        let mut asked = 0;
+        let mut next = || {
+            while loader.wanted() > 0 {
+                loader.ask(asked, shape);
+                asked += shape.frames as u64;
+            }
+            loader.take()
+        };
+        (0..count).map(|_| next()).collect()
+    }
+
+    fn values(tensor: Tensor<4>) -> Vec<f32> {
+        tensor.into_data().try_to_vec().unwrap()
+    }
+
+    /// Largest difference of two tensors where `counts` is positive, if it is given.
+    fn apart(a: Tensor<4>, b: Tensor<4>, counts: Option<&[f32]>) -> f32 {
+        let (a, b) = (values(a), values(b));
+        assert_eq!(a.len(), b.len());
+        let counted = |at: usize| counts.is_none_or(|counts| counts[at % counts.len()] > 0.0);
+        let differences = a.iter().zip(&b).enumerate().filter(|(at, _)| counted(*at));
+        differences.map(|(_, (a, b))| (a - b).abs()).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn shards_give_the_batches_that_the_synthesizer_gives_up_to_their_rounding() {
+        let folder = tempfile::tempdir().unwrap();
+        let (synthesizer, stored, _) = sources(folder.path());
+        let device = Device::flex();
+        let config = NetworkConfig::compact([180.0, 120.0], &training_camera());
+        // Half of what the files tell apart, and the rounding of f32.
+        let registration = 0.5 / 65_535.0 + 1e-6;
+        let depth = |range: DepthRange| {
+            let step_mm = range.normalise_linear(500.05) - range.normalise_linear(500.0);
+            step_mm.abs() as f32 + 1e-6
+        };
+
+        // Whole frames, into the second epoch.
+        let range = config.depth_range;
+        let of = |shape| {
+            let made = batches(&synthesizer, Targets::Maps(range), shape, 7).unwrap();
+            made.into_iter()
+                .zip(batches(&stored, Targets::Maps(range), shape, 7).unwrap())
+        };
+        for pair in of(BatchShape::whole_frames(2)) {
+            let (TrainingBatch::Maps(made), TrainingBatch::Maps(read)) = pair else {
+                panic!()
+            };
+            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
+            assert_eq!(apart(made.images, read.images, None), 0.0);
+            assert!(apart(made.registration, read.registration, None) <= registration);
+            assert!(apart(made.depth, read.depth, None) <= depth(range));
+        }
+
+        // Windows: planes through the pixels of cells, which go on beyond the object's edge, where rounding grows.
+        let targets = Targets::of(&config);
+        let shape = BatchShape {
+            frames: 1,
+            width: 128,
+            height: 96,
+        };
+        let made = batches(&synthesizer, targets, shape, 24).unwrap();
+        let read = batches(&stored, targets, shape, 24).unwrap();
+        let mut cells = 0;
+        for pair in made.into_iter().zip(read) {
+            let (TrainingBatch::Cells(made), TrainingBatch::Cells(read)) = pair else {
+                panic!()
+            };
+            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
+            for (made, read) in [
+                (made.images, read.images),
+                (made.mask, read.mask),
+                (made.corners, read.corners),
+            ] {
+                assert_eq!(apart(made, read, None), 0.0);
+            }
+            let weight = values(made.cell_weight.clone());
+            cells += weight.iter().filter(|&&weight| weight > 0.0).count();
+            assert!(apart(made.cell_weight, read.cell_weight, None) < 1e-3);
+            assert!(apart(made.cells, read.cells, Some(&weight)) < 1e-3);
+        }
+        assert!(cells > 200, "{cells}");
+    }
+
+    #[test]
+    fn a_sample_that_cannot_be_read_stops_the_training_by_the_name_of_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, stored, paths) = sources(folder.path());
+        std::fs::write(&paths[1], "cut").unwrap();
+        let range = NetworkConfig::compact([180.0, 120.0], &training_camera()).depth_range;
+        let error = batches(&stored, Targets::Maps(range), BatchShape::whole_frames(2), 6).err();
+        assert!(error.unwrap().to_string().contains("7.tar"));
+    }
+
+    #[test]
+    fn every_sample_comes_once_an_epoch_in_another_order() {
+        for samples in [1, 10, 47, 1000] {
+            let epoch = |number: u64| -> Vec<u64> {
+                (number * samples..(number + 1) * samples)
+                    .map(|position| sample_index(position, Some(samples)))
+                    .collect()
+            };
+            for number in [0, 1, 7] {
+                let mut sorted = epoch(number);
+                sorted.sort_unstable();
+                assert_eq!(sorted, (0..samples).collect::<Vec<_>>());
+            }
+            // Other neighbours, not only another start.
+            let after_zero = |number| {
+                let order = epoch(number);
+                let at = order.iter().position(|&index| index == 0).unwrap();
+                order[(at + 1) % order.len()]
+            };
+            assert!(samples < 47 || after_zero(0) != after_zero(1), "{samples}");
+        }
+        assert_eq!(sample_index(123, None), 123);
+    }
+}

@@ -1,0 +1,191 @@
+//! Where the samples of step 1 come from: made on the fly, or read from data sets.
+
+use crate::TrainError;
+use deepsft_synth::{DatasetDescription, IndexedShards, Sample, Synthesizer};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Of a data set one sample in so many is held out, at its end, though no more than
+/// [`TrainConfig::held_out_frames`](crate::TrainConfig::held_out_frames). Our choice.
+const SAMPLES_A_HELD_OUT_ONE: u64 = 10;
+
+/// Where a training takes its samples from. Workers ask for them from several threads.
+pub trait SampleSource: Send + Sync {
+    /// Sample `index` to train on. Samples that are made on the fly depend on `seed`, too.
+    ///
+    /// # Errors
+    /// [`TrainError`] when it cannot be read.
+    fn sample(&self, seed: u64, index: u64) -> Result<Sample, TrainError>;
+
+    /// How many samples there are to train on when `held_out_frames` are to be held out, if there are; `None` when they
+    /// never end.
+    ///
+    /// # Errors
+    /// [`TrainError::TooFewSamples`] when there are too few to hold one out.
+    fn training_samples(&self, held_out_frames: u64) -> Result<Option<u64>, TrainError>;
+
+    /// The samples to measure on, which are never trained on: at most `held_out_frames`. Those that are made on the fly
+    /// depend on `seed`, which is not that of the samples to train on.
+    ///
+    /// # Errors
+    /// [`TrainError`] when one cannot be read or there are too few.
+    fn held_out(&self, seed: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError>;
+
+    /// A text that differs when samples would.
+    fn fingerprint(&self) -> String;
+}
+
+/// Samples made on the fly: never the same one twice.
+impl SampleSource for Synthesizer {
+    fn sample(&self, seed: u64, index: u64) -> Result<Sample, TrainError> {
+        Ok(Self::sample(self, seed, index))
+    }
+
+    fn training_samples(&self, _: u64) -> Result<Option<u64>, TrainError> {
+        Ok(None)
+    }
+
+    fn held_out(&self, seed: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError> {
+        Ok(held_out(self, seed, held_out_frames))
+    }
+
+    fn fingerprint(&self) -> String {
+        format!("made on the fly {:016x}", Self::fingerprint(self))
+    }
+}
+
+/// The samples of data sets on disk, one set after the other. The end is held out: the last tenth of all samples, at most as
+/// many as asked for.
+#[derive(Clone, Debug)]
+pub struct StoredSamples {
+    shards: IndexedShards,
+    fingerprint: String,
+}
+
+impl StoredSamples {
+    /// The samples of `shards`, which are those of the data sets of `descriptions`, in their order.
+    ///
+    /// # Errors
+    /// [`TrainError::SampleCount`] when there are not as many as described, [`TrainError::RepeatedSample`] when two data sets
+    /// share some: one might be trained on and held out.
+    pub fn new(shards: IndexedShards, descriptions: &[DatasetDescription]) -> Result<Self, TrainError> {
+        let expected = descriptions.iter().map(|set| set.samples).sum();
+        if shards.samples() != expected {
+            let actual = shards.samples();
+            return Err(TrainError::SampleCount { actual, expected });
+        }
+        for (number, one) in descriptions.iter().enumerate() {
+            for other in &descriptions[..number] {
+                check_apart(one, other)?;
+            }
+        }
+        // What the samples depend on; not how they are cut into files.
+        let fingerprint = descriptions
+            .iter()
+            .map(|set| format!("{:?} {} {} {};", identity(set), set.seed, set.first, set.samples))
+            .collect();
+        Ok(Self { shards, fingerprint })
+    }
+
+    /// The numbers of the samples that are held out of at most `held_out_frames`.
+    fn held_out_range(&self, held_out_frames: u64) -> Result<Range<u64>, TrainError> {
+        let samples = self.shards.samples();
+        if samples < SAMPLES_A_HELD_OUT_ONE {
+            return Err(TrainError::TooFewSamples {
+                actual: samples,
+                expected: SAMPLES_A_HELD_OUT_ONE,
+            });
+        }
+        let held_out = (samples / SAMPLES_A_HELD_OUT_ONE).min(held_out_frames);
+        Ok(samples - held_out..samples)
+    }
+}
+
+impl SampleSource for StoredSamples {
+    fn sample(&self, _: u64, index: u64) -> Result<Sample, TrainError> {
+        Ok(self.shards.record(index)?.sample)
+    }
+
+    fn training_samples(&self, held_out_frames: u64) -> Result<Option<u64>, TrainError> {
+        Ok(Some(self.held_out_range(held_out_frames)?.start))
+    }
+
+    fn held_out(&self, _: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError> {
+        let numbers = self.held_out_range(held_out_frames)?;
+        numbers
+            .into_par_iter()
+            .map(|number| Ok(self.shards.record(number)?.sample))
+            .collect()
+    }
+
+    fn fingerprint(&self) -> String {
+        format!("data sets {}", self.fingerprint)
+    }
+}
+
+/// What the samples of a data set depend on beside seed and index.
+fn identity(set: &DatasetDescription) -> [&str; 2] {
+    [&set.fingerprint, &set.configuration_fingerprint]
+}
+
+/// Refuses two data sets with a sample in common.
+fn check_apart(one: &DatasetDescription, other: &DatasetDescription) -> Result<(), TrainError> {
+    let indices = |set: &DatasetDescription| set.first..set.first.saturating_add(set.samples);
+    let (a, b) = (indices(one), indices(other));
+    let index = a.start.max(b.start);
+    if identity(one) == identity(other) && one.seed == other.seed && index < a.end.min(b.end) {
+        return Err(TrainError::RepeatedSample { seed: one.seed, index });
+    }
+    Ok(())
+}
+
+/// Samples `0..count` of `seed`, made on all cores.
+fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
+    (0..count)
+        .into_par_iter()
+        .map(|index| synthesizer.sample(seed, index))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::{Picture, Template, training_camera};
+    use deepsft_synth::SynthConfig;
+
+    fn description(seed: u64, first: u64, samples: u64) -> DatasetDescription {
+        let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
+        let mut set = DatasetDescription::new(&template, &SynthConfig::default(), seed, samples, Vec::new());
+        set.first = first;
+        set
+    }
+
+    #[test]
+    fn data_sets_with_a_sample_in_common_are_refused() {
+        let set = |seed, first| description(seed, first, 20);
+        let apart = |other: DatasetDescription| check_apart(&set(5, 100), &other);
+        for other in [set(6, 100), set(5, 120), set(5, 80)] {
+            apart(other).unwrap();
+        }
+        let mut of_another_template = set(5, 100);
+        of_another_template.fingerprint = "0123".to_owned();
+        apart(of_another_template).unwrap();
+        for (first, common) in [(100, 100), (119, 119), (81, 100)] {
+            let error = apart(set(5, first)).unwrap_err();
+            assert!(
+                matches!(error, TrainError::RepeatedSample { seed: 5, index } if index == common),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn shards_and_descriptions_have_as_many_samples() {
+        let none = IndexedShards::new(training_camera());
+        let error = StoredSamples::new(none, &[description(1, 0, 2), description(2, 0, 3)]).unwrap_err();
+        assert!(
+            matches!(error, TrainError::SampleCount { actual: 0, expected: 5 }),
+            "{error}"
+        );
+    }
+}

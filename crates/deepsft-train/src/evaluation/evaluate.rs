@@ -1,0 +1,344 @@
+//! Evaluation: the figures of a model over frames with known truth.
+
+use super::evaluation_frame::EvaluationFrame;
+use crate::TrainError;
+use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
+use deepsft_geometry::metrics::{FrameMetrics, Summary};
+use deepsft_geometry::{Refinement, Template, photometric_error};
+use serde::Serialize;
+use std::time::Instant;
+
+/// What came out for one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameResult {
+    /// Number of the frame in its set.
+    pub index: u64,
+    /// Whether the template is in the frame.
+    pub has_template: bool,
+    /// What the estimator said of it.
+    pub judgement: Judgement,
+    /// Errors against the truth; empty for a frame without the template.
+    pub metrics: FrameMetrics,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<f64>,
+    /// What physics refinement did, where it was asked and could fit a mesh.
+    pub refinement: Option<FrameRefinement>,
+    /// What the answer took: canonical warp, network, judgement and refinement, one frame at a time. An ablation, whose
+    /// rows come out of one pass, does not have it.
+    pub seconds: Option<f64>,
+}
+
+/// What physics refinement did to one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameRefinement {
+    /// Whether the mesh was taken; otherwise the network's own maps stay.
+    pub mesh_taken: bool,
+    /// Errors of the network's own maps.
+    pub network: FrameMetrics,
+    /// Of physics: mean robust photometric cost of the network's maps and of the mesh's.
+    pub photometric_cost: Option<[f64; 2]>,
+}
+
+/// All frames of a set.
+#[derive(Clone, Debug, Default)]
+pub struct Evaluation {
+    /// One entry a frame, in order.
+    pub frames: Vec<FrameResult>,
+}
+
+/// A figure over the frames that have it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Figures {
+    /// RMSE of depth, mm.
+    pub depth_rmse_mm: Option<f64>,
+    /// RMSE of registration, pixels of the 480 x 270 image.
+    pub registration_rmse_px: Option<f64>,
+    /// RMSE of registration, mm on the template.
+    pub registration_rmse_mm: Option<f64>,
+    /// RMSE of 3D points, mm.
+    pub rmse_3d_mm: Option<f64>,
+    /// Intersection over union of the masks.
+    pub mask_iou: Option<f64>,
+    /// Share of the true mask that is predicted.
+    pub coverage: Option<f64>,
+    /// E_pr of the paper, intensities in 0..=1.
+    pub photometric_error: Option<f64>,
+    /// Frames answered in a second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
+    pub frames_per_second: Option<f64>,
+}
+
+/// The summary that `deepsft eval` prints and writes as JSON: means over the frames that show the
+/// template at the top, medians beside them.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EvaluationSummary {
+    /// Frames evaluated.
+    pub frames: usize,
+    /// Frames that show the template.
+    pub frames_with_template: usize,
+    /// Frames that show the template but got no pixel of it: they count as IoU and coverage 0 and
+    /// have no registration or depth error.
+    pub frames_without_answer: usize,
+    /// Share of the frames with the template that were found.
+    pub found_share: Option<f64>,
+    /// Share of the frames without the template that were flagged as such.
+    pub empty_flagged_share: Option<f64>,
+    /// Means over frames.
+    #[serde(flatten)]
+    pub mean: Figures,
+    /// Medians over frames.
+    pub median: Figures,
+    /// What physics refinement did, if it was asked.
+    pub refinement: Option<RefinementSummary>,
+}
+
+/// Where physics refinement won and lost, over the frames that show the template and got a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RefinementSummary {
+    /// Frames that got a mesh.
+    pub frames: usize,
+    /// Share of them in which the network's own maps stay.
+    pub fallback_share: f64,
+    /// Share of them whose registration error is larger than the network's.
+    pub worse_registration_share: f64,
+    /// Share of them whose 3D error is larger than the network's.
+    pub worse_3d_share: f64,
+}
+
+impl Evaluation {
+    /// Evaluates `estimator` on `frames`, refining the frames in which the template was found if
+    /// there is a `refinement`, calling `each` after every frame.
+    ///
+    /// # Errors
+    /// [`TrainError`] when a frame does not fit its camera or the device fails.
+    pub fn run(
+        estimator: &Estimator,
+        mut refinement: Option<&mut Refinement>,
+        template: &Template,
+        frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
+        mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
+    ) -> Result<Self, TrainError> {
+        let mut results = Vec::new();
+        for (index, frame) in frames.into_iter().enumerate() {
+            let frame: EvaluationFrame = frame.into();
+            let start = Instant::now();
+            let mut estimate = pollster::block_on(estimator.estimate(&frame.image, &frame.camera))?;
+            let mut seconds = start.elapsed().as_secs_f64();
+            let mut refinement_of_frame = None;
+            if let Some(refinement) = refinement.as_deref_mut()
+                && estimate.judgement.found
+            {
+                let camera = estimator.canonical_camera();
+                let start = Instant::now();
+                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
+                seconds += start.elapsed().as_secs_f64();
+                if let Some(refined) = refined.map_err(DeepSftError::from)? {
+                    refinement_of_frame = Some(FrameRefinement {
+                        mesh_taken: refined.accepted,
+                        network: frame.metrics(&estimate.maps, template.size_mm())?,
+                        photometric_cost: refined.photometric_cost,
+                    });
+                    estimate.maps = refined.maps;
+                }
+            }
+            let mut result = FrameResult::new(index as u64, &frame, &estimate, template)?;
+            result.refinement = refinement_of_frame;
+            result.seconds = Some(seconds);
+            each(&frame, &estimate, &result);
+            results.push(result);
+        }
+        Ok(Self { frames: results })
+    }
+
+    /// Evaluates each stage of the network of `estimator` (see [`deepsft::Network::stages`]) on the same `frames`: the
+    /// ablation of its refinement blocks. The last stage is the network's answer, as [`Evaluation::run`] has it without a
+    /// refinement.
+    ///
+    /// # Errors
+    /// As [`Evaluation::run`].
+    pub fn ablation(
+        estimator: &Estimator,
+        template: &Template,
+        frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
+        mut each: impl FnMut(),
+    ) -> Result<Vec<(Stage, Self)>, TrainError> {
+        let mut rows: Vec<(Stage, Self)> = estimator.stages().iter().map(|&s| (s, Self::default())).collect();
+        for (index, frame) in frames.into_iter().enumerate() {
+            let frame: EvaluationFrame = frame.into();
+            let canonical = estimator.canonical_image(&frame.image, &frame.camera)?;
+            let stages = pollster::block_on(estimator.infer_stages(&canonical))?;
+            for ((_, row), (_, maps)) in rows.iter_mut().zip(stages) {
+                let estimate = Estimate {
+                    judgement: estimator.judge(&canonical, &maps)?,
+                    canonical: canonical.clone(),
+                    maps,
+                };
+                row.frames
+                    .push(FrameResult::new(index as u64, &frame, &estimate, template)?);
+            }
+            each();
+        }
+        Ok(rows)
+    }
+
+    /// Mean and median of a metric over the frames that show the template and have it.
+    pub fn summary_of(&self, metric: impl Fn(&FrameMetrics) -> Option<f64>) -> Option<Summary> {
+        Summary::of(self.shown().map(|f| metric(&f.metrics)))
+    }
+
+    /// The figures of the set.
+    pub fn summary(&self) -> EvaluationSummary {
+        let share = |of: usize, among: usize| (among > 0).then(|| of as f64 / among as f64);
+        let shown = self.shown().count();
+        let empty = self.frames.len() - shown;
+        let found = self.shown().filter(|f| f.judgement.found).count();
+        let flagged = self
+            .frames
+            .iter()
+            .filter(|f| !f.has_template && !f.judgement.found)
+            .count();
+        let figures = |pick: fn(Summary) -> f64| {
+            let of = |metric: fn(&FrameMetrics) -> Option<f64>| self.summary_of(metric).map(pick);
+            Figures {
+                depth_rmse_mm: of(|m| m.depth_rmse_mm),
+                registration_rmse_px: of(|m| m.registration_rmse_px),
+                registration_rmse_mm: of(|m| m.registration_rmse_mm),
+                rmse_3d_mm: of(|m| m.points_rmse_mm),
+                mask_iou: of(|m| m.mask_iou),
+                coverage: of(|m| m.coverage),
+                photometric_error: Summary::of(self.shown().map(|f| f.photometric_error)).map(pick),
+                frames_per_second: Summary::of(self.shown().map(|f| f.seconds)).map(pick).map(f64::recip),
+            }
+        };
+        EvaluationSummary {
+            frames: self.frames.len(),
+            frames_with_template: shown,
+            frames_without_answer: self.shown().filter(|f| f.metrics.coverage == Some(0.0)).count(),
+            found_share: share(found, shown),
+            empty_flagged_share: share(flagged, empty),
+            mean: figures(|s| s.mean),
+            median: figures(|s| s.median),
+            refinement: self.refinement_summary(),
+        }
+    }
+
+    fn refinement_summary(&self) -> Option<RefinementSummary> {
+        let refined: Vec<(&FrameMetrics, &FrameRefinement)> = self
+            .shown()
+            .filter_map(|frame| Some((&frame.metrics, frame.refinement.as_ref()?)))
+            .collect();
+        let share = |counts: &dyn Fn(&FrameMetrics, &FrameRefinement) -> bool| {
+            refined
+                .iter()
+                .filter(|(metrics, refinement)| counts(metrics, refinement))
+                .count() as f64
+                / refined.len() as f64
+        };
+        (!refined.is_empty()).then(|| RefinementSummary {
+            frames: refined.len(),
+            fallback_share: share(&|_, refinement| !refinement.mesh_taken),
+            worse_registration_share: share(&|metrics, refinement| {
+                metrics.registration_rmse_px > refinement.network.registration_rmse_px
+            }),
+            worse_3d_share: share(&|metrics, refinement| metrics.points_rmse_mm > refinement.network.points_rmse_mm),
+        })
+    }
+
+    fn shown(&self) -> impl Iterator<Item = &FrameResult> {
+        self.frames.iter().filter(|f| f.has_template)
+    }
+}
+
+impl FrameResult {
+    /// Compares an estimate with what is known of its frame.
+    ///
+    /// # Errors
+    /// [`TrainError::Geometry`] when the frame's maps are not of the canonical size.
+    pub fn new(
+        index: u64,
+        frame: &EvaluationFrame,
+        estimate: &Estimate,
+        template: &Template,
+    ) -> Result<Self, TrainError> {
+        Ok(Self {
+            index,
+            has_template: frame.truth.has_template(),
+            judgement: estimate.judgement,
+            metrics: frame.metrics(&estimate.maps, template.size_mm())?,
+            photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
+            refinement: None,
+            seconds: None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A frame in which the network was off by 2 px and 20 mm.
+    fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> FrameResult {
+        let metrics = |px, mm| FrameMetrics {
+            registration_rmse_px: Some(px),
+            points_rmse_mm: Some(mm),
+            ..FrameMetrics::default()
+        };
+        FrameResult {
+            index: 0,
+            has_template,
+            judgement: Judgement {
+                found: true,
+                confidence: 0.9,
+                area: 0.2,
+            },
+            metrics: metrics(px, mm),
+            photometric_error: None,
+            refinement: mesh_taken.map(|mesh_taken| FrameRefinement {
+                mesh_taken,
+                network: metrics(2.0, 20.0),
+                photometric_cost: Some([1.0, 0.5]),
+            }),
+            seconds: None,
+        }
+    }
+
+    #[test]
+    fn frames_a_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
+        let timed = |seconds| FrameResult {
+            seconds: Some(seconds),
+            ..frame(true, None, 1.0, 1.0)
+        };
+        let evaluation = Evaluation {
+            frames: vec![timed(0.25), timed(0.5), timed(2.25), frame(false, None, 1.0, 1.0)],
+        };
+        let summary = evaluation.summary();
+        assert_eq!(summary.mean.frames_per_second, Some(1.0));
+        assert_eq!(summary.median.frames_per_second, Some(2.0));
+    }
+
+    #[test]
+    fn the_summary_tells_where_physics_lost_and_where_the_networks_maps_stay() {
+        let mut evaluation = Evaluation {
+            frames: vec![
+                frame(true, Some(true), 0.5, 3.0),
+                frame(true, Some(true), 3.0, 15.0),
+                frame(true, Some(true), 0.4, 25.0),
+                frame(true, Some(false), 2.0, 20.0),
+                frame(true, None, 9.0, 90.0),
+                frame(false, Some(true), 9.0, 90.0),
+            ],
+        };
+        let expected = RefinementSummary {
+            frames: 4,
+            fallback_share: 0.25,
+            worse_registration_share: 0.25,
+            worse_3d_share: 0.25,
+        };
+        assert_eq!(evaluation.summary().refinement, Some(expected));
+        assert_eq!(
+            evaluation.summary().mean.rmse_3d_mm,
+            Some((3.0 + 15.0 + 25.0 + 20.0 + 90.0) / 5.0)
+        );
+        evaluation.frames.retain(|frame| frame.refinement.is_none());
+        assert_eq!(evaluation.summary().refinement, None);
+    }
+}

@@ -1,0 +1,343 @@
+//! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
+
+use crate::TrainError;
+use crate::device::LossScale;
+use burn::module::Module;
+use burn::optim::ModuleOptimizer;
+use burn::store::ModuleRecord;
+use burn::tensor::Bytes;
+use deepsft::Network;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A point of the training curve: the averaged network on the fixed held-out set.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Training samples seen.
+    pub samples: u64,
+    /// Seconds of training.
+    pub seconds: f64,
+    /// Mean training loss since the last point; not a number where no step since then had a finite one (before the first
+    /// step, or when all overflowed in half precision). JSON, which knows finite numbers only, has null there.
+    #[serde(with = "finite_or_null")]
+    pub loss: f64,
+    /// Learning rate.
+    pub learning_rate: f64,
+    /// Median over held-out frames of the registration RMSE, pixels.
+    pub registration_rmse_px: Option<f64>,
+    /// Median of the depth RMSE, mm.
+    pub depth_rmse_mm: Option<f64>,
+    /// Mean mask IoU.
+    pub mask_iou: Option<f64>,
+    /// Median of the photometric error E_pr, intensities in 0..=1; of steps 2 and 3.
+    #[serde(default)]
+    pub photometric_error: Option<f64>,
+}
+
+/// A number that may be NaN, as JSON has it.
+mod finite_or_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(value).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+    }
+}
+
+/// Where a training stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Steps done.
+    pub step: u64,
+    /// Samples seen.
+    pub samples: u64,
+    /// Seconds spent training, evaluation left out.
+    pub seconds: f64,
+    /// Fingerprint of template, network, configuration and, in steps 2 and 3, the frames.
+    pub fingerprint: String,
+    /// The seed.
+    pub seed: u64,
+    /// The curve so far.
+    pub curve: Vec<CurvePoint>,
+    /// Scale of the loss in half precision; none in single precision.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss_scale: Option<LossScale>,
+}
+
+/// A checkpoint that was read.
+pub struct Saved {
+    /// Where the training stood.
+    pub state: Checkpoint,
+    /// The network as it was trained.
+    pub network: Network,
+    /// The average of its weights, where there was one.
+    pub average: Option<Network>,
+    /// The optimiser.
+    pub optimizer: ModuleOptimizer,
+}
+
+const STATE: &str = "state.json";
+const NETWORK: &str = "network.bpk";
+const AVERAGE: &str = "average.bpk";
+const OPTIMIZER: &str = "optimizer.bpk";
+
+/// A folder that holds one checkpoint. A new one is written beside it and renamed, so that a kill at
+/// any moment leaves a whole one.
+pub struct CheckpointFolder {
+    folder: PathBuf,
+}
+
+impl CheckpointFolder {
+    /// The checkpoint folder at `folder`; it need not exist.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    fn beside(&self, suffix: &str) -> PathBuf {
+        let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
+        name.push(suffix);
+        self.folder.with_file_name(name)
+    }
+
+    /// Where a checkpoint is looked for: its place, and the one before it, which a kill may leave alone.
+    fn places(&self) -> [PathBuf; 2] {
+        [self.folder.clone(), self.beside(".old")]
+    }
+
+    /// The newest whole checkpoint, if there is one.
+    fn existing(&self) -> Option<PathBuf> {
+        self.places().into_iter().find(|f| f.join(STATE).is_file())
+    }
+
+    /// Where the newest whole checkpoint is, and where its training stands; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] when its file cannot be read.
+    pub fn state(&self) -> Result<Option<(PathBuf, Checkpoint)>, TrainError> {
+        let Some(folder) = self.existing() else { return Ok(None) };
+        let path = folder.join(STATE);
+        let bytes = fs::read(&path).map_err(|e| failure("cannot read", &e, &path))?;
+        let state = serde_json::from_slice(&bytes).map_err(|e| TrainError::Checkpoint {
+            reason: e.to_string(),
+            path,
+        })?;
+        Ok(Some((folder, state)))
+    }
+
+    /// Puts the newest whole checkpoint aside, under a name that is free, so that the training it belongs to begins
+    /// anew. Returns where it is kept; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] names the file.
+    pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
+        let Some(newest) = self.existing() else { return Ok(None) };
+        let mut aside = self.beside(".outdated");
+        let mut number = 1;
+        while aside.exists() {
+            number += 1;
+            aside = self.beside(&format!(".outdated-{number}"));
+        }
+        // The one before it is outdated too.
+        let old = self.beside(".old");
+        if newest != old && old.exists() {
+            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
+        }
+        fs::rename(&newest, &aside).map_err(|e| failure("cannot rename", &e, &newest))?;
+        Ok(Some(aside))
+    }
+
+    /// Saves a checkpoint; `average` is the average of the weights where there is one.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] names the file.
+    pub fn save(
+        &self,
+        state: &Checkpoint,
+        network: &Network,
+        average: Option<&Network>,
+        optimizer: &ModuleOptimizer,
+    ) -> Result<(), TrainError> {
+        let fresh = self.beside(".new");
+        let old = self.beside(".old");
+        if fresh.exists() {
+            fs::remove_dir_all(&fresh).map_err(|e| failure("cannot remove", &e, &fresh))?;
+        }
+        fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
+        let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
+        let mut files = vec![
+            (NETWORK, record(network)),
+            (OPTIMIZER, optimizer.into_bytes().map_err(|e| e.to_string())),
+        ];
+        files.extend(average.map(|average| (AVERAGE, record(average))));
+        for (name, bytes) in files {
+            let path = fresh.join(name);
+            let bytes = bytes.map_err(|reason| TrainError::Checkpoint {
+                reason,
+                path: path.clone(),
+            })?;
+            fs::write(&path, &bytes[..]).map_err(|e| failure("cannot write", &e, &path))?;
+        }
+        // Last: a folder without a state is not a checkpoint.
+        let path = fresh.join(STATE);
+        let json = serde_json::to_vec_pretty(state).map_err(|e| TrainError::Checkpoint {
+            reason: e.to_string(),
+            path: path.clone(),
+        })?;
+        fs::write(&path, json).map_err(|e| failure("cannot write", &e, &path))?;
+        if old.exists() {
+            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
+        }
+        if self.folder.exists() {
+            fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
+        }
+        fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))
+    }
+
+    /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
+    /// running statistics of batch normalisation) and `optimizer`; `None` when there is none. Returned are the state,
+    /// the network, its average and the optimiser.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,
+    /// [`TrainError::CheckpointMismatch`] when it was made with another configuration or seed.
+    pub fn load(
+        &self,
+        make_network: impl Fn() -> Result<Network, TrainError>,
+        optimizer: ModuleOptimizer,
+        fingerprint: &str,
+        seed: u64,
+    ) -> Result<Option<Saved>, TrainError> {
+        let Some((folder, state)) = self.state()? else {
+            return Ok(None);
+        };
+        let bytes = |name: &str| {
+            let path = folder.join(name);
+            fs::read(&path).map_err(|e| failure("cannot read", &e, &path))
+        };
+        let broken = |name: &str, reason: String| TrainError::Checkpoint {
+            reason,
+            path: folder.join(name),
+        };
+        if state.fingerprint != fingerprint {
+            return Err(TrainError::CheckpointMismatch {
+                what: "template, network, recording or configuration",
+                path: folder,
+            });
+        }
+        if state.seed != seed {
+            return Err(TrainError::CheckpointMismatch {
+                what: "seed",
+                path: folder,
+            });
+        }
+        let load = |name: &str| -> Result<Network, TrainError> {
+            let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
+            let record = record.map_err(|e| broken(name, e.to_string()))?;
+            make_network()?
+                .try_load_record(record)
+                .map_err(|e| broken(name, e.to_string()))
+        };
+        let network = load(NETWORK)?;
+        let average = folder.join(AVERAGE).is_file().then(|| load(AVERAGE)).transpose()?;
+        let optimizer = optimizer
+            .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
+            .map_err(|e| broken(OPTIMIZER, e.to_string()))?;
+        Ok(Some(Saved {
+            state,
+            network,
+            average,
+            optimizer,
+        }))
+    }
+}
+
+/// What there is of a checkpoint at `folder`: the folder itself, and the checkpoint before it, which is the only one where
+/// a training was killed while it saved. A training that does not go on from them overwrites both.
+pub fn existing_checkpoints(folder: &Path) -> Vec<PathBuf> {
+    let places = CheckpointFolder::new(folder).places();
+    places.into_iter().filter(|place| place.exists()).collect()
+}
+
+fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
+    TrainError::Checkpoint {
+        reason: format!("{what}: {error}"),
+        path: path.to_path_buf(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_checkpoint_that_is_set_aside_is_kept_and_none_is_left_to_go_on_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
+        assert_eq!(checkpoint.set_aside().unwrap(), None);
+        let write = |name: &str, text: &str| {
+            let place = folder.path().join(name);
+            fs::create_dir_all(&place).unwrap();
+            fs::write(place.join(STATE), text).unwrap();
+        };
+        // Beside the newest lies the one before, or that one alone after a kill.
+        for (names, kept, ending) in [
+            (
+                &["model.checkpoint", "model.checkpoint.old"][..],
+                "model.checkpoint",
+                "",
+            ),
+            (&["model.checkpoint.old"], "model.checkpoint.old", "-2"),
+            (&["model.checkpoint"], "model.checkpoint", "-3"),
+        ] {
+            for name in names {
+                write(name, name);
+            }
+            let aside = checkpoint.set_aside().unwrap().unwrap();
+            assert_eq!(aside, folder.path().join(format!("model.checkpoint.outdated{ending}")));
+            assert_eq!(fs::read_to_string(aside.join(STATE)).unwrap(), kept);
+            assert_eq!(checkpoint.existing(), None);
+        }
+    }
+
+    #[test]
+    fn a_loss_that_was_not_measured_is_null_in_a_checkpoint_and_those_of_older_ones_are_numbers() {
+        let point = |loss| CurvePoint {
+            samples: 6,
+            seconds: 1.0,
+            loss,
+            learning_rate: 1e-3,
+            registration_rmse_px: None,
+            depth_rmse_mm: Some(12.5),
+            mask_iou: None,
+            photometric_error: None,
+        };
+        let state = Checkpoint {
+            curve: vec![point(f64::NAN), point(0.25)],
+            ..Checkpoint::default()
+        };
+        let text = serde_json::to_string(&state).unwrap();
+        assert!(
+            text.contains("\"loss\":null") && text.contains("\"loss\":0.25"),
+            "{text}"
+        );
+        let read: Checkpoint = serde_json::from_str(&text).unwrap();
+        assert!(read.curve[0].loss.is_nan());
+        assert_eq!(read.curve[1], state.curve[1]);
+    }
+
+    #[test]
+    fn what_a_kill_leaves_of_a_checkpoint_is_found() {
+        let above = tempfile::tempdir().unwrap();
+        let folder = above.path().join("model.checkpoint");
+        let old = above.path().join("model.checkpoint.old");
+        assert!(existing_checkpoints(&folder).is_empty());
+        fs::create_dir(&old).unwrap();
+        assert_eq!(existing_checkpoints(&folder), std::slice::from_ref(&old));
+        fs::create_dir(&folder).unwrap();
+        assert_eq!(existing_checkpoints(&folder), [folder, old]);
+    }
+}

@@ -1,0 +1,120 @@
+//! What steps 2 and 3 learn from and are measured on: the frames of a recording.
+
+use super::training_frame::TrainingFrame;
+use crate::TrainError;
+use burn::module::Module;
+use burn::tensor::Device;
+use deepsft::{Block, Network};
+use deepsft_geometry::{Camera, ColorMatch, ColorResponse, Picture, Template};
+use deepsft_synth::{Recording, Sample};
+use std::collections::BTreeMap;
+
+/// A training step on a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefinementStep {
+    /// Step 2: the depth refinement block, against measured depth.
+    Depth,
+    /// Step 3: the registration refinement block, by photo-consistency.
+    Registration,
+}
+
+impl RefinementStep {
+    /// The block that is trained.
+    pub fn block(self) -> Block {
+        match self {
+            Self::Depth => Block::DepthRefinement,
+            Self::Registration => Block::RegistrationRefinement,
+        }
+    }
+
+    /// The paper's number of it.
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Depth => 2,
+            Self::Registration => 3,
+        }
+    }
+}
+
+/// The frames of a recording, those that are trained on and those that are not.
+#[derive(Clone, Debug)]
+pub struct RecordedFrames {
+    /// Trained on.
+    pub training: Vec<TrainingFrame>,
+    /// The end of the recording, never trained on.
+    pub held_out: Vec<TrainingFrame>,
+    /// Frames in which the network did not see the object.
+    pub left_out: usize,
+    /// How the camera shows the template's colours: what brings the template, drawn through the network's registrations of
+    /// the frames that are trained on, to their images.
+    pub colors: ColorResponse,
+}
+
+impl RecordedFrames {
+    /// Reads `recording` for a network, see [`TrainingFrame::read`]; the last `held_out_share` of it is held out. `each` is
+    /// called after every frame.
+    ///
+    /// # Errors
+    /// As [`TrainingFrame::read`]; [`TrainError::Recording`] when nothing is left to train on or to measure on.
+    pub fn read(
+        recording: &Recording,
+        network: &Network,
+        template: &Template,
+        canonical: &Camera,
+        held_out_share: f64,
+        device: &Device,
+        mut each: impl FnMut(),
+    ) -> Result<Self, TrainError> {
+        let network = network.clone().fork(device);
+        let count = recording.frames();
+        let first_held_out = ((count as f64) * (1.0 - held_out_share)).round() as usize;
+        let mut frames = Self {
+            training: Vec::new(),
+            held_out: Vec::new(),
+            left_out: 0,
+            colors: ColorResponse::IDENTITY,
+        };
+        let mut colors = ColorMatch::default();
+        for index in 0..count {
+            match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
+                Some((frame, maps)) if index < first_held_out => {
+                    colors.add(&frame.image, template.texture(), &maps)?;
+                    frames.training.push(frame);
+                }
+                Some((frame, _)) => frames.held_out.push(frame),
+                None => frames.left_out += 1,
+            }
+            each();
+        }
+        for (part, frames) in [("trained on", &frames.training), ("held out", &frames.held_out)] {
+            if frames.is_empty() {
+                return Err(TrainError::Recording {
+                    reason: format!("the network sees the object in none of the frames to be {part}"),
+                    path: recording.folder().to_path_buf(),
+                });
+            }
+        }
+        frames.colors = colors.response();
+        Ok(frames)
+    }
+}
+
+/// What a refinement learns from and is measured on.
+#[derive(Clone, Copy, Debug)]
+pub struct RefinementData<'a> {
+    /// The frames.
+    pub frames: &'a RecordedFrames,
+    /// The template.
+    pub template: &'a Template,
+    /// The canonical camera.
+    pub canonical: &'a Camera,
+    /// The truth of frames of the recording by their numbers, where it is known. Only measured on, never trained on.
+    pub truth: &'a BTreeMap<usize, Sample>,
+}
+
+impl RefinementData<'_> {
+    /// The template's texture in the colours in which the recording's camera shows it, see [`RecordedFrames::colors`].
+    pub fn texture_as_recorded(&self) -> Picture {
+        self.frames.colors.apply(self.template.texture())
+    }
+}
