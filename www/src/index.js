@@ -13,7 +13,7 @@ export { DeepSft } from "./deepsft.js";
 export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
-export { TYPICAL_FOCAL_SHARE, estimatedCamera } from "./camera/intrinsics.js";
+export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { TrackedFrame } from "./results/tracked-frame.js";

@@ -165,13 +165,13 @@ export class Hud {
   /**
    * @param {boolean} found
    * @param {"found" | "tracked"} how by the network alone, or by the tracker
-   * @param {number} share of the print that the image agrees with, 0 to 1
+   * @param {number} fraction of the print that the image agrees with, 0 to 1
    */
-  #showState(found, how, share) {
+  #showState(found, how, fraction) {
     element("#state").dataset.state = found ? "found" : "missing";
     element("#state").dataset.how = found ? how : "";
     element("#state-text").textContent = found
-      ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %`
+      ? `${STATE_WORDS[how]} · ${Math.round(100 * fraction)} %`
       : "Poster not found";
     element("#hint").hidden = found;
   }

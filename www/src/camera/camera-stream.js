@@ -160,7 +160,7 @@ export class CameraStream extends EventTarget {
     /** @type {Promise<never>} */
     const ended = new Promise((_, reject) => {
       track.addEventListener("ended", () => reject(this.#end()), { signal });
-      signal.addEventListener("abort", () => reject(new DOMException("The camera was stopped.", "AbortError")));
+      signal.addEventListener("abort", () => reject(this.error ?? new DOMException("The camera was stopped.", "AbortError")));
     });
     ended.catch(() => undefined);
     const video = this.#video;

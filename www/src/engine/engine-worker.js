@@ -54,7 +54,7 @@ import { WorkerCalls } from "./worker-calls.js";
  */
 
 /**
- * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology

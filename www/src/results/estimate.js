@@ -21,7 +21,7 @@ import { SurfaceMesh } from "./surface-mesh.js";
  */
 
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -39,7 +39,7 @@ export class EstimateMap {
     this.width = CANONICAL_WIDTH;
     /** Rows. */
     this.height = CANONICAL_HEIGHT;
-    /** Values a pixel. */
+    /** Values per pixel. */
     this.channels = channels;
     /**
      * Where the values live.
@@ -118,7 +118,7 @@ export class Estimate {
   }
 
   /**
-   * The whole surface, hidden parts included, computed once a method.
+   * The whole surface, hidden parts included, computed once per method.
    *
    * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
    * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and

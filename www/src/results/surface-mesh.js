@@ -27,7 +27,7 @@ export class SurfaceMesh {
      * network sees the vertex, else 0.
      */
     this.confidence = confidence;
-    /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
+    /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     this.faces = faces;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     this.textureCoordinates = textureCoordinates;

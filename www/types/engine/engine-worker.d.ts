@@ -137,7 +137,7 @@ export type RefineRequest = {
  * @property {number} refineMs
  */
 /**
- * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
@@ -152,6 +152,9 @@ export type RefineRequest = {
  */
 /**
  * Compiles the WebAssembly module while it downloads.
+ *
+ * Browsers keep compiled code beside the response it came from, so the response itself is compiled, and its bytes are
+ * counted on a copy.
  *
  * @param {URL} url
  * @param {object} [options]

@@ -24,7 +24,7 @@ export type EstimateTimes = {
  * @property {number} totalMs
  */
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -34,7 +34,7 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
     width: number;
     /** Rows. */
     height: number;
-    /** Values a pixel. */
+    /** Values per pixel. */
     channels: number;
     /**
      * Where the values live.
@@ -95,7 +95,7 @@ export declare class Estimate {
      */
     constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, refine: (request: RefineRequest) => Promise<RawRefined | null>);
     /**
-     * The whole surface, hidden parts included, computed once a method.
+     * The whole surface, hidden parts included, computed once per method.
      *
      * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
      * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and

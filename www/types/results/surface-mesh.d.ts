@@ -17,7 +17,7 @@ export declare class SurfaceMesh {
      * network sees the vertex, else 0.
      */
     confidence: Float32Array<ArrayBufferLike>;
-    /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
+    /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     faces: Uint32Array<ArrayBufferLike>;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     textureCoordinates: Float32Array<ArrayBufferLike>;
