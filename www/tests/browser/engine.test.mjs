@@ -110,44 +110,56 @@ test("an adapter without time stamps runs the engine, and is not asked for them"
   });
 });
 
-/** Scripts in the place of the worker's, by their address. */
-const WORKERS = {
-  "/silent.js": "",
-  "/crashing.js": 'addEventListener("message", () => { throw new Error("boom"); });',
-};
-const withWorkers = (context) =>
-  context.route(
-    (url) => url.pathname in WORKERS,
-    (route) => route.fulfill({ contentType: "text/javascript", body: WORKERS[new URL(route.request().url()).pathname] }),
-  );
+/** Has the worker do something else when it is asked for an estimate. */
+const onEstimate = (script) =>
+  inWorker(`
+    self.addEventListener("message", (event) => {
+      if (event.data.method !== "estimate") return;
+      event.stopImmediatePropagation();
+      ${script}
+    });
+  `);
 
-for (const [what, workerUrl, code, words] of [
-  ["is silent", "/silent.js", "internal", /silent for 2 s/],
-  ["crashes", "/crashing.js", "engine-load", /boom/],
-  ["is not there", "/absent.js", "engine-load", /workerUrl/],
+for (const [what, script, words] of [
+  ["falls silent", "", /silent for 2 s/],
+  ["crashes", 'throw new Error("boom");', /boom/],
 ]) {
-  test(`a worker that ${what} is ended, and the load says so`, { timeout: SLOW_MS }, () =>
-    onPage({ webgpu: false, prepare: withWorkers }, async ({ page }) => {
-      const error = await page.evaluate(
-        (url) =>
-          deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", workerUrl: url, timeoutMs: 2000 }).then(
-            () => null,
-            ({ name, code, message }) => ({ name, code, message }),
-          ),
-        workerUrl,
-      );
-      assert.deepEqual([error.name, error.code], ["DeepSftError", code]);
-      assert.match(error.message, words);
+  test(`a worker that ${what} is ended, and every call says so`, { timeout: SLOW_MS }, () =>
+    onPage({ webgpu: false, prepare: onEstimate(script) }, async ({ page }) => {
+      const errors = await page.evaluate(async () => {
+        const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", timeoutMs: 2000 });
+        const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 48 });
+        const calls = [sft.estimate(canvas), sft.estimate(canvas)];
+        return Promise.all(calls.map((call) => call.catch(({ name, code, message }) => ({ name, code, message }))));
+      });
+      for (const { name, code, message } of errors) {
+        assert.deepEqual([name, code], ["DeepSftError", "internal"]);
+        assert.match(message, words);
+      }
       await page.waitForTimeout(200);
       assert.deepEqual(page.workers(), []);
     }),
   );
 }
 
-test("a worker that the page's policy forbids is an error with a code", { timeout: SLOW_MS }, () =>
-  onPage({ webgpu: false, headers: { "content-security-policy": "worker-src 'none'" } }, async ({ page }) => {
-    const code = await page.evaluate(() => codeOf(deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" })));
-    assert.equal(code, "engine-load");
+test("workers that cannot be started are errors with a code", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page }) => {
+    const [absent, refused] = await page.evaluate(async () => {
+      const load = (options) =>
+        deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", ...options }).catch(({ name, code, message }) => ({ name, code, message }));
+      const absent = await load({ workerUrl: "/absent.js" });
+      globalThis.Worker = class {
+        constructor() {
+          throw new DOMException("not here", "SecurityError");
+        }
+      };
+      return [absent, await load({})];
+    });
+    assert.deepEqual([absent.name, absent.code], ["DeepSftError", "engine-load"]);
+    assert.match(absent.message, /workerUrl/);
+    assert.deepEqual([refused.name, refused.code], ["DeepSftError", "engine-load"]);
+    assert.match(refused.message, /not here/);
+    assert.deepEqual(page.workers(), []);
   }),
 );
 
