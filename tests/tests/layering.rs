@@ -7,12 +7,22 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Our crates and the crates of ours each may use. `crates/README.md` draws the same picture.
 const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft-geometry", &[]),
-    ("deepsft", &["deepsft-geometry"]),
-    ("deepsft-synth", &["deepsft-geometry"]),
-    ("deepsft-train", &["deepsft", "deepsft-synth", "deepsft-geometry"]),
+    ("deepsft-formats", &["deepsft-geometry"]),
+    ("deepsft", &["deepsft-formats", "deepsft-geometry"]),
+    ("deepsft-synth", &["deepsft-formats", "deepsft-geometry"]),
+    (
+        "deepsft-train",
+        &["deepsft", "deepsft-synth", "deepsft-formats", "deepsft-geometry"],
+    ),
     (
         "deepsft-cli",
-        &["deepsft", "deepsft-synth", "deepsft-train", "deepsft-geometry"],
+        &[
+            "deepsft",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-formats",
+            "deepsft-geometry",
+        ],
     ),
     (
         "deepsft-lab",
@@ -20,11 +30,12 @@ const ARROWS: &[(&str, &[&str])] = &[
             "deepsft",
             "deepsft-synth",
             "deepsft-train",
+            "deepsft-formats",
             "deepsft-geometry",
             "deepsft-cli",
         ],
     ),
-    ("deepsft-web", &["deepsft", "deepsft-geometry"]),
+    ("deepsft-web", &["deepsft", "deepsft-formats", "deepsft-geometry"]),
     ("xtask", &[]),
 ];
 
@@ -36,7 +47,10 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-lab",
     "clap",
     "anyhow",
+    "gltf",
     "rayon",
+    "tar",
+    "tempfile",
     "indicatif",
     "burn-autodiff",
     "burn-optim",

@@ -243,7 +243,7 @@ mod tests {
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
         let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
         let shards = write_shards(&folder, records, 2).unwrap();
-        let description = DatasetDescription::new(&template, &SynthConfig::default(), 3, described, shards);
+        let description = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, described, shards);
         fs::write(folder.path().join(DATASET_FILE), description.to_json().unwrap()).unwrap();
         folder.commit().unwrap();
         samples
@@ -289,7 +289,8 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let mut first = 0;
             for (number, (samples, handle_shapes)) in (1..).zip(shapes) {
-                let mut part = DatasetDescription::new(&template, &SynthConfig::default(), 3, samples, Vec::new());
+                let mut part =
+                    deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, samples, Vec::new());
                 (part.first, part.handle_shapes) = (first, handle_shapes);
                 first += samples;
                 let place = folder.path().join(part_name(number, 2));

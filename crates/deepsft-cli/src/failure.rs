@@ -1,5 +1,6 @@
 //! How a command fails: the message and the exit code.
 
+use crate::interruption::{self, Interrupted};
 use anyhow::Error;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -80,6 +81,8 @@ fn code(error: &Error) -> u8 {
         USAGE
     } else if error.is::<InvalidInput>() {
         INVALID_INPUT
+    } else if error.is::<Interrupted>() {
+        interruption::EXIT_CODE
     } else {
         FAILED
     }
@@ -105,5 +108,6 @@ mod tests {
         assert_eq!(code(&usage("no")), USAGE);
         assert_eq!(message(&usage("no")), "no");
         assert_eq!(code(&Error::msg("disk full")), FAILED);
+        assert_eq!(code(&Interrupted.into()), 130);
     }
 }

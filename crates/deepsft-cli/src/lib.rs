@@ -13,6 +13,7 @@ mod commands;
 mod dataset;
 pub mod failure;
 pub mod input;
+mod interruption;
 pub mod network_choice;
 pub mod output;
 pub mod progress;
@@ -50,6 +51,7 @@ Exit codes:
   1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
   2  the command line is wrong
   3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
+  130  interrupted by Ctrl-C: track keeps the frames until then
   141  what read the output went away before the end, as head does";
 
 #[derive(Subcommand)]

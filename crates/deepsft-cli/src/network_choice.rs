@@ -14,9 +14,9 @@ const TEMPLATE_SIZE_MM: [f64; 2] = [297.0, 210.0];
 /// An architecture by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NetworkChoice {
-    /// The network that ships: the paper's structure at a hundredth of its cost
+    /// The network that ships: the paper's structure with a 250th of its operations
     Compact,
-    /// The paper's network, 354 GFLOP an image
+    /// The paper's network, 354 GFLOP per image
     Paper,
     /// A ResNet-50 with dense layers, the first method that the paper compares itself with
     R50f,

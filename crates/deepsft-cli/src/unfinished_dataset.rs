@@ -176,7 +176,7 @@ impl UnfinishedDataset {
 
     fn save(&self) -> Result<()> {
         let text = serde_json::to_vec(&self.state)?;
-        atomic::write_file(&self.folder.join(STATE_FILE), &text)
+        Ok(atomic::write_file(&self.folder.join(STATE_FILE), &text)?)
     }
 }
 
@@ -298,7 +298,7 @@ mod tests {
         let mut set = UnfinishedDataset::open(&place, plan(1)).unwrap();
         set.write_shard([sample(0)].into_iter()).unwrap();
         let shards = set.shards();
-        let description = DatasetDescription::new(&template(), &SynthConfig::default(), 3, 1, shards);
+        let description = deepsft_synth::describe_dataset(&template(), &SynthConfig::default(), 3, 1, shards);
         set.finish(&description).unwrap();
         let names = |folder: &Path| {
             let entries = fs::read_dir(folder).unwrap();

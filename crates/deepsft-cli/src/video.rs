@@ -15,12 +15,15 @@ use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 use yuv4mpeg::Yuv4Mpeg;
 
-/// Frames a second of a folder of images, if nobody tells.
+/// Complaints of ffmpeg that an error quotes.
+const MOST_COMPLAINTS: usize = 3;
+
+/// Frames per second of a folder of images, unless they are given.
 const TYPICAL_RATE: f64 = 30.0;
 
 /// A video that is read frame by frame.
 pub struct Video {
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_s: f64,
     /// Number of frames, where it is known beforehand.
     pub count: Option<u64>,
@@ -115,8 +118,8 @@ fn open_stream(path: &Path) -> Result<Yuv4Mpeg<Box<dyn Read>>> {
     Yuv4Mpeg::new(Box::new(decoder) as Box<dyn Read>).blame("video", path)
 }
 
-/// The program ffmpeg decoding a video; reading gives the stream it writes. Where it ends with an error, so does the
-/// reading.
+/// The program ffmpeg decoding a video; reading gives the stream it writes. Where it ends with an error or complains, so
+/// does the reading: of a video that was cut short it decodes what is there, complains, and ends as if all were well.
 struct Ffmpeg {
     process: Child,
     output: BufReader<std::process::ChildStdout>,
@@ -129,7 +132,11 @@ impl Ffmpeg {
         // With the protocol before it, no file name is taken for an option or an address.
         let mut source = OsString::from("file:");
         source.push(path);
-        let started = Command::new("ffmpeg")
+        let mut command = Command::new("ffmpeg");
+        // Ctrl-C is for us: ffmpeg ends when nobody reads it any more.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let started = command
             .args(["-nostdin", "-v", "error", "-i"])
             .arg(source)
             .args(["-map", "0:v:0", "-vf", "scale=out_color_matrix=bt601:out_range=tv"])
@@ -155,9 +162,15 @@ impl Ffmpeg {
             .context("the program ffmpeg has no output")?;
         let read = move || {
             let mut text = Vec::new();
-            // What cannot be read is not told.
+            // What cannot be read is not reported.
             let _ = BufReader::new(errors).read_to_end(&mut text);
-            String::from_utf8_lossy(&text).trim().replace('\n', "; ")
+            let text = String::from_utf8_lossy(&text);
+            let complaints: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+            let shown = complaints[..complaints.len().min(MOST_COMPLAINTS)].join("; ");
+            match complaints.len().saturating_sub(MOST_COMPLAINTS) {
+                0 => shown,
+                more => format!("{shown}; and {more} more"),
+            }
         };
         Ok(Self {
             process,
@@ -176,8 +189,8 @@ impl Read for Ffmpeg {
         let status = self.process.wait()?;
         let complaints = self.complaints.take().and_then(|thread| thread.join().ok());
         match complaints.filter(|text| !text.is_empty()) {
-            _ if status.success() => Ok(0),
             Some(text) => Err(std::io::Error::other(format!("ffmpeg: {text}"))),
+            None if status.success() => Ok(0),
             None => Err(std::io::Error::other(format!("ffmpeg ended with {status}"))),
         }
     }

@@ -182,15 +182,24 @@ pub enum GeometryError {
          tell them apart"
     )]
     ChartsOverlap {
-        /// Share of the used texture, percent.
+        /// Fraction of the used texture, percent.
         percent: f64,
     },
-    /// Two maps that are compared have different sizes.
-    #[error("maps of {actual:?} pixels (width, height), expected {expected:?}")]
+    /// A picture or maps do not have the size of what they belong to.
+    #[error("image or maps of {actual:?} pixels (width, height), expected {expected:?}")]
     MapSize {
         /// Size met.
         actual: (usize, usize),
         /// Size expected.
         expected: (usize, usize),
     },
+}
+
+/// Refuses pictures and maps of a size that is not the `expected` one, both (width, height).
+pub(crate) fn check_size(actual: (usize, usize), expected: (usize, usize)) -> Result<(), GeometryError> {
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(GeometryError::MapSize { actual, expected })
+    }
 }

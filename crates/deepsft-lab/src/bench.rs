@@ -123,7 +123,7 @@ fn measure_synthesis(arguments: &BenchArguments, bundle: &ModelBundle) -> Result
     print_rates("synthesis", &report.synthesis);
     print_sample_times(&report.sample_time);
     match &arguments.json {
-        Some(path) => atomic::write_file(path, &serde_json::to_vec_pretty(&report)?),
+        Some(path) => Ok(atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?),
         None => Ok(()),
     }
 }

@@ -89,7 +89,7 @@ fn sewn_mesh(pieces: &[Piece], positions: &[DVec3], corners: &[DVec2], scale: f6
 mod tests {
     use super::*;
     use deepsft_geometry::{Topology, Welding};
-    use deepsft_synth::{HandleConfig, HandleDeformation, edge_length_change};
+    use deepsft_synth::{ControlPointConfig, ControlPointDeformation, edge_length_change};
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
 
@@ -177,8 +177,8 @@ mod tests {
     fn limbs_of_the_toy_move_far_while_edges_keep_their_length() {
         let toy = toy_template().unwrap();
         let welding = Welding::of(toy.mesh()).unwrap();
-        let deformation = HandleDeformation::new(toy.mesh()).unwrap();
-        let config = HandleConfig::default();
+        let deformation = ControlPointDeformation::new(toy.mesh()).unwrap();
+        let config = ControlPointConfig::default();
         let (mut moved, mut changes) = (Vec::new(), Vec::new());
         for seed in 0..12 {
             let shape = deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(seed));

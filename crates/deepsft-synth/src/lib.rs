@@ -8,7 +8,6 @@
 mod atlas;
 mod clip;
 mod dataset;
-mod dataset_description;
 mod deform;
 mod error;
 mod fingerprint;
@@ -16,30 +15,29 @@ mod random;
 mod recording;
 mod render;
 mod scene;
-mod shard_index;
-mod shard_reader;
 
 pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
-pub use dataset::{EncodedSample, SampleRecord, ShardWriter, write_shard};
-pub use dataset_description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
+pub use dataset::describe_dataset;
+pub use deepsft_formats::{
+    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
+    IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,
+    write_shard,
+};
 pub use deform::{
-    ClothConfig, DeformationConfig, DeformationFamily, EdgeLengthChange, EdgeLengthHistogram, HandleConfig,
-    HandleDeformation, HandleShape, RodBend, capsule, deform, edge_length_change,
+    ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
+    RodBend, capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
-    encode_depth_png, encode_jpeg, encode_mask_png,
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Sample, Scene, SynthConfig, Synthesizer, UniformPose,
-    covered, disturbed_maps, faded, sample_pose, share_in_view,
+    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
+    disturbed_maps, faded, fraction_in_view, sample_pose,
 };
-pub use shard_index::IndexedShards;
-pub use shard_reader::ShardReader;
 
 /// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
 pub mod noise {

@@ -114,14 +114,14 @@ fn an_arm_covers_a_part_of_the_sheet_while_it_passes_and_nothing_before_and_afte
             story(&synthesizer, ClipEvent::Occlusion, seed),
             story(&synthesizer, ClipEvent::Motion, seed),
         );
-        let share = |frame: usize| covered(&passing.render(frame).unwrap(), &free.render(frame).unwrap());
+        let fraction = |frame: usize| covered(&passing.render(frame).unwrap(), &free.render(frame).unwrap());
         assert_eq!(passing.event_frames(), 15..45);
-        assert_eq!([share(3), share(14), share(46)], [0.0; 3]);
+        assert_eq!([fraction(3), fraction(14), fraction(46)], [0.0; 3]);
         assert_eq!(passing.render(3).unwrap().image, free.render(3).unwrap().image);
-        most.push((18..43).step_by(4).map(share).fold(0.0, f64::max));
+        most.push((18..43).step_by(4).map(fraction).fold(0.0, f64::max));
     }
-    assert!(most.iter().all(|share| (0.05..0.9).contains(share)), "{most:.2?}");
-    assert!(most.iter().any(|share| *share > 0.2), "{most:.2?}");
+    assert!(most.iter().all(|fraction| (0.05..0.9).contains(fraction)), "{most:.2?}");
+    assert!(most.iter().any(|fraction| *fraction > 0.2), "{most:.2?}");
 }
 
 #[test]

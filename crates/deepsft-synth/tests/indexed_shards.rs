@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use deepsft_formats::FormatError;
 use deepsft_geometry::{Picture, Template, training_camera};
-use deepsft_synth::{IndexedShards, SampleRecord, ShardReader, SynthConfig, SynthError, Synthesizer, write_shard};
+use deepsft_synth::{IndexedShards, SampleRecord, ShardReader, SynthConfig, Synthesizer, write_shard};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,10 +27,10 @@ fn write(folder: &Path, name: &str, records: Vec<SampleRecord>) -> PathBuf {
 }
 
 /// The message of an error that is to name a file.
-fn message(result: Result<impl std::fmt::Debug, SynthError>, path: &Path) -> String {
+fn message(result: Result<impl std::fmt::Debug, FormatError>, path: &Path) -> String {
     let error = result.unwrap_err();
     assert!(
-        matches!(&error, SynthError::ShardFile { path: named, .. } if named == path),
+        matches!(&error, FormatError::File { path: named, .. } if named == path),
         "{error}"
     );
     error.to_string()
@@ -60,7 +61,7 @@ fn samples_are_the_same_in_any_order_over_shards_of_different_lengths() {
     }
     assert!(matches!(
         shards.record(6),
-        Err(SynthError::NoSuchSample { number: 6, samples: 6 })
+        Err(FormatError::NoSuchSample { number: 6, samples: 6 })
     ));
     assert!(IndexedShards::new(training_camera()).record(0).is_err());
 }

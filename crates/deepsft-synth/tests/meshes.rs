@@ -126,16 +126,16 @@ fn what_is_nearer_hides_what_is_behind_it_and_the_registration_jumps_between() {
             let ray = sample.camera.ray_from_pixel(at);
             // The first plate, in the order of depth, that the ray meets.
             let met = order.into_iter().zip([400.0, 500.0]).find_map(|(k, z)| {
-                let share = (ray * z - (50.0 * k as f64 - 75.0)) / 100.0;
-                let inside = share.min_element() >= 0.0 && share.max_element() <= 1.0;
-                inside.then_some((k, z, share))
+                let fraction = (ray * z - (50.0 * k as f64 - 75.0)) / 100.0;
+                let inside = fraction.min_element() >= 0.0 && fraction.max_element() <= 1.0;
+                inside.then_some((k, z, fraction))
             });
             assert_eq!(sample.truth.inside(pixel), met.is_some(), "pixel {pixel}");
-            let Some((k, z, share)) = met else { continue };
+            let Some((k, z, fraction)) = met else { continue };
             counts[k] += 1;
             assert!((f64::from(sample.truth.depth()[pixel]) - z).abs() < 1e-3);
             let [u, v] = sample.truth.registration()[pixel].map(f64::from);
-            assert!((u - (0.5 * k as f64 + 0.45 * share.x)).abs() < 1e-6 && (v - share.y).abs() < 1e-6);
+            assert!((u - (0.5 * k as f64 + 0.45 * fraction.x)).abs() < 1e-6 && (v - fraction.y).abs() < 1e-6);
         }
         assert!(counts[0] > 2000 && counts[1] > 2000, "{counts:?}");
     }

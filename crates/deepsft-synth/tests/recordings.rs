@@ -217,9 +217,9 @@ fn a_simulated_recording_aligned_and_read_back_measures_its_truth_up_to_the_sens
 
 #[test]
 fn a_simulated_recording_is_made_in_one_place_unless_it_is_asked_to_change() {
-    let takes = |place_changes| {
+    let takes = |conditions_change| {
         let config = SimulationConfig {
-            place_changes,
+            conditions_change,
             ..SimulationConfig::default()
         };
         let simulator = RecordingSimulator::new(&template(), config, 3).unwrap();

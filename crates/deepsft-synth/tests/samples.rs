@@ -22,11 +22,11 @@ fn synthesizer(config: SynthConfig) -> Synthesizer {
 /// The defaults without anything random before the lens or behind it.
 fn undisturbed() -> SynthConfig {
     let mut config = SynthConfig {
-        empty_share: 0.0,
-        occluder_share: 0.0,
+        empty_probability: 0.0,
+        occluder_probability: 0.0,
         ..SynthConfig::default()
     };
-    config.effects.bars_share = 0.0;
+    config.effects.bars_probability = 0.0;
     config
 }
 
@@ -105,13 +105,13 @@ fn the_truth_is_consistent_with_the_mesh_it_was_rendered_from() {
 }
 
 #[test]
-fn occluders_take_pixels_out_of_the_truth_but_not_more_than_their_share() {
+fn occluders_take_pixels_out_of_the_truth_but_not_more_than_their_fraction() {
     let with = SynthConfig {
-        occluder_share: 1.0,
+        occluder_probability: 1.0,
         ..undisturbed()
     };
     let synthesizer = synthesizer(with);
-    let mut shares = Vec::new();
+    let mut fractions = Vec::new();
     for index in 0..60 {
         let sample = synthesizer.sample(4, index);
         let whole = synthesizer.render_clean(sample.vertices_camera.clone()).unwrap().truth;
@@ -120,11 +120,14 @@ fn occluders_take_pixels_out_of_the_truth_but_not_more_than_their_share() {
                 assert_eq!(sample.truth.depth()[pixel], whole.depth()[pixel]);
             }
         }
-        shares.push(1.0 - sample.truth.area() as f64 / whole.area() as f64);
+        fractions.push(1.0 - sample.truth.area() as f64 / whole.area() as f64);
     }
-    assert!(shares.iter().all(|&share| share <= 0.35), "{shares:?}");
-    assert!(shares.iter().filter(|&&share| share > 0.0).count() > 40, "{shares:?}");
-    assert!(shares.iter().any(|&share| share > 0.15), "{shares:?}");
+    assert!(fractions.iter().all(|&fraction| fraction <= 0.35), "{fractions:?}");
+    assert!(
+        fractions.iter().filter(|&&fraction| fraction > 0.0).count() > 40,
+        "{fractions:?}"
+    );
+    assert!(fractions.iter().any(|&fraction| fraction > 0.15), "{fractions:?}");
 }
 
 #[test]
@@ -183,7 +186,7 @@ fn a_scene_keeps_its_background_and_light_while_the_sheet_moves() {
 fn photographs_serve_as_backgrounds_and_as_other_sheets() {
     let magenta = Picture::from_fn(300, 200, |x, y| [200 + (x % 40) as u8, (y % 30) as u8, 220]);
     let config = SynthConfig {
-        empty_share: 1.0,
+        empty_probability: 1.0,
         ..SynthConfig::default()
     };
     let plain = synthesizer(config.clone());
@@ -213,12 +216,12 @@ fn meshes_that_do_not_fit_are_refused() {
 #[test]
 fn a_configuration_that_cannot_be_is_refused() {
     let config = SynthConfig {
-        empty_share: -0.1,
+        empty_probability: -0.1,
         ..SynthConfig::default()
     };
     let error = Synthesizer::new(&template(), config).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "synthesis setting empty_share is -0.1, expected a share of 0 to 1"
+        "synthesis setting empty_probability is -0.1, expected 0 to 1"
     );
 }

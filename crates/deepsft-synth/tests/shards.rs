@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use deepsft_formats::FormatError;
 use deepsft_geometry::{Maps, Picture, Template};
-use deepsft_synth::{DatasetDescription, SampleRecord, ShardReader, SynthConfig, SynthError, Synthesizer, write_shard};
+use deepsft_synth::{DatasetDescription, SampleRecord, ShardReader, SynthConfig, Synthesizer, write_shard};
 use std::sync::LazyLock;
 
 static SYNTHESIZER: LazyLock<Synthesizer> = LazyLock::new(|| {
@@ -13,7 +14,7 @@ static SYNTHESIZER: LazyLock<Synthesizer> = LazyLock::new(|| {
     Synthesizer::new(
         &template,
         SynthConfig {
-            empty_share: 0.5,
+            empty_probability: 0.5,
             ..SynthConfig::default()
         },
     )
@@ -36,7 +37,7 @@ fn shard() -> Vec<u8> {
     bytes
 }
 
-fn read(bytes: &[u8]) -> Result<Vec<SampleRecord>, SynthError> {
+fn read(bytes: &[u8]) -> Result<Vec<SampleRecord>, FormatError> {
     ShardReader::new(bytes).records()?.collect()
 }
 
@@ -129,14 +130,14 @@ fn a_shard_cut_anywhere_gives_the_samples_before_the_cut_and_then_an_error() {
 
 #[test]
 fn what_is_not_a_shard_is_refused() {
-    assert!(matches!(read(&[b'x'; 5000]), Err(SynthError::Io(_))));
+    assert!(matches!(read(&[b'x'; 5000]), Err(FormatError::Io(_))));
     assert_eq!(
         read(&archive(&[("readme.txt", b"hello")])).unwrap_err().to_string(),
         "shard entry readme.txt is not NNNNNN.rgb.png, .depth.png, .uv.png or .json"
     );
     assert!(matches!(
         read(&archive(&[("a/000000.json", b"{}")])),
-        Err(SynthError::ForeignEntry { .. })
+        Err(FormatError::ForeignEntry { .. })
     ));
 }
 
@@ -187,7 +188,7 @@ fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
     let error = write_shard(Vec::new(), [record]).unwrap_err();
     assert!(matches!(
         error,
-        SynthError::DepthRange {
+        FormatError::DepthRange {
             depth_mm: 7000.0,
             index: 0
         }
@@ -198,7 +199,7 @@ fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
 fn the_description_comes_back_and_foreign_versions_are_refused() {
     let config = SynthConfig::default();
     let shards = vec!["shard-000000.tar".to_owned()];
-    let description = DatasetDescription::new(SYNTHESIZER.template(), &config, 3, 6, shards);
+    let description = deepsft_synth::describe_dataset(SYNTHESIZER.template(), &config, 3, 6, shards);
     let text = description.to_json().unwrap();
     assert_eq!(DatasetDescription::from_json(&text).unwrap(), description);
     let newer = text.replace("\"format_version\": 1", "\"format_version\": 2");
@@ -210,6 +211,6 @@ fn the_description_comes_back_and_foreign_versions_are_refused() {
     );
     assert!(matches!(
         DatasetDescription::from_json("[]"),
-        Err(SynthError::Json { .. })
+        Err(FormatError::Json { .. })
     ));
 }

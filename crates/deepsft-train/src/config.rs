@@ -3,7 +3,9 @@
 mod optimizer;
 mod schedule;
 mod train_config;
+mod tuning_step;
 
 pub use optimizer::{LearningRate, Optimizer};
 pub use schedule::Schedule;
-pub use train_config::{Budget, RefinementSteps, TrainConfig};
+pub use train_config::{Budget, TrainConfig, TuningSettings};
+pub use tuning_step::TuningStep;

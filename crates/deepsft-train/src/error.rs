@@ -19,7 +19,7 @@ pub enum TrainError {
     #[error("checkpoint was made with another {what}; remove it or train without --resume: {path}")]
     CheckpointMismatch {
         /// What differs.
-        what: &'static str,
+        what: String,
         /// The checkpoint folder.
         path: PathBuf,
     },
@@ -38,6 +38,17 @@ pub enum TrainError {
         loss: f64,
         /// Samples seen.
         samples: u64,
+    },
+    /// A weight is no finite number. What was saved before stays.
+    #[error(
+        "a weight is no longer a finite number after {samples} samples; lower the learning rate. \
+         The checkpoint of before stays: {path}"
+    )]
+    WeightsNotFinite {
+        /// Samples seen.
+        samples: u64,
+        /// The checkpoint folder.
+        path: PathBuf,
     },
     /// This way of training is for another architecture.
     #[error("a network of the architecture {actual} cannot be trained in this way, only {expected}")]
@@ -88,6 +99,9 @@ pub enum TrainError {
     /// The synthesiser refused something.
     #[error(transparent)]
     Synth(#[from] deepsft_synth::SynthError),
+    /// A file of a data set was refused.
+    #[error(transparent)]
+    Format(#[from] deepsft_formats::FormatError),
     /// Maps of different sizes were compared.
     #[error(transparent)]
     Geometry(#[from] deepsft_geometry::GeometryError),

@@ -4,7 +4,7 @@ mod evaluate;
 mod evaluation_frame;
 mod measured_depth;
 
-pub use evaluate::{Evaluation, EvaluationSummary, Figures, FrameRefinement, FrameResult, RefinementSummary};
+pub use evaluate::{Evaluation, EvaluationSummary, FitSummary, FrameFit, FrameResult, MeasuredPixels, SetMetrics};
 pub use evaluation_frame::{EvaluationFrame, FrameTruth};
 
-pub(crate) use measured_depth::depth_counts;
+pub(crate) use measured_depth::{comparable_depth, eroded, trusted_depth};

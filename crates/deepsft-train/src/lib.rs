@@ -15,21 +15,20 @@ mod tuning;
 /// What a training computes on, see `deepsft::start_device`.
 pub use burn::tensor::Device;
 
-pub use config::{Budget, LearningRate, Optimizer, RefinementSteps, Schedule, TrainConfig};
+pub use config::{Budget, LearningRate, Optimizer, Schedule, TrainConfig, TuningSettings, TuningStep};
 pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSource, StoredSamples};
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationSummary, Figures, FrameRefinement, FrameResult, FrameTruth,
-    RefinementSummary,
+    Evaluation, EvaluationFrame, EvaluationSummary, FitSummary, FrameFit, FrameResult, FrameTruth, MeasuredPixels,
+    SetMetrics,
 };
 pub use loss::{
-    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, RefinementLoss, Residual, SupervisedLosses,
-    TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss,
+    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, Residual, SupervisedLosses, TexturePyramid,
+    TuningLoss, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
-pub use run::{Checkpoint, CurvePoint, Progress, existing_checkpoints};
+pub use run::{Checkpoint, CurvePoint, Fingerprint, Progress, existing_checkpoints};
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
-    MeanMedian, RecordedFrames, RecordingFigures, Refined, RefinementData, RefinementStep, TrainingFrame, refine,
-    set_aside_outdated,
+    MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
 };

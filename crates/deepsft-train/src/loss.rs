@@ -15,20 +15,23 @@ pub use supervised_maps::{SupervisedLosses, supervised_maps_loss};
 pub use total_variation::squared_total_variation;
 
 use burn::tensor::Tensor;
+use serde::Serialize;
 
-/// What the sums over pixels and images of a refinement loss are divided by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the sums over pixels and images of the loss of step 2 or 3 are divided by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Reduction {
     /// Nothing: the loss as the paper prints it.
     Sum,
+    /// The number of images: sums over pixels, and the mean over a batch that Keras (the paper's framework) takes.
+    MeanOverImages,
     /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object. (The
     /// squared total variation still grows with the object; at the paper's weight that is nothing.)
     Mean,
 }
 
-/// The loss of a refinement step and its parts, each [1].
+/// The loss of step 2 or 3 and its parts, each [1].
 #[derive(Clone, Debug)]
-pub struct RefinementLoss {
+pub struct TuningLoss {
     /// What is minimised.
     pub total: Tensor<1>,
     /// The part of the data.
@@ -37,11 +40,15 @@ pub struct RefinementLoss {
     pub total_variation: Tensor<1>,
 }
 
-impl RefinementLoss {
+impl TuningLoss {
     /// The sums over the pixels that `counts` [N, 1, H, W], reduced.
     fn reduced(data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>, reduction: Reduction) -> Self {
         let (data, total_variation) = match reduction {
             Reduction::Sum => (data, total_variation),
+            Reduction::MeanOverImages => {
+                let images = counts.dims()[0] as f64;
+                (data / images, total_variation / images)
+            }
             Reduction::Mean => {
                 let pixels = counts.sum().clamp_min(1.0);
                 (data / pixels.clone(), total_variation / pixels)

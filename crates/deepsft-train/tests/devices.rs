@@ -9,8 +9,8 @@ use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, RefinementData, RefinementStep,
-    RefinementSteps, Schedule, TrainConfig, Trained, TrainingFrame, refine, train,
+    BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, Schedule, TrainConfig, Trained,
+    TrainingFrame, TuningSet, TuningSettings, TuningStep, train, tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,10 +53,10 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
         left_out: 0,
         colors: ColorResponse::IDENTITY,
     };
-    for step in [RefinementStep::Depth, RefinementStep::Registration] {
+    for step in [TuningStep::Depth, TuningStep::Registration] {
         let run = |devices: usize| {
             let folder = tempfile::tempdir().unwrap();
-            let steps = RefinementSteps {
+            let steps = TuningSettings {
                 epochs: 1,
                 batch: 7,
                 // The weights move along the gradient itself.
@@ -69,19 +69,19 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
             };
             let config = TrainConfig {
                 checkpoint: folder.path().join("checkpoint"),
-                depth_steps: steps,
-                registration_steps: steps,
+                depth_tuning: steps,
+                registration_tuning: steps,
                 more_devices: more(devices - 1),
                 ..TrainConfig::ours()
             };
-            let data = RefinementData {
+            let data = TuningSet {
                 frames: &frames,
                 template: &template(),
                 canonical: &camera,
                 truth: &BTreeMap::new(),
             };
             let mut losses = Vec::new();
-            let refined = refine(&network, step, data, &config, &Device::flex(), |told| {
+            let refined = tune(&network, step, data, &config, &Device::flex(), |told| {
                 if let Progress::Step { loss, .. } = told {
                     losses.push(loss);
                 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use burn::tensor::{DType, Device, Tensor, TensorData};
-use deepsft::{NetworkMaps, NetworkOutput};
+use deepsft::{DepthRange, NetworkMaps, NetworkOutput};
 use deepsft_geometry::Picture;
 use deepsft_train::{
     BatchTensors, DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid,
@@ -97,15 +97,19 @@ fn the_gradient_of_total_variation_agrees_with_central_differences() {
 
 #[test]
 fn the_gradient_of_the_loss_of_step_two_agrees_with_central_differences() {
-    for reduction in [Reduction::Sum, Reduction::Mean] {
+    for reduction in [Reduction::Sum, Reduction::MeanOverImages, Reduction::Mean] {
         let loss = DepthLoss {
             total_variation: 0.01,
             reduction,
+            unit_mm: Some(500.0),
         };
         let measured = values(count(MAP), 1.0, 24);
         let largest = check(&values(count(MAP), 1.0, 23), MAP, 1, TOLERANCE, |depth, device| {
             let counts = tensor(&mask(MAP, 25), MAP, device);
-            loss.apply(depth, tensor(&measured, MAP, device), counts).total
+            let outside = tensor(&mask(MAP, 26), MAP, device);
+            let measured = tensor(&measured, MAP, device);
+            loss.apply(depth, measured, counts, Some(outside), DepthRange::default())
+                .total
         });
         assert!(largest > 0.01, "{largest}");
     }

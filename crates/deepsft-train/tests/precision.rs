@@ -10,8 +10,8 @@ use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, RefinementData,
-    RefinementStep, RefinementSteps, Schedule, TrainConfig, Trained, refine, train,
+    BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, Schedule, TrainConfig,
+    Trained, TuningSet, TuningSettings, TuningStep, train, tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -165,10 +165,10 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
         left_out: 0,
         colors: ColorResponse::IDENTITY,
     };
-    for step in [RefinementStep::Depth, RefinementStep::Registration] {
+    for step in [TuningStep::Depth, TuningStep::Registration] {
         let run = |precision: Precision| {
             let folder = tempfile::tempdir().unwrap();
-            let steps = RefinementSteps {
+            let steps = TuningSettings {
                 epochs: 40,
                 batch: 3,
                 optimizer: Optimizer::Adam { betas: [0.9, 0.999] },
@@ -180,21 +180,21 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
             };
             let config = TrainConfig {
                 checkpoint: folder.path().join("checkpoint"),
-                depth_steps: steps,
-                registration_steps: steps,
+                depth_tuning: steps,
+                registration_tuning: steps,
                 precision,
                 // Half precision and two devices at once.
                 more_devices: vec![Device::flex()],
                 ..TrainConfig::ours()
             };
-            let data = RefinementData {
+            let data = TuningSet {
                 frames: &frames,
                 template: &template(),
                 canonical: &camera,
                 truth: &BTreeMap::new(),
             };
             let mut told = Told::default();
-            refine(&network, step, data, &config, &Device::flex(), |progress| {
+            tune(&network, step, data, &config, &Device::flex(), |progress| {
                 told.hear(&progress);
             })
             .unwrap();
@@ -262,25 +262,18 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
         precision: Precision::F16,
         ..TrainConfig::ours()
     };
-    config.depth_steps.epochs = 2;
+    config.depth_tuning.epochs = 2;
     let run = |config: &TrainConfig| {
-        let data = RefinementData {
+        let data = TuningSet {
             frames: &frames,
             template: &template(),
             canonical: &camera,
             truth: &BTreeMap::new(),
         };
         let mut told = Told::default();
-        let refined = refine(
-            &network,
-            RefinementStep::Depth,
-            data,
-            config,
-            &Device::flex(),
-            |progress| {
-                told.hear(&progress);
-            },
-        );
+        let refined = tune(&network, TuningStep::Depth, data, config, &Device::flex(), |progress| {
+            told.hear(&progress);
+        });
         (refined.unwrap(), told)
     };
     let (refined, told) = run(&config);
@@ -290,7 +283,7 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
     assert!(refined.state.curve.iter().all(|point| point.loss.is_nan()));
     // Such a checkpoint can be gone on from.
     config.resume = true;
-    config.depth_steps.epochs = 3;
+    config.depth_tuning.epochs = 3;
     let (refined, told) = run(&config);
     assert_eq!((refined.state.curve.len(), told.skipped.len()), (4, 1));
     assert!(refined.state.curve[..3].iter().all(|point| point.loss.is_nan()));

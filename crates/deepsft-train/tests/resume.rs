@@ -127,7 +127,7 @@ fn a_checkpoint_of_another_seed_is_refused_and_kept() {
     .err()
     .unwrap();
     assert!(
-        matches!(error, TrainError::CheckpointMismatch { what: "seed", .. }),
+        matches!(&error, TrainError::CheckpointMismatch { what, .. } if what == "seed"),
         "{error}"
     );
     assert!(checkpoint.join("network.bpk").is_file());

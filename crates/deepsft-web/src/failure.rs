@@ -1,6 +1,6 @@
 //! Failures as JavaScript sees them: an `Error` with a stable `code` and a sentence for people.
 
-use deepsft::{DeepSftError, geometry::GeometryError};
+use deepsft::{DeepSftError, FormatError, geometry::GeometryError};
 use js_sys::{Error, Reflect};
 use wasm_bindgen::{JsCast, JsValue};
 
@@ -59,7 +59,9 @@ impl Failure {
     /// A failure of the core while it read a model.
     pub fn of_model(error: &DeepSftError) -> Self {
         let code = match error {
-            DeepSftError::BundleVersion { .. } | DeepSftError::TemplateVersion { .. } => Code::ModelVersion,
+            DeepSftError::BundleVersion { .. } | DeepSftError::Format(FormatError::TemplateVersion { .. }) => {
+                Code::ModelVersion
+            }
             _ => Code::ModelCorrupt,
         };
         Self::new(code, format!("The model cannot be used: {error}."))

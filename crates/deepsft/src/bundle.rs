@@ -6,11 +6,10 @@
 use crate::network::{Network, NetworkConfig};
 use crate::{DeepSftError, TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use burn::module::{Module, ModuleMapper, Param};
-use burn::store::ModuleRecord;
+use burn::store::{ModuleRecord, burn_pack::Reader};
 use burn::tensor::{Bytes, Device, FloatDType, Tensor};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// Name of the description in a bundle.
@@ -148,7 +147,9 @@ impl ModelBundle {
         };
         manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
         let (template, camera) = manifest.template(files)?;
-        let bytes = Bytes::from_bytes_vec(manifest.listed(files, WEIGHTS_FILE)?.to_vec());
+        let weights = manifest.listed(files, WEIGHTS_FILE)?;
+        check_weights(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
+        let bytes = Bytes::from_bytes_vec(weights.to_vec());
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
         let network = manifest.network.init_folded(&Device::flex());
         let network = network
@@ -302,7 +303,13 @@ impl Manifest {
             Some(name) => Some(self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))?),
             None => None,
         };
-        Ok((description.template(texture, mesh)?, camera))
+        let template = description.template(texture, mesh)?;
+        let fits = self.network.check_fits(&template, &camera);
+        fits.map_err(|reason| DeepSftError::BundleContent {
+            file: MODEL_FILE.to_owned(),
+            reason,
+        })?;
+        Ok((template, camera))
     }
 }
 
@@ -311,6 +318,18 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
         .get(name)
         .map(Vec::as_slice)
         .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
+}
+
+/// Whether all tensors of a file of weights are of floating-point numbers: burn panics where it is to load others into them.
+fn check_weights(bytes: &[u8]) -> Result<(), String> {
+    let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| e.to_string())?;
+    for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
+        let (name, kind, ..) = tensor.into_parts().map_err(|e| e.to_string())?;
+        if !kind.is_float() {
+            return Err(format!("{name} holds {kind:?}, expected floating-point numbers"));
+        }
+    }
+    Ok(())
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
@@ -345,10 +364,9 @@ fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError
 
 impl FileEntry {
     fn of(bytes: &[u8]) -> Self {
-        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Self {
             size: bytes.len() as u64,
-            sha256,
+            sha256: deepsft_formats::sha256(bytes),
         }
     }
 }
@@ -444,6 +462,43 @@ mod tests {
     }
 
     #[test]
+    fn weights_that_are_no_floating_point_numbers_are_refused() {
+        use burn::store::burn_pack::{Tensor as Packed, Writer};
+        let mut files = files();
+        let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();
+        let mut spoilt = String::new();
+        let packed = reader
+            .into_tensors()
+            .unwrap()
+            .into_iter()
+            .enumerate()
+            .map(|(number, tensor)| {
+                let (name, kind, shape, id, bytes) = tensor.into_parts().unwrap();
+                if number > 0 {
+                    return Packed::new(name, kind, shape, id, bytes);
+                }
+                spoilt = name.clone();
+                let flags = Tensor::<1>::zeros([shape.num_elements()], &Device::flex())
+                    .equal_elem(1.0)
+                    .into_data();
+                let (bytes, _, kind) = flags.into_parts();
+                Packed::new(name, kind, shape, id, bytes)
+            });
+        let weights = Writer::new(packed.collect()).into_bytes().unwrap().to_vec();
+        let old = FileEntry::of(&files[WEIGHTS_FILE]);
+        let new = FileEntry::of(&weights);
+        edit(&mut files, &old.sha256, &new.sha256);
+        edit(
+            &mut files,
+            &format!("\"size\": {}", old.size),
+            &format!("\"size\": {}", new.size),
+        );
+        files.insert(WEIGHTS_FILE.to_owned(), weights);
+        let refusal = refusal(&files);
+        assert!(refusal.contains(&spoilt) && refusal.contains("Bool"), "{refusal}");
+    }
+
+    #[test]
     fn a_newer_bundle_is_called_newer_even_if_the_rest_is_unknown() {
         let mut files = files();
         files.insert(
@@ -472,6 +527,22 @@ mod tests {
         let mut files = files();
         edit(&mut files, "\"blocks_at_32\": 2", "\"blocks_at_32\": 200000000");
         assert!(refusal(&files).contains("blocks_at_32"), "{}", refusal(&files));
+    }
+
+    #[test]
+    fn a_network_for_another_template_or_camera_is_refused() {
+        for (from, to, parts) in [
+            ("297.0,", "298.0,", ["template_size_mm", "298 x 210"]),
+            ("\"focal\": 380.0", "\"focal\": 381.0", ["focal is 381", "380"]),
+            ("240.0,", "250.0,", ["principal_point is (250, 135)", "(240, 135)"]),
+        ] {
+            let mut files = files();
+            edit(&mut files, from, to);
+            // Who only fits meshes is not to be misled either.
+            let template_only = ModelBundle::template_from_files(&files).unwrap_err().to_string();
+            assert_eq!(refusal(&files), template_only);
+            assert!(parts.iter().all(|part| template_only.contains(part)), "{template_only}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The one error type of this crate.
 
+use deepsft_formats::FormatError;
 use deepsft_geometry::GeometryError;
 use thiserror::Error;
 
@@ -10,51 +11,9 @@ pub enum DeepSftError {
     /// Geometry refused a camera, mesh, picture or template.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// The content of a `camera.json` cannot be read.
-    #[error("camera description cannot be read: {reason}")]
-    CameraFile {
-        /// What the reader met, and where.
-        reason: String,
-    },
-    /// The content of a `template.json` cannot be read.
-    #[error("template description cannot be read: {reason}")]
-    TemplateFile {
-        /// What the reader met, and where.
-        reason: String,
-    },
-    /// The mesh of a template cannot be read.
-    #[error("line {line} of the template's mesh is not understood")]
-    TemplateMesh {
-        /// Number of the line, from 1.
-        line: usize,
-    },
-    /// A template was written in another version of the format.
-    #[error("template has format version {actual}, this program reads version {expected}")]
-    TemplateVersion {
-        /// Version met.
-        actual: u32,
-        /// Version this crate reads.
-        expected: u32,
-    },
-    /// A picture's file has 0 bytes.
-    #[error("picture file is empty (0 bytes)")]
-    PictureFileEmpty,
-    /// A picture has more pixels than is decoded.
-    #[error("picture of {width} x {height} pixels is too large: at most {longest_side} a side and 512 MiB decoded")]
-    PictureTooLarge {
-        /// Columns met.
-        width: u32,
-        /// Rows met.
-        height: u32,
-        /// Longest side that is decoded.
-        longest_side: u32,
-    },
-    /// A picture's file is of an unknown kind, cut short or corrupt.
-    #[error("picture cannot be read: {reason}")]
-    PictureFile {
-        /// What the decoder met.
-        reason: String,
-    },
+    /// A camera, template or picture cannot be read.
+    #[error(transparent)]
+    Format(FormatError),
     /// A model bundle was written in another version of the format.
     #[error("model bundle has format version {actual}, this program reads version {expected}")]
     BundleVersion {
@@ -123,4 +82,13 @@ pub enum DeepSftError {
         /// Number there is.
         found: usize,
     },
+}
+
+impl From<FormatError> for DeepSftError {
+    fn from(error: FormatError) -> Self {
+        match error {
+            FormatError::Geometry(error) => Self::Geometry(error),
+            error => Self::Format(error),
+        }
+    }
 }

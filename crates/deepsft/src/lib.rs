@@ -7,29 +7,26 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod bundle;
-mod camera_file;
 mod device;
 mod error;
 mod estimator;
-mod mesh_file;
 mod network;
 mod photo_consistency;
-mod picture_file;
-mod template_file;
 pub mod video;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
-pub use camera_file::{camera_to_json, parse_camera};
+pub use deepsft_formats as formats;
+pub use deepsft_formats::{
+    FormatError, LONGEST_SIDE, TEMPLATE_FILE, TemplateFile, camera_to_json, decode_picture, encode_png, mesh_from_obj,
+    mesh_to_obj, parse_camera, template_to_files,
+};
 pub use deepsft_geometry as geometry;
 pub use device::{DeviceDescription, DeviceKind, start_device, start_devices};
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
-pub use mesh_file::{mesh_from_obj, mesh_to_obj};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
     R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;
-pub use picture_file::{LONGEST_SIDE, decode_picture, encode_png};
-pub use template_file::{TEMPLATE_FILE, TemplateFile, template_to_files};

@@ -1,6 +1,6 @@
 //! Photo-consistency: does the image look like the template seen through the registration?
 
-use deepsft_geometry::{Maps, Picture};
+use deepsft_geometry::{GreyMipmap, Maps, Picture, luma};
 
 /// Side of the tiles that are compared, pixels of the canonical image.
 const TILE: usize = 16;
@@ -15,34 +15,17 @@ const FLAT: f32 = 6.0;
 /// registration that is right to a few pixels count as right.
 const BLUR_LEVELS: f32 = 0.7;
 
+/// The mipmap ends where the template's shorter side has this many texels.
+const SHORTEST_SIDE: usize = 4;
+
 /// The template's luminance at halving sizes, made once for each template.
 #[derive(Clone, Debug)]
-pub struct TemplateLuminance {
-    levels: Vec<Luminance>,
-}
-
-#[derive(Clone, Debug)]
-struct Luminance {
-    width: usize,
-    height: usize,
-    /// Texels in the template's width and height: more than there are columns and rows where halving left the last of
-    /// an odd number out.
-    extent: [f32; 2],
-    values: Vec<f32>,
-}
+pub struct TemplateLuminance(GreyMipmap);
 
 impl TemplateLuminance {
     /// The mipmap of `texture`.
     pub fn new(texture: &Picture) -> Self {
-        let mut extent = [texture.width() as f32, texture.height() as f32];
-        let mut levels = vec![Luminance::of(texture, extent)];
-        let mut picture = texture.clone();
-        while picture.width().min(picture.height()) > 4 {
-            picture = picture.halved();
-            extent = extent.map(|texels| texels / 2.0);
-            levels.push(Luminance::of(&picture, extent));
-        }
-        Self { levels }
+        Self(GreyMipmap::new(texture, SHORTEST_SIDE))
     }
 
     /// Mean normalised cross-correlation between the luminance of `image` and that of the template
@@ -77,12 +60,12 @@ impl TemplateLuminance {
     fn tile(&self, image: &Picture, maps: &Maps, left: usize, top: usize, pairs: &mut Vec<(f32, f32)>) {
         pairs.clear();
         let (right, bottom) = ((left + TILE).min(maps.width()), (top + TILE).min(maps.height()));
-        let level = &self.levels[self.level(maps, left, top, right, bottom)];
+        let level = self.0.level(self.level(maps, left, top, right, bottom));
         for y in top..bottom {
             for x in left..right {
                 let pixel = y * maps.width() + x;
                 if maps.inside(pixel) {
-                    pairs.push((luminance(image.pixel(x, y)), level.at(maps.registration()[pixel])));
+                    pairs.push((luma(image.pixel(x, y)), level.sample(maps.registration()[pixel])));
                 }
             }
         }
@@ -91,52 +74,21 @@ impl TemplateLuminance {
     /// The mipmap level whose texels are about as large as the tile's pixels, from the mean length of
     /// the registration's steps between neighbours.
     fn level(&self, maps: &Maps, left: usize, top: usize, right: usize, bottom: usize) -> usize {
-        let base = &self.levels[0];
+        let [width, height] = self.0.level(0).extent();
         let (mut texels, mut steps) = (0.0_f32, 0_u32);
         for y in top..bottom {
             for x in left..right.saturating_sub(1) {
                 let pixel = y * maps.width() + x;
                 if maps.inside(pixel) && maps.inside(pixel + 1) {
                     let ([u, v], [p, q]) = (maps.registration()[pixel], maps.registration()[pixel + 1]);
-                    texels += ((p - u) * base.width as f32).hypot((q - v) * base.height as f32);
+                    texels += ((p - u) * width).hypot((q - v) * height);
                     steps += 1;
                 }
             }
         }
         let size = if steps > 0 { texels / steps as f32 } else { 1.0 };
-        let level = (size.max(1.0).log2() + BLUR_LEVELS).round() as usize;
-        level.min(self.levels.len() - 1)
+        (size.max(1.0).log2() + BLUR_LEVELS).round() as usize
     }
-}
-
-impl Luminance {
-    fn of(picture: &Picture, extent: [f32; 2]) -> Self {
-        let values = picture.rgb().as_chunks::<3>().0.iter().map(|&c| luminance(c)).collect();
-        Self {
-            width: picture.width(),
-            height: picture.height(),
-            extent,
-            values,
-        }
-    }
-
-    /// Bilinear value at texture position (u, v), edges repeated.
-    fn at(&self, [u, v]: [f32; 2]) -> f32 {
-        let x = (u * self.extent[0] - 0.5).clamp(0.0, (self.width - 1) as f32);
-        let y = (v * self.extent[1] - 0.5).clamp(0.0, (self.height - 1) as f32);
-        let (x0, y0) = (x as usize, y as usize);
-        let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(self.height - 1));
-        let (ax, ay) = (x - x0 as f32, y - y0 as f32);
-        let value = |x: usize, y: usize| self.values[y * self.width + x];
-        let top = value(x0, y0) * (1.0 - ax) + value(x1, y0) * ax;
-        let bottom = value(x0, y1) * (1.0 - ax) + value(x1, y1) * ax;
-        top * (1.0 - ay) + bottom * ay
-    }
-}
-
-/// Rec. 601 luma, 0..=255.
-fn luminance([r, g, b]: [u8; 3]) -> f32 {
-    0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
 }
 
 /// Normalised cross-correlation of pairs; `None` when the template is flat there.

@@ -149,6 +149,21 @@ fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
     }
 }
 
+#[test]
+fn the_compact_network_has_a_68th_of_the_papers_parameters_and_a_250th_of_its_operations() {
+    let camera = training_camera();
+    let [compact, paper] = [
+        NetworkConfig::compact(SIZE_MM, &camera),
+        NetworkConfig::paper(SIZE_MM, &camera),
+    ]
+    .map(|config| config.init(&Device::flex()).describe());
+    let ratio =
+        |of: fn(&LayerDescription) -> f64| paper.iter().map(of).sum::<f64>() / compact.iter().map(of).sum::<f64>();
+    assert_eq!(ratio(|layer| layer.parameters as f64).round(), 68.0);
+    let operations = ratio(|layer| layer.flops as f64);
+    assert!((245.0..255.0).contains(&operations), "{operations}");
+}
+
 /// ResNet-50 is known for 4.1 x 10^9 multiply-adds on 224 x 224 pixels (with the stride in the 3x3 convolutions; in the
 /// 1x1, as in Keras, 3.9). Ours sees 2.58 times as many pixels, its sides rounded up at each stride.
 #[test]

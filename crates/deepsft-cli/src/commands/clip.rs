@@ -4,14 +4,12 @@ use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FO
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
 use crate::output::atomic::{self, StagedFolder};
-use crate::{input, progress, synthesis};
+use crate::{input, interruption, progress, synthesis};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
 use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{
-    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
-};
+use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer};
 use std::path::{Path, PathBuf};
 
 /// Frames a shard of the truth.
@@ -60,7 +58,7 @@ pub struct ClipArguments {
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Frames a second
+    /// Frames per second
     #[arg(long, value_name = "RATE", default_value_t = 30.0)]
     fps: f64,
     /// Exposure in milliseconds: what moves is blurred by it [default: a third of the time between two frames]
@@ -83,12 +81,13 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
     let frames = story.length().frames;
+    interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
     let records = synthesis::clip_frames(&story, 0..frames)
         .enumerate()
         .map_while(|(frame, sample)| {
-            let written = sample.and_then(|sample| {
+            let written = interruption::check().and(sample).and_then(|sample| {
                 let png = encode_png(&sample.image)?;
                 atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
                 Ok(SampleRecord {
@@ -106,7 +105,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let config = synthesizer.config();
-    let description = DatasetDescription::new(&template, config, arguments.seed, frames as u64, shards);
+    let description = deepsft_synth::describe_dataset(&template, config, arguments.seed, frames as u64, shards);
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, camera_to_json(&camera))?;

@@ -31,18 +31,19 @@ predicted mask; printed are mean and median over the frames that show the object
   registration_rmse_px   how far an overlay sits from the truth, pixels of the 480 x 270 image
   registration_rmse_mm   the same on the object, mm
   photometric_error      the paper's E_pr, intensities 0 to 1, not corrected for light
-  mask_iou, coverage     overlap of the masks; share of the true mask that was found
+  mask_iou, coverage     overlap of the masks; fraction of the true mask that was found
   rmse_3d_mm             3D points, mm
   frames_per_second      frames answered in a second, one after the other
 The JSON of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
 {\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --refine physics,
-\"refinement\" says where the mesh was refused and where it is worse than the network's own maps, whose errors stand beside
+\"fit\" says where the mesh was rejected and where it is worse than the network's own maps, whose errors stand beside
 each frame's (\"network_...\").
 
 --data takes data sets as `deepsft synth` writes them, and RGB-D recordings. A simulated recording has its truth beside
-it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth
-counts two pixels inside the masks where it is within 15 % of the model's: what is farther off is a hand or the wall, which
-a depth camera beside the colour camera sees there too. A model that errs by more does not lose by it.
+it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth is
+compared two pixels inside the recording's masks and away from jumps of the measured depth, whatever a model says there:
+all models are compared over the same pixels, which are counted below the table. Without masks nobody knows where the object
+is: then each model is compared inside its own mask, and rows of two models are over different pixels.
 
 --ablation measures the maps after each block: the main block only, with the depth refinement, and with the registration
 refinement, which is the answer. What total variation does is seen by training without it (`deepsft train

@@ -3,15 +3,15 @@
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::input;
 use crate::output::atomic::{self, StagedFolder};
 use crate::progress;
+use crate::{input, interruption};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
-    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SampleRecord, SimulatedFrame,
+    SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -104,17 +104,20 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
     let folder = StagedFolder::new(&arguments.out, &[&marker])?;
     let config = SimulationConfig {
-        place_changes: arguments.changing_place,
+        conditions_change: arguments.changing_place,
         ..SimulationConfig::default()
     };
     let simulator = RecordingSimulator::new(&template, config, arguments.seed)?;
     let frames = arguments.frames as usize;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
+    interruption::watch()?;
     let records = simulated_frames(&simulator, frames)
         .enumerate()
         .map_while(|(index, frame)| {
-            let written = frame.and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
+            let written = interruption::check()
+                .and(frame)
+                .and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
             bar.inc(1);
             let record = written.map(|sample| SampleRecord {
                 seed: arguments.seed,
@@ -131,7 +134,8 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
-    let description = DatasetDescription::new(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    let description =
+        deepsft_synth::describe_dataset(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;
@@ -142,7 +146,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
 
 /// The frames in order, a take at a time on all cores.
 fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Iterator<Item = Result<SimulatedFrame>> {
-    let a_take = simulator.config().frames_a_take;
+    let a_take = simulator.config().frames_per_take;
     (0..frames.div_ceil(a_take)).flat_map(move |number| {
         let take = simulator.take(number);
         let count = a_take.min(frames - number * a_take);
@@ -194,7 +198,7 @@ Figures measured on it are figures on simulated data.
 ",
         version = env!("CARGO_PKG_VERSION"),
         rate = simulator.config().frames_per_s,
-        place = if simulator.config().place_changes {
+        place = if simulator.config().conditions_change {
             "others in every take"
         } else {
             "the same in all takes"

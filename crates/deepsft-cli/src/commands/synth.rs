@@ -1,6 +1,7 @@
 //! `deepsft synth`: a synthetic data set.
 
 use crate::dataset;
+use crate::failure::usage;
 use crate::output::{atomic, contact_sheet};
 use crate::synthesis::SynthesisOptions;
 use crate::unfinished_dataset::{CountedSample, Plan, UnfinishedDataset};
@@ -54,7 +55,7 @@ pub struct SynthArguments {
     /// Index of the first sample
     #[arg(long, value_name = "INDEX", default_value_t = 0)]
     first: u64,
-    /// Samples a tar file
+    /// Samples per tar file
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     shard_size: u64,
     #[command(flatten)]
@@ -84,7 +85,7 @@ impl FromStr for Part {
 }
 
 impl Part {
-    /// The part's share of `count` samples from `first` on; parts differ by one sample at most.
+    /// The part's indices among `count` samples from `first` on; parts differ by one sample at most.
     fn indices(self, first: u64, count: u64) -> Range<u64> {
         let end = |number: u64| first + (u128::from(count) * u128::from(number) / u128::from(self.of)) as u64;
         end(self.number - 1)..end(self.number)
@@ -92,6 +93,13 @@ impl Part {
 }
 
 pub fn run(arguments: &SynthArguments) -> Result<()> {
+    let Some(end) = arguments.first.checked_add(arguments.count) else {
+        let (first, count) = (arguments.first, arguments.count);
+        return Err(usage(format!(
+            "--count {count} samples from --first {first} on pass the last index, {}",
+            u64::MAX
+        )));
+    };
     let template = input::template(&arguments.template)?;
     let synthesizer = synthesis::synthesizer(&template, &arguments.images)?;
     let seed = arguments.seed;
@@ -103,10 +111,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
             part.indices(arguments.first, arguments.count),
             arguments.out.join(dataset::part_name(part.number, part.of)),
         ),
-        None => (
-            arguments.first..arguments.first.saturating_add(arguments.count),
-            arguments.out.clone(),
-        ),
+        None => (arguments.first..end, arguments.out.clone()),
     };
     let plan = Plan {
         seed,
@@ -203,7 +208,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         set.write_shard(samples.inspect(|_| bar.inc(1)))?;
     }
     bar.finish_and_clear();
-    let mut description = DatasetDescription::new(
+    let mut description = deepsft_synth::describe_dataset(
         synthesizer.template(),
         synthesizer.config(),
         seed,

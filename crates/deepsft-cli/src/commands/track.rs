@@ -1,52 +1,56 @@
 //! `deepsft track`: the template through a video.
 
 mod report;
+mod track_folder;
 
 use crate::camera_choice::{CameraReport, camera_for};
-use crate::clip_folder::{CAMERA_FILE, Clip, frame_name};
-use crate::failure::BlameInput;
-use crate::output::atomic::{self, StagedFolder};
-use crate::output::{glb, npy, wireframe};
+use crate::clip_folder::{CAMERA_FILE, Clip};
+use crate::failure::{self, BlameInput};
+use crate::output::{atomic, glb, wireframe};
 use crate::track_errors::{self, TRACKED_PX};
 use crate::video::Video;
-use crate::{input, progress};
-use anyhow::{Context, Result, anyhow};
+use crate::{input, interruption, progress};
+use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::video::{NetworkPace, TrackedFrame, VideoOptions, VideoTracker};
-use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
+use deepsft::{DeviceKind, Estimator, encode_png};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::Sample;
-use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians, table};
-use std::fs;
+use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use track_folder::TrackFolder;
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
 
 #[derive(Args)]
 #[command(after_help = "\
-The network finds the sheet, and the tracker follows it from frame to frame: the mesh of the last frame, moved on, is
-fitted to the next image. The network runs beside it, confirms the track, starts it, and starts it again when it is lost.
+The network finds the object, and the tracker follows it from frame to frame: it moves the mesh of the last frame on and
+fits it to the next image. The network runs beside the tracker. Its detections start the track, confirm it, and start it
+again when it is lost.
 
-Writes
-  DIR/track.json     for every frame: found or not, agreement of image and print (0 to 1), solver iterations, what the
-                     network said, milliseconds of each stage; the cameras; medians
+The command writes
+  DIR/track.json     for every frame: found or not, agreement of image and template (0 to 1), solver iterations, the
+                     network's detection, milliseconds per stage; the cameras; medians
   DIR/track.csv      the same as a table
-  DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the sheet was not found
+  DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found
   DIR/pictures/      with --pictures: every frame with the mesh drawn over it, green where the image confirms it
   DIR/meshes/        with --meshes: every mesh as a textured .glb file (metres, y up)
 
 VIDEO is a folder of PNG or JPEG frames, taken in natural order (frame-2 before frame-10), a .y4m file, or any file that
-the program ffmpeg reads (it must be on the PATH). Without --camera the camera.json in the folder is taken, if there is
-one, else a typical phone; depths are then wrong by the share by which the focal length is.
+the program ffmpeg reads (it must be on the PATH). The command takes the camera.json in the folder if you give no
+--camera, else it assumes a typical phone. Depths are then wrong by the same fraction as the focal length.
 
-By default the network is given 4 frames for each answer, as on a device that follows a camera. Where time does not
-matter, --network-every 1 asks it about every frame and waits.
+A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
+is 3. Ctrl-C does the same (exit code 130).
 
-In a folder that `deepsft clip` wrote the truth is there too: then the errors are told.
+By default a detection arrives 4 frames after its frame, as on a device that follows a camera. Where time does not
+matter, --network-every 1 shows every frame to the network and waits.
+
+A folder that `deepsft clip` wrote holds the truth too: the command then also reports the errors.
 
 Examples:
   deepsft track --model models/poster-a4 --camera camera.json --pictures --out track video.mp4
@@ -59,13 +63,13 @@ pub struct TrackArguments {
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// Frames a second [default: what the video says, 30 for a folder of images]
+    /// Frames per second [default: what the video says, 30 for a folder of images]
     #[arg(long, value_name = "RATE", value_parser = rate)]
     fps: Option<f64>,
-    /// The network's answer comes K frames after the frame it is about, then it starts on the newest one [default: 4]
+    /// A detection of the network arrives K frames after its frame; then the network starts on the newest one [default: 4]
     #[arg(long, value_name = "K", conflicts_with = "network_every", value_parser = clap::value_parser!(u64).range(..=30))]
     delay: Option<u64>,
-    /// Ask the network about every Nth frame and wait for its answer
+    /// Show every Nth frame to the network and wait for its detection
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     network_every: Option<u64>,
     /// Smooth the mesh over time (One-Euro filter): steadier when still, a little late when moving
@@ -88,6 +92,16 @@ pub struct TrackArguments {
     video: PathBuf,
 }
 
+impl TrackArguments {
+    fn pace(&self) -> NetworkPace {
+        match (self.delay, self.network_every) {
+            (_, Some(frames)) => NetworkPace::Every(frames),
+            (Some(frames), None) => NetworkPace::Delayed(frames),
+            (None, None) => NetworkPace::default(),
+        }
+    }
+}
+
 pub fn run(arguments: &TrackArguments) -> Result<()> {
     atomic::check_folder(&arguments.out, &[TRACK_FILE])?;
     let clip = Clip::open(&arguments.video)?;
@@ -96,22 +110,18 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         .or_else(|| clip.as_ref().map(|clip| clip.description.frames_per_s));
     let mut video = Video::open(&arguments.video, rate)?;
     let bundle = input::bundle(&arguments.model)?;
+    let template = bundle.template();
     if let Some(clip) = &clip {
-        check_template(clip, bundle.template()).blame("clip", &arguments.video)?;
+        check_template(clip, template).blame("clip", &arguments.video)?;
     }
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
-    let start = Instant::now();
-    let first = video
-        .frames
-        .next()
-        .unwrap_or_else(|| Err(anyhow!("it has no frame")).blame("video", &arguments.video))?;
-    let decode_ms = milliseconds(start);
+    let mut decoded = Decoded::default();
+    let first = decoded
+        .next(&mut video)?
+        .ok_or_else(|| anyhow!("it has no frame"))
+        .blame("video", &arguments.video)?;
     let (camera, source) = camera(arguments, &first)?;
-    let pace = match (arguments.delay, arguments.network_every) {
-        (_, Some(frames)) => NetworkPace::Every(frames),
-        (Some(frames), None) => NetworkPace::Delayed(frames),
-        (None, None) => NetworkPace::default(),
-    };
+    let pace = arguments.pace();
     let options = VideoOptions {
         pace,
         smoothing: arguments.smooth.then(OneEuroOptions::default),
@@ -119,36 +129,41 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     let began = Instant::now();
     let mut track = Track {
-        bundle: &bundle,
+        template,
         estimator: &estimator,
         camera,
         frames_per_s: video.frames_per_s,
-        tracker: VideoTracker::new(bundle.template(), &estimator, options, || milliseconds(began))?,
+        tracker: VideoTracker::new(template, &estimator, options, || milliseconds(began))?,
         truth: clip
             .as_ref()
             .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
-        texture_png: arguments
-            .meshes
-            .then(|| encode_png(bundle.template().texture()))
-            .transpose()?,
+        texture_png: arguments.meshes.then(|| encode_png(template.texture())).transpose()?,
         pictures: arguments.pictures,
-        folder: StagedFolder::new(&arguments.out, &[TRACK_FILE])?,
+        folder: TrackFolder::new(&arguments.out, template.mesh().vertices().len())?,
         frames: Vec::new(),
-        vertices: Vec::new(),
     };
+    interruption::watch()?;
     let bar = progress::counting(video.count.unwrap_or(0), "frames");
-    track.frame(&first, decode_ms)?;
-    bar.inc(1);
-    loop {
-        let start = Instant::now();
-        let Some(image) = video.frames.next().transpose()? else {
-            break;
-        };
-        let decode_ms = milliseconds(start);
-        track.frame(&image, decode_ms)?;
+    let mut next = Some(first);
+    let failure = loop {
+        let Some(image) = next else { break None };
+        let followed = track.frame(&image, decoded.milliseconds);
         bar.inc(1);
-    }
+        match followed
+            .and_then(|()| interruption::check())
+            .and_then(|()| decoded.next(&mut video))
+        {
+            Ok(image) => next = image,
+            Err(error) => break Some(error),
+        }
+    };
     bar.finish_and_clear();
+    let (folder, frames) = (track.folder, track.frames);
+    // A video whose very first frame fails leaves nothing worth keeping.
+    let failure = match failure {
+        Some(error) if frames.is_empty() => return Err(error),
+        failure => failure,
+    };
     let (delay, every) = match pace {
         NetworkPace::Delayed(frames) => (Some(frames), None),
         NetworkPace::Every(frames) => (None, Some(frames)),
@@ -156,23 +171,54 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let report = Report {
         video: arguments.video.display().to_string(),
         model: bundle.name().to_owned(),
-        frames: track.frames.len(),
+        frames: frames.len(),
+        ended_early: failure.as_ref().map(failure::message),
         frames_per_s: video.frames_per_s,
-        found: track.frames.iter().filter(|frame| frame.found).count(),
+        found: frames.iter().filter(|frame| frame.found).count(),
         network_delay_frames: delay,
         network_every_frames: every,
         smoothed: arguments.smooth,
         camera: CameraReport::new(&camera, source),
         canonical_camera: CameraReport::new(estimator.canonical_camera(), "model"),
         device: format!("{}: {}", device.kind, device.adapter_name),
-        median_ms: medians(&track.frames),
-        errors: clip.is_some().then(|| Errors::of(&track.frames)),
-        per_frame: std::mem::take(&mut track.frames),
+        median_ms: medians(&frames),
+        errors: clip.is_some().then(|| Errors::of(&frames)),
+        per_frame: frames,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
-    track.write(&report)?;
-    print(&report, &arguments.out);
-    Ok(())
+    match (folder.commit(&report), failure) {
+        (Ok(()), None) => {
+            print(&report, &arguments.out);
+            Ok(())
+        }
+        (Ok(()), Some(error)) => {
+            print(&report, &arguments.out);
+            println!(
+                "the track ends before the video: {} holds the frames until then",
+                arguments.out.display()
+            );
+            Err(error)
+        }
+        // Why the track ended comes before what could then not be kept.
+        (Err(_), Some(error)) => Err(error),
+        (Err(error), None) => Err(error),
+    }
+}
+
+/// The time that the last frame took to decode.
+#[derive(Default)]
+struct Decoded {
+    milliseconds: f64,
+}
+
+impl Decoded {
+    /// The next frame of a video; `None` at its end.
+    fn next(&mut self, video: &mut Video) -> Result<Option<Picture>> {
+        let start = Instant::now();
+        let frame = video.frames.next().transpose();
+        self.milliseconds = milliseconds(start);
+        frame
+    }
 }
 
 /// The camera of the video: the one given, the one that lies in its folder, or a typical one.
@@ -199,7 +245,7 @@ fn check_template(clip: &Clip, template: &Template) -> Result<()> {
 
 /// A video that is being tracked.
 struct Track<'a> {
-    bundle: &'a ModelBundle,
+    template: &'a Template,
     estimator: &'a Estimator,
     camera: Camera,
     frames_per_s: f64,
@@ -208,10 +254,8 @@ struct Track<'a> {
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
     pictures: bool,
-    folder: StagedFolder,
+    folder: TrackFolder,
     frames: Vec<FrameReport>,
-    /// Coordinates of the vertices, frame by frame.
-    vertices: Vec<f32>,
 }
 
 impl Track<'_> {
@@ -226,7 +270,6 @@ impl Track<'_> {
             detection,
             times,
         } = pollster::block_on(self.tracker.follow(time_s, &canonical))?;
-        let template = self.bundle.template();
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {
@@ -235,23 +278,17 @@ impl Track<'_> {
             },
             None => None,
         };
-        let count = template.mesh().vertices().len();
-        if tracked.found {
-            let coordinates = tracked.vertices_camera.iter().flat_map(|p| p.as_vec3().to_array());
-            self.vertices.extend(coordinates);
-        } else {
-            self.vertices.extend(std::iter::repeat_n(f32::NAN, 3 * count));
-        }
         if self.pictures {
             let (vertices, confidence) = (&tracked.vertices_camera, &tracked.confidence);
-            let drawn = wireframe::wireframe(image, &self.camera, template, vertices, confidence);
-            self.write_in("pictures", &frame_name(number, "png"), &encode_png(&drawn)?)?;
+            let drawn = wireframe::wireframe(image, &self.camera, self.template, vertices, confidence);
+            self.folder.write("pictures", number, "png", &encode_png(&drawn)?)?;
         }
         if let Some(texture) = self.texture_png.as_ref().filter(|_| tracked.found) {
-            let mesh = template.mesh().with_vertices(tracked.vertices_camera.clone())?;
-            self.write_in("meshes", &frame_name(number, "glb"), &glb::textured_glb(&mesh, texture))?;
+            let mesh = self.template.mesh().with_vertices(tracked.vertices_camera.clone())?;
+            self.folder
+                .write("meshes", number, "glb", &glb::textured_glb(&mesh, texture))?;
         }
-        self.frames.push(FrameReport {
+        let report = FrameReport {
             frame: number,
             time_s,
             found: tracked.found,
@@ -260,12 +297,15 @@ impl Track<'_> {
             network: detection,
             ms: StageTimes::new(decode_ms, warp_ms, &times),
             truth,
-        });
+        };
+        let vertices = tracked.found.then_some(tracked.vertices_camera.as_slice());
+        self.folder.add(&report, vertices)?;
+        self.frames.push(report);
         Ok(())
     }
 
     fn compare(&self, sample: &Sample, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
-        let (template, camera) = (self.bundle.template(), self.estimator.canonical_camera());
+        let (template, camera) = (self.template, self.estimator.canonical_camera());
         let truth = track_errors::canonical_truth(sample, template, camera)?;
         let metrics = match vertices_camera {
             [] => None,
@@ -276,26 +316,6 @@ impl Track<'_> {
             registration_rmse_px: metrics.and_then(|m| m.registration_rmse_px),
             points_rmse_mm: metrics.and_then(|m| m.points_rmse_mm),
         })
-    }
-
-    fn write_in(&self, folder: &str, name: &str, bytes: &[u8]) -> Result<()> {
-        let folder = self.folder.path().join(folder);
-        fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
-        atomic::write_file(&folder.join(name), bytes)
-    }
-
-    /// Puts the folder in its place.
-    fn write(self, report: &Report) -> Result<()> {
-        let file = |name: &str| self.folder.path().join(name);
-        let vertices = self.bundle.template().mesh().vertices().len();
-        let shape = [report.frames, vertices, 3];
-        atomic::write_file(
-            &file("vertices.npy"),
-            &npy::f32_npy(&shape, self.vertices.iter().copied()),
-        )?;
-        atomic::write_file(&file("track.csv"), table(&report.per_frame).as_bytes())?;
-        atomic::write_file(&file(TRACK_FILE), &serde_json::to_vec_pretty(report)?)?;
-        self.folder.commit()
     }
 }
 

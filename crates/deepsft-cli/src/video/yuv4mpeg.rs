@@ -1,11 +1,15 @@
 //! Uncompressed video, YUV4MPEG2 (`.y4m`): 8 bits a sample, grey or with colours of any of its subsamplings.
 
 use anyhow::{Result, bail};
+use deepsft::LONGEST_SIDE;
 use deepsft_geometry::Picture;
 use std::cell::Cell;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Chain, Cursor, Read};
 use std::rc::Rc;
 use y4m::{Colorspace, Decoder, Error, Frame};
+
+/// Bytes of a header line that are read; the `y4m` crate takes 1024.
+const LONGEST_HEADER: u64 = 4096;
 
 /// The frames of a stream. After an error there are no more.
 pub struct Yuv4Mpeg<R: Read> {
@@ -30,9 +34,13 @@ enum Chroma {
 impl<R: Read> Yuv4Mpeg<R> {
     /// Reads the header.
     pub fn new(source: R) -> Result<Self> {
+        let mut source = BufReader::new(source);
+        let mut header = Vec::new();
+        source.by_ref().take(LONGEST_HEADER).read_until(b'\n', &mut header)?;
+        check_size(&header)?;
         let since_frame = Rc::new(Cell::new(0));
         let counted = Counted {
-            source: BufReader::new(source),
+            source: Cursor::new(header).chain(source),
             count: Rc::clone(&since_frame),
         };
         let decoder = match Decoder::new(counted) {
@@ -54,7 +62,7 @@ impl<R: Read> Yuv4Mpeg<R> {
         let rate = decoder.get_framerate();
         if width == 0 || height == 0 || rate.num == 0 || rate.den == 0 {
             bail!(
-                "its header tells {width} x {height} pixels and {}/{} frames a second",
+                "its header tells {width} x {height} pixels and {}/{} frames per second",
                 rate.num,
                 rate.den
             );
@@ -75,7 +83,7 @@ impl<R: Read> Yuv4Mpeg<R> {
         })
     }
 
-    /// Frames a second.
+    /// Frames per second.
     pub fn frames_per_s(&self) -> f64 {
         let rate = self.decoder.get_framerate();
         rate.num as f64 / rate.den as f64
@@ -104,9 +112,27 @@ impl<R: Read> Iterator for Yuv4Mpeg<R> {
     }
 }
 
+/// Refuses a header whose frames are larger than any picture that is read: the `y4m` crate multiplies their sides, which
+/// may overflow.
+fn check_size(header: &[u8]) -> Result<()> {
+    for word in header.split(|byte| byte.is_ascii_whitespace()) {
+        let Some((b'W' | b'H', digits)) = word.split_first() else {
+            continue;
+        };
+        let side = std::str::from_utf8(digits)
+            .ok()
+            .and_then(|digits| digits.parse::<u64>().ok());
+        // What is no number is for the decoder to refuse.
+        if let Some(side) = side.filter(|&side| side > LONGEST_SIDE.into()) {
+            bail!("its frames have {side} pixels along a side, at most {LONGEST_SIDE} can be read");
+        }
+    }
+    Ok(())
+}
+
 /// Counts what is read.
 struct Counted<R> {
-    source: BufReader<R>,
+    source: Chain<Cursor<Vec<u8>>, BufReader<R>>,
     count: Rc<Cell<usize>>,
 }
 
@@ -208,7 +234,10 @@ mod tests {
             (b"RIFF1234\n".as_slice(), "header"),
             (b"", "ends before"),
             (b"YUV4MPEG2 W4 H2 F30:1 C420p10\n", "8 bits"),
-            (b"YUV4MPEG2 W4 H2 F0:0 Cmono\n", "frames a second"),
+            (b"YUV4MPEG2 W4 H2 F0:0 Cmono\n", "frames per second"),
+            // Their product is 0 modulo 2^64.
+            (b"YUV4MPEG2 W4294967296 H4294967296 F30:1 Cmono\n", "4294967296 pixels"),
+            (b"YUV4MPEG2 W2 H99999999999999999999 F30:1 Cmono\n", "header"),
         ] {
             let error = Yuv4Mpeg::new(bytes).err().unwrap().to_string();
             assert!(error.contains(cause), "{error}");

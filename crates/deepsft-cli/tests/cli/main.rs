@@ -6,6 +6,7 @@ mod bad_input;
 mod commands;
 mod common;
 mod data_sets;
+mod documented;
 mod evaluation;
 mod interruption;
 mod meshes;

@@ -1,15 +1,21 @@
 //! Clips and tracking.
 
-use crate::common::{Run, deepsft, deepsft_with_path, write_bundle, write_files, write_template};
+use crate::common::{Run, deepsft, deepsft_with_path, template, write_bundle, write_files, write_template};
 use deepsft::encode_png;
 use deepsft_geometry::Picture;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 const FAILED: i32 = 1;
 const USAGE: i32 = 2;
 const INVALID_INPUT: i32 = 3;
+
+/// How long a command may take to its first frames.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
@@ -196,18 +202,22 @@ fn what_is_no_video_is_refused_and_nothing_is_written() {
 
     for name in ["f1.png", "f2.png", "f3.png"] {
         write_frame(&path.join("broken"), name, 64);
-        write_frame(&path.join("mixed"), name, 64);
     }
     let good = fs::read(path.join("broken/f2.png")).unwrap();
     fs::write(path.join("broken/f2.png"), &good[..good.len() / 2]).unwrap();
-    track(path, "model", &["broken"]).fails(INVALID_INPUT, &["broken/f2.png", "cannot be read"]);
-    write_frame(&path.join("mixed"), "f3.png", 60);
-    track(path, "model", &["mixed"]).fails(INVALID_INPUT, &["mixed/f3.png", "60 x 36 pixels", "64 x 36"]);
+    fs::rename(path.join("broken/f2.png"), path.join("broken/f0.png")).unwrap();
+    track(path, "model", &["broken"]).fails(INVALID_INPUT, &["broken/f0.png", "cannot be read"]);
 
-    write_stream(&path.join("cut.y4m"), 2);
+    write_stream(&path.join("cut.y4m"), 1);
     let whole = fs::read(path.join("cut.y4m")).unwrap();
     fs::write(path.join("cut.y4m"), &whole[..whole.len() - 9]).unwrap();
     track(path, "model", &["cut.y4m"]).fails(INVALID_INPUT, &["video cut.y4m", "within a frame"]);
+    fs::write(
+        path.join("vast.y4m"),
+        "YUV4MPEG2 W4294967296 H4294967296 F30:1 Cmono\nFRAME\n",
+    )
+    .unwrap();
+    track(path, "model", &["vast.y4m"]).fails(INVALID_INPUT, &["video vast.y4m", "4294967296 pixels"]);
 
     let camera = r#"{"width": 640, "height": 480, "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}"#;
     write_files(path, &[("camera.json".to_owned(), camera.into())].into());
@@ -218,6 +228,79 @@ fn what_is_no_video_is_refused_and_nothing_is_written() {
     fs::create_dir(path.join("track")).unwrap();
     fs::write(path.join("track/thesis.txt"), "mine").unwrap();
     track(path, "model", &["frames"]).fails(FAILED, &["track", "holds no track.json"]);
+}
+
+/// Checks that the track in `folder` has so many frames, in all its files, and ends early for a reason of these `parts`; and
+/// that nothing else was left beside it.
+fn ended_early(folder: &Path, frames: usize, parts: &[&str]) {
+    let report = json(&folder.join("track/track.json"));
+    let reason = report["ended_early"].as_str().unwrap();
+    assert!(parts.iter().all(|part| reason.contains(part)), "{reason}");
+    assert_eq!(report["frames"].as_u64(), Some(frames as u64));
+    assert_eq!(report["per_frame"].as_array().unwrap().len(), frames);
+    let table = fs::read_to_string(folder.join("track/track.csv")).unwrap();
+    assert_eq!(table.lines().count(), frames + 1);
+    let npy = fs::read(folder.join("track/vertices.npy")).unwrap();
+    assert!(String::from_utf8_lossy(&npy[..128]).contains(&format!("({frames}, ")));
+    let vertices = template().mesh().vertices().len();
+    assert_eq!(npy.len(), 128 + 4 * 3 * frames * vertices);
+    let mut entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(!entries.any(|name| name.to_string_lossy().starts_with('.')));
+}
+
+#[test]
+fn a_video_that_ends_in_an_error_leaves_the_frames_before_and_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_bundle(path, "model");
+    write_stream(&path.join("cut.y4m"), 3);
+    let whole = fs::read(path.join("cut.y4m")).unwrap();
+    fs::write(path.join("cut.y4m"), &whole[..whole.len() - 9]).unwrap();
+    track(path, "model", &["--pictures", "cut.y4m"]).fails(INVALID_INPUT, &["video cut.y4m", "within a frame"]);
+    ended_early(path, 2, &["cut.y4m", "within a frame"]);
+    assert_eq!(fs::read_dir(path.join("track/pictures")).unwrap().count(), 2);
+
+    for name in ["f1.png", "f2.png", "f3.png"] {
+        write_frame(&path.join("mixed"), name, if name == "f3.png" { 60 } else { 64 });
+    }
+    track(path, "model", &["mixed"]).fails(INVALID_INPUT, &["mixed/f3.png", "60 x 36 pixels", "64 x 36"]);
+    ended_early(path, 2, &["mixed/f3.png"]);
+    // A video that is whole says nothing of the kind.
+    write_stream(&path.join("whole.y4m"), 2);
+    track(path, "model", &["whole.y4m"]).succeeds();
+    assert!(json(&path.join("track/track.json")).get("ended_early").is_none());
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_frames_until_then_and_leaves_no_litter() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_bundle(path, "model");
+    write_stream(&path.join("long.y4m"), 20_000);
+    let mut running = Command::new(env!("CARGO_BIN_EXE_deepsft"))
+        .args(["track", "--model", "model", "--pictures", "--out", "track", "long.y4m"])
+        .current_dir(path)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = || {
+        let beside = fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+        let mut staged = beside.filter(|path| path.to_string_lossy().contains(".partial-"));
+        staged.any(|folder| folder.join("pictures/frame-00002.png").is_file())
+    };
+    let start = Instant::now();
+    while !begun() {
+        assert!(start.elapsed() < PATIENCE && running.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(5));
+    }
+    let asked = Command::new("kill").args(["-INT", &running.id().to_string()]).status();
+    assert!(asked.unwrap().success());
+    assert_eq!(running.wait().unwrap().code(), Some(130));
+    let frames = json(&path.join("track/track.json"))["frames"].as_u64().unwrap();
+    assert!((3..20_000).contains(&frames), "{frames}");
+    ended_early(path, frames as usize, &["interrupted"]);
 }
 
 #[test]
@@ -264,6 +347,13 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
     program("/bin/cat stream; echo 'moov atom not found' >&2; exit 1");
     deepsft_with_path(path, &path.join("bin"), &arguments)
         .fails(INVALID_INPUT, &["video video.mp4", "ffmpeg: moov atom not found"]);
+    // Of a video that was cut short it decodes what is there, complains, and ends as if all were well.
+    program("/bin/cat stream; echo 'Invalid NAL unit size' >&2; echo 'partial file' >&2; exit 0");
+    deepsft_with_path(path, &path.join("bin"), &arguments).fails(
+        INVALID_INPUT,
+        &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
+    );
+    ended_early(path, 3, &["Invalid NAL unit size"]);
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }

@@ -2,7 +2,7 @@
 //! (the paper's adaptation A = K_train K_test^-1, after lens distortion is removed).
 
 use super::pinhole::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 use glam::DVec2;
 
@@ -83,11 +83,7 @@ impl CanonicalWarp {
     /// # Errors
     /// [`GeometryError::MapSize`] when the picture is not of the source camera's size.
     pub fn apply(&self, picture: &Picture) -> Result<Picture, GeometryError> {
-        let expected = (self.source.width() as usize, self.source.height() as usize);
-        let actual = (picture.width(), picture.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(picture.size(), self.source.size())?;
         Ok(
             if self.source.distortion() == self.canonical.distortion() && self.source.distortion() == [0.0; 5] {
                 self.apply_separable(picture)
@@ -167,7 +163,7 @@ impl CanonicalWarp {
 struct Weights {
     /// The first source pixel that counts.
     first: usize,
-    /// Of that pixel and those after it; they sum to the share of the canonical pixel inside the source.
+    /// Of that pixel and those after it; they sum to the fraction of the canonical pixel inside the source.
     weights: Vec<f32>,
 }
 
@@ -188,11 +184,11 @@ impl Weights {
                 first = low;
             }
             weights.resize((low + 2 - first).max(weights.len()), 0.0);
-            let share = (place - low as f64) as f32;
-            weights[low - first] += (1.0 - share) / taps as f32;
-            weights[low + 1 - first] += share / taps as f32;
+            let fraction = (place - low as f64) as f32;
+            weights[low - first] += (1.0 - fraction) / taps as f32;
+            weights[low + 1 - first] += fraction / taps as f32;
         }
-        // The last source pixel has no neighbour; its share was nought.
+        // The last source pixel has no neighbour; its weight was nought.
         weights.truncate(length - first);
         Self { first, weights }
     }

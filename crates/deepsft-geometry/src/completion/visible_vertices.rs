@@ -1,14 +1,11 @@
 //! From maps to the vertices they show.
 
 use crate::camera::Camera;
-use crate::error::GeometryError;
-use crate::maps::Maps;
-use crate::mesh::TriangleMesh;
+use crate::error::{GeometryError, check_size};
+use crate::maps::{Maps, erode};
+use crate::mesh::{TextureGrid, TriangleMesh, texture_barycentric};
 use crate::solver::VertexPoint;
 use glam::{DVec2, DVec3};
-
-/// Cells a side of the grid of vertices over the unit square of the texture.
-const CELLS: usize = 64;
 
 /// Three neighbouring pixels whose distances on the template and in space differ by more than this factor are not
 /// neighbours on the surface: they lie on both sides of a fold or of another object's edge, or are blunders.
@@ -19,7 +16,7 @@ const MOST_STRETCH: f64 = 2.0;
 const EXTRAPOLATION: f64 = 1.0;
 
 /// A triangle of pixels that reaches over more cells than this, a sixth of the texture, is a break of the registration.
-const MOST_CELLS: usize = 10;
+const MOST_CELLS: usize = 11;
 
 /// Finds the vertices of a template that maps show, and where: the registration map is inverted between pixels.
 ///
@@ -44,8 +41,8 @@ const MOST_CELLS: usize = 10;
 #[derive(Clone, Debug)]
 pub struct VisibleVertices {
     vertices: Vec<ChartVertex>,
-    /// Indices into `vertices` of each cell.
-    cells: Vec<Vec<u32>>,
+    /// Indices into `vertices`.
+    grid: TextureGrid,
     margin_px: usize,
 }
 
@@ -73,14 +70,13 @@ impl VisibleVertices {
     /// used: networks mix there what lies on both sides. 0 for exact maps.
     pub fn new(template: &TriangleMesh, margin_px: usize) -> Self {
         let vertices = chart_vertices(template);
-        let mut cells = vec![Vec::new(); CELLS * CELLS];
+        let mut grid = TextureGrid::new();
         for (index, vertex) in vertices.iter().enumerate() {
-            let (column, row) = cell(vertex.uv);
-            cells[row * CELLS + column].push(index as u32);
+            grid.insert(vertex.uv, vertex.uv, index);
         }
         Self {
             vertices,
-            cells,
+            grid,
             margin_px,
         }
     }
@@ -90,21 +86,14 @@ impl VisibleVertices {
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the camera's size.
     pub fn find(&self, maps: &Maps, camera: &Camera) -> Result<Vec<VertexPoint>, GeometryError> {
-        let (width, height) = (maps.width(), maps.height());
-        let expected = (camera.width() as usize, camera.height() as usize);
-        if (width, height) != expected {
-            return Err(GeometryError::MapSize {
-                actual: (width, height),
-                expected,
-            });
-        }
+        check_size(maps.size(), camera.size())?;
+        let (width, height) = maps.size();
         let points = self.points(maps, camera);
         // Score and point of each chart vertex.
         let mut best: Vec<Option<(f64, DVec3)>> = vec![None; self.vertices.len()];
         let corner = |x: usize, y: usize| {
             let pixel = y * width + x;
-            let [u, v] = maps.registration()[pixel];
-            points[pixel].map(|p| (DVec2::new(u.into(), v.into()), p))
+            points[pixel].map(|p| (maps.uv(pixel), p))
         };
         for y in 0..height.saturating_sub(1) {
             for x in 0..width.saturating_sub(1) {
@@ -131,18 +120,16 @@ impl VisibleVertices {
 
     /// The 3D point of each pixel that can be used.
     fn points(&self, maps: &Maps, camera: &Camera) -> Vec<Option<DVec3>> {
-        let usable: Vec<bool> = (0..maps.depth().len())
-            .map(|pixel| {
-                let (depth, [u, v]) = (maps.depth()[pixel], maps.registration()[pixel]);
-                depth > 0.0 && depth.is_finite() && u.is_finite() && v.is_finite()
-            })
-            .collect();
-        let kept = eroded(&usable, maps.width(), self.margin_px);
+        let usable =
+            |(&depth, uv): (&f32, &[f32; 2])| depth > 0.0 && depth.is_finite() && uv.iter().all(|c| c.is_finite());
+        let pixels = maps.depth().iter().zip(maps.registration());
+        let mut kept: Vec<f32> = pixels.map(|pixel| f32::from(u8::from(usable(pixel)))).collect();
+        erode(&mut kept, maps.width(), self.margin_px);
         (0..kept.len())
             .map(|pixel| {
                 let (x, y) = (pixel % maps.width(), pixel / maps.width());
                 let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                kept[pixel].then(|| camera.unproject(centre, f64::from(maps.depth()[pixel])))
+                (kept[pixel] > 0.0).then(|| camera.unproject(centre, f64::from(maps.depth()[pixel])))
             })
             .collect()
     }
@@ -152,14 +139,14 @@ impl VisibleVertices {
         let [a, b, c] = triangle.uv;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let reach = EXTRAPOLATION * (high - low);
-        let (first, last) = (cell(low - reach), cell(high + reach));
-        if last.0 - first.0 > MOST_CELLS || last.1 - first.1 > MOST_CELLS {
+        let (columns, rows) = TextureGrid::cells(low - reach, high + reach);
+        if columns.len() > MOST_CELLS || rows.len() > MOST_CELLS {
             return;
         }
-        for row in first.1..=last.1 {
-            for column in first.0..=last.0 {
-                for &index in &self.cells[row * CELLS + column] {
-                    let (vertex, best) = (&self.vertices[index as usize], &mut best[index as usize]);
+        for row in rows {
+            for column in columns.clone() {
+                for index in self.grid.cell(column, row) {
+                    let (vertex, best) = (&self.vertices[index], &mut best[index]);
                     let Some((score, point)) = triangle.point_at(vertex) else {
                         continue;
                     };
@@ -190,10 +177,7 @@ impl PixelTriangle {
         if area <= 0.0 {
             return None;
         }
-        let [a, b, c] = self.uv;
-        let second = (vertex.uv - a).perp_dot(c - a) / self.area;
-        let third = (b - a).perp_dot(vertex.uv - a) / self.area;
-        let weights = [1.0 - second - third, second, third];
+        let weights = texture_barycentric(vertex.uv, self.uv);
         let score = weights.into_iter().fold(f64::INFINITY, f64::min);
         // Infinite and NaN where the triangle has no area.
         let encloses = score >= -EXTRAPOLATION && weights.iter().all(|w| w.is_finite());
@@ -250,24 +234,4 @@ fn chart_vertices(template: &TriangleMesh) -> Vec<ChartVertex> {
             mirrored: signed > 0.0,
         })
         .collect()
-}
-
-/// The cell (column, row) of a texture position, clamped into the grid.
-fn cell(uv: DVec2) -> (usize, usize) {
-    let index = |t: f64| ((t * CELLS as f64).max(0.0) as usize).min(CELLS - 1);
-    (index(uv.x), index(uv.y))
-}
-
-/// The pixels of a mask that are more than `margin` pixels, in rows and columns, from what is not in it. The edge of
-/// the image is no edge of the object.
-fn eroded(mask: &[bool], width: usize, margin: usize) -> Vec<bool> {
-    if margin == 0 || width == 0 {
-        return mask.to_vec();
-    }
-    let height = mask.len() / width;
-    let near = |at: usize, end: usize| at.saturating_sub(margin)..(at + margin + 1).min(end);
-    let in_row = |x: usize, y: usize| near(x, width).all(|x| mask[y * width + x]);
-    let rows: Vec<bool> = (0..mask.len()).map(|p| in_row(p % width, p / width)).collect();
-    let in_column = |x: usize, y: usize| near(y, height).all(|y| rows[y * width + x]);
-    (0..mask.len()).map(|p| in_column(p % width, p / width)).collect()
 }

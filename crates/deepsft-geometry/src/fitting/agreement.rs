@@ -17,7 +17,7 @@ pub(crate) struct Agreement {
     pub(crate) whole: f64,
     /// The same around each vertex, 0 to 1; 0 where nothing is seen or nothing is printed.
     pub(crate) confidence: Vec<f32>,
-    /// Photometric points that were compared.
+    /// PhotoConsistency points that were compared.
     pub(crate) points: usize,
 }
 
@@ -72,7 +72,7 @@ impl Agreement {
         for point in points {
             let corners = mesh.faces()[point.point.face];
             let weights = point.point.barycentric;
-            let position: DVec3 = corners.iter().zip(weights).map(|(&v, w)| w * vertices[v]).sum();
+            let position = point.point.position(mesh.faces(), vertices);
             let Some((seen, _)) = camera.project(position).and_then(|pixel| image.sample(pixel)) else {
                 continue;
             };

@@ -1,8 +1,13 @@
-//! Pictures, and grey values freed from light.
+//! Pictures, their mipmaps, and grey values freed from light.
 
+mod grey_image;
+mod mipmap;
 mod normalized_image;
 mod picture;
 
+pub(crate) use grey_image::GreyImage;
+pub use grey_image::luma;
+pub use mipmap::{GreyLevel, GreyMipmap, MipLevel};
 pub use normalized_image::NormalizedImage;
-pub(crate) use normalized_image::{GreyImage, Normalizer};
+pub(crate) use normalized_image::Normalizer;
 pub use picture::Picture;

@@ -66,6 +66,11 @@ impl Picture {
         self.height
     }
 
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
     /// The bytes, row-major, three a pixel.
     pub fn rgb(&self) -> &[u8] {
         &self.rgb

@@ -2,7 +2,7 @@
 
 use super::depth_and_registration::Maps;
 use super::photo_consistency::drawn_colors;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 
 /// How a camera, with the print and the light before it, shows the colours of a template: each colour's intensity times a
@@ -67,10 +67,7 @@ impl ColorMatch {
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the image's size.
     pub fn add(&mut self, image: &Picture, texture: &Picture, maps: &Maps) -> Result<(), GeometryError> {
-        let (actual, expected) = ((maps.width(), maps.height()), (image.width(), image.height()));
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size(maps.size(), image.size())?;
         if maps.area() == 0 {
             return Ok(());
         }
@@ -117,7 +114,7 @@ impl ColorMatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::maps::photometric_error;
+    use crate::maps::photo_consistency_error;
 
     /// 60 x 40 texels with contrast in every colour.
     fn texture() -> Picture {
@@ -187,9 +184,9 @@ mod tests {
     }
 
     #[test]
-    fn in_the_cameras_colours_the_exact_registration_has_no_photometric_error() {
+    fn in_the_cameras_colours_the_exact_registration_has_no_photo_consistency_error() {
         let image = image(&DULL, 0);
-        let error = |texture: &Picture| photometric_error(&image, texture, &maps()).unwrap();
+        let error = |texture: &Picture| photo_consistency_error(&image, texture, &maps()).unwrap();
         assert!(error(&texture()) > 0.15);
         assert!(error(&DULL.apply(&texture())) < 1e-6);
     }

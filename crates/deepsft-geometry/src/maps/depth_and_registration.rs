@@ -1,6 +1,7 @@
 //! Depth and registration maps.
 
 use crate::error::GeometryError;
+use glam::DVec2;
 
 /// Value of depth and of both registration coordinates outside the object.
 pub const OUTSIDE: f32 = -1.0;
@@ -61,6 +62,16 @@ impl Maps {
     /// Rows.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Texture position at row-major index `pixel`.
+    pub fn uv(&self, pixel: usize) -> DVec2 {
+        self.registration[pixel].map(f64::from).into()
     }
 
     /// Depth (camera-frame z) in mm, -1 outside.

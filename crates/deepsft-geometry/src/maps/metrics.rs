@@ -2,10 +2,10 @@
 
 use super::depth_and_registration::Maps;
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use glam::{DMat2, DVec2};
 
-/// Two neighbouring pixels whose depths differ by more than this share of the depth lie on two
+/// Two neighbouring pixels whose depths differ by more than this fraction of the depth lie on two
 /// sheets of the surface: 5 % of 500 mm over one pixel is a tilt of 87 degrees at f = 380.
 const DEPTH_JUMP: f64 = 0.05;
 
@@ -33,7 +33,7 @@ pub struct FrameMetrics {
     pub points_rmse_mm: Option<f64>,
     /// Intersection over union of the masks; `None` when both are empty.
     pub mask_iou: Option<f64>,
-    /// Share of the true mask's pixels that are also predicted; `None` when the true mask is empty.
+    /// Fraction of the true mask's pixels that are also predicted; `None` when the true mask is empty.
     pub coverage: Option<f64>,
 }
 
@@ -72,13 +72,9 @@ pub fn frame_metrics_between(
     (truth, camera): (&Maps, &Camera),
     template_size_mm: DVec2,
 ) -> Result<FrameMetrics, GeometryError> {
-    let expected = (camera.width() as usize, camera.height() as usize);
-    let believed_size = (believed.width() as usize, believed.height() as usize);
-    let sizes = [truth, predicted].map(|maps| (maps.width(), maps.height()));
-    for actual in sizes.into_iter().chain([believed_size]) {
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+    let (width, height) = camera.size();
+    for size in [truth.size(), predicted.size(), believed.size()] {
+        check_size(size, camera.size())?;
     }
     let (mut depth, mut points, mut pixels, mut millimetres) = (
         MeanSquare::default(),
@@ -87,7 +83,7 @@ pub fn frame_metrics_between(
         MeanSquare::default(),
     );
     let (mut both, mut either) = (0_usize, 0_usize);
-    for pixel in 0..expected.0 * expected.1 {
+    for pixel in 0..width * height {
         let inside = (predicted.inside(pixel), truth.inside(pixel));
         either += usize::from(inside.0 || inside.1);
         if inside != (true, true) {
@@ -96,24 +92,24 @@ pub fn frame_metrics_between(
         both += 1;
         let depth_error = f64::from(predicted.depth()[pixel]) - f64::from(truth.depth()[pixel]);
         depth.add(depth_error * depth_error);
-        let centre = DVec2::new((pixel % expected.0) as f64 + 0.5, (pixel / expected.0) as f64 + 0.5);
+        let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
         let point =
             |camera: &Camera, maps: &Maps| camera.ray_from_pixel(centre).extend(1.0) * f64::from(maps.depth()[pixel]);
         points.add((point(believed, predicted) - point(camera, truth)).length_squared());
-        let error_mm = (uv(predicted, pixel) - uv(truth, pixel)) * template_size_mm;
+        let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
         millimetres.add(error_mm.length_squared());
         if let Some(error_px) = registration_error_px(predicted, (truth, camera), pixel, template_size_mm) {
             pixels.add(error_px.length_squared());
         }
     }
-    let share = |of: usize| (of > 0).then(|| both as f64 / of as f64);
+    let fraction = |of: usize| (of > 0).then(|| both as f64 / of as f64);
     Ok(FrameMetrics {
         depth_rmse_mm: depth.root(),
         registration_rmse_px: pixels.root(),
         registration_rmse_mm: millimetres.root(),
         points_rmse_mm: points.root(),
-        mask_iou: share(either),
-        coverage: share(truth.area()),
+        mask_iou: fraction(either),
+        coverage: fraction(truth.area()),
     })
 }
 
@@ -129,7 +125,7 @@ pub fn registration_error_px(
     if pixel >= size || !predicted.inside(pixel) || !truth.inside(pixel) {
         return None;
     }
-    let error_mm = (uv(predicted, pixel) - uv(truth, pixel)) * template_size_mm;
+    let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
     let jacobian = jacobian_mm(truth, pixel, camera, template_size_mm)?;
     Some(jacobian.inverse() * error_mm)
 }
@@ -184,11 +180,6 @@ impl MeanSquare {
     }
 }
 
-pub(crate) fn uv(maps: &Maps, pixel: usize) -> DVec2 {
-    let [u, v] = maps.registration()[pixel];
-    DVec2::new(f64::from(u), f64::from(v))
-}
-
 /// The Jacobian d(template mm) / d(pixel) of `truth` at `pixel` by central differences, or `None` where
 /// a neighbour is missing or on another sheet, or a singular value is out of [`JACOBIAN_BOUNDS`].
 fn jacobian_mm(truth: &Maps, pixel: usize, camera: &Camera, template_size_mm: DVec2) -> Option<DMat2> {
@@ -218,8 +209,8 @@ pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2
     let (left, right, up, down) = (pixel - 1, pixel + 1, pixel - width, pixel + width);
     [left, right, up, down].into_iter().all(same_sheet).then(|| {
         [
-            (uv(maps, right) - uv(maps, left)) / 2.0,
-            (uv(maps, down) - uv(maps, up)) / 2.0,
+            (maps.uv(right) - maps.uv(left)) / 2.0,
+            (maps.uv(down) - maps.uv(up)) / 2.0,
         ]
     })
 }

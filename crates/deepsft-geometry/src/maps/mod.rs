@@ -2,6 +2,7 @@
 
 mod color_response;
 mod depth_and_registration;
+mod erosion;
 mod islands;
 pub mod metrics;
 mod photo_consistency;
@@ -9,5 +10,6 @@ pub mod raster;
 
 pub use color_response::{ColorMatch, ColorResponse};
 pub use depth_and_registration::{Maps, OUTSIDE};
+pub(crate) use erosion::erode;
 pub use islands::remove_islands;
-pub use photo_consistency::{draw_template, mipmap_level, photometric_error, relit_photometric_error};
+pub use photo_consistency::{draw_template, mipmap_level, photo_consistency_error, relit_photo_consistency_error};

@@ -96,8 +96,8 @@ impl ImageTriangle {
 
 /// The triangles of `mesh`'s topology with its vertices at `vertices_camera` (mm), as the camera sees them,
 /// with smooth normals. Index k belongs to face k; `None` where a face is too near or seen edge-on.
-pub fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Vec<Option<ImageTriangle>> {
-    let normals = vertex_normals(mesh.faces(), vertices_camera);
+fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Vec<Option<ImageTriangle>> {
+    let normals = mesh.normals_at(vertices_camera);
     let pixels: Vec<DVec2> = vertices_camera
         .iter()
         .map(|&p| camera.project(p).unwrap_or(DVec2::ZERO))
@@ -144,18 +144,6 @@ pub fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Cam
             })
         })
         .collect()
-}
-
-/// Unit normals of the front at the vertices: area-weighted means of the faces around them.
-fn vertex_normals(faces: &[[usize; 3]], vertices: &[DVec3]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; vertices.len()];
-    for &[a, b, c] in faces {
-        let normal = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
-        for v in [a, b, c] {
-            normals[v] += normal;
-        }
-    }
-    normals.into_iter().map(|n| n.normalize_or(DVec3::NEG_Z)).collect()
 }
 
 /// The columns and rows of the image that a mesh can touch.

@@ -1,15 +1,18 @@
 //! Meshes and templates: how they hang together, their points and their rigid motions.
 
+mod catmull_rom;
 mod disjoint_sets;
 mod rigid_motion;
 mod rotation;
 mod surface_locator;
 mod surface_point;
 mod template;
+mod texture_grid;
 mod topology;
 mod triangle_mesh;
 mod welding;
 
+pub use catmull_rom::catmull_rom;
 pub use disjoint_sets::DisjointSets;
 pub use rigid_motion::RigidMotion;
 pub(crate) use rotation::nearest_rotation;
@@ -17,6 +20,7 @@ pub use surface_locator::SurfaceLocator;
 pub(crate) use surface_point::AnchoredPoint;
 pub use surface_point::SurfacePoint;
 pub use template::Template;
-pub use topology::{Topology, texture_overlap};
+pub(crate) use texture_grid::{TextureGrid, texture_barycentric};
+pub use topology::Topology;
 pub use triangle_mesh::TriangleMesh;
 pub use welding::Welding;

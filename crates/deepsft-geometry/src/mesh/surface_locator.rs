@@ -1,11 +1,9 @@
 //! From texture positions to points of the mesh.
 
 use super::surface_point::SurfacePoint;
+use super::texture_grid::{TextureGrid, texture_barycentric};
 use super::triangle_mesh::TriangleMesh;
 use glam::DVec2;
-
-/// Cells a side of the grid over the unit square.
-const CELLS: usize = 64;
 
 /// A position this far outside a face (as a barycentric coordinate) still belongs to it: a registration may
 /// point just past the print's edge, and rounding must leave no gap between faces.
@@ -16,8 +14,8 @@ const TOLERANCE: f64 = 1e-6;
 pub struct SurfaceLocator {
     /// Corners' texture coordinates of each face.
     corners: Vec<[DVec2; 3]>,
-    /// Faces that may cover each cell.
-    cells: Vec<Vec<u32>>,
+    /// Faces.
+    grid: TextureGrid,
 }
 
 impl SurfaceLocator {
@@ -25,19 +23,13 @@ impl SurfaceLocator {
     pub fn new(mesh: &TriangleMesh) -> Self {
         let uv = mesh.texture_coordinates();
         let corners: Vec<[DVec2; 3]> = mesh.faces().iter().map(|face| face.map(|v| uv[v])).collect();
-        let mut cells = vec![Vec::new(); CELLS * CELLS];
+        let mut grid = TextureGrid::new();
         for (face, &[a, b, c]) in corners.iter().enumerate() {
-            if (b - a).perp_dot(c - a) == 0.0 {
-                continue;
-            }
-            let (low, high) = (cell(a.min(b).min(c)), cell(a.max(b).max(c)));
-            for row in low.1..=high.1 {
-                for column in low.0..=high.0 {
-                    cells[row * CELLS + column].push(face as u32);
-                }
+            if (b - a).perp_dot(c - a) != 0.0 {
+                grid.insert(a.min(b).min(c), a.max(b).max(c), face);
             }
         }
-        Self { corners, cells }
+        Self { corners, grid }
     }
 
     /// The point of the surface at texture position `uv`; `None` where the texture covers no face.
@@ -45,25 +37,13 @@ impl SurfaceLocator {
         if !uv.is_finite() {
             return None;
         }
-        let (column, row) = cell(uv);
-        self.cells[row * CELLS + column].iter().find_map(|&face| {
-            let [a, b, c] = self.corners[face as usize];
-            let area = (b - a).perp_dot(c - a);
-            let second = (uv - a).perp_dot(c - a) / area;
-            let third = (b - a).perp_dot(uv - a) / area;
-            let barycentric = [1.0 - second - third, second, third];
-            barycentric.iter().all(|&w| w >= -TOLERANCE).then_some(SurfacePoint {
-                face: face as usize,
-                barycentric,
-            })
+        let (columns, rows) = TextureGrid::cells(uv, uv);
+        self.grid.cell(columns.start, rows.start).find_map(|face| {
+            let barycentric = texture_barycentric(uv, self.corners[face]);
+            let inside = barycentric.iter().all(|&w| w >= -TOLERANCE);
+            inside.then_some(SurfacePoint { face, barycentric })
         })
     }
-}
-
-/// The cell (column, row) of a position, clamped into the grid.
-fn cell(uv: DVec2) -> (usize, usize) {
-    let index = |t: f64| ((t * CELLS as f64).max(0.0) as usize).min(CELLS - 1);
-    (index(uv.x), index(uv.y))
 }
 
 #[cfg(test)]

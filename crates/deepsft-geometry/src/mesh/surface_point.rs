@@ -13,6 +13,20 @@ pub struct SurfacePoint {
     pub barycentric: [f64; 3],
 }
 
+impl SurfacePoint {
+    /// Where the point is when a mesh with these `faces` has its `vertices` there.
+    ///
+    /// # Panics
+    /// When there is no such face or vertex.
+    pub fn position(&self, faces: &[[usize; 3]], vertices: &[DVec3]) -> DVec3 {
+        weighted(self.barycentric, faces[self.face].map(|v| vertices[v]))
+    }
+}
+
+fn weighted(weights: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
+    weights[0] * a + weights[1] * b + weights[2] * c
+}
+
 /// A surface point with its face looked up: three different vertices and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AnchoredPoint {
@@ -41,8 +55,7 @@ impl AnchoredPoint {
 
     /// The point's position.
     pub(crate) fn position(&self, vertices: &[DVec3]) -> DVec3 {
-        let [a, b, c] = self.corners;
-        self.barycentric[0] * vertices[a] + self.barycentric[1] * vertices[b] + self.barycentric[2] * vertices[c]
+        weighted(self.barycentric, self.corners.map(|v| vertices[v]))
     }
 
     /// The gradient with respect to the corners of a function with `gradient` at the point.

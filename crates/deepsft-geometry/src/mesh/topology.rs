@@ -1,6 +1,7 @@
 //! How the faces of a mesh hang together: pieces, texture charts, seams, borders.
 
 use super::disjoint_sets::DisjointSets;
+use super::texture_grid::texture_barycentric;
 use super::triangle_mesh::TriangleMesh;
 use super::welding::Welding;
 use crate::error::GeometryError;
@@ -107,15 +108,14 @@ fn pieces(mesh: &TriangleMesh) -> usize {
     firsts.len()
 }
 
-/// Share of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the
+/// Fraction of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the
 /// surface. Measured at the centres of 512 x 512 texels.
-pub fn texture_overlap(mesh: &TriangleMesh) -> f64 {
+pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     let side = OVERLAP_TEXELS as f64;
     let mut uses: HashMap<u32, u32> = HashMap::new();
     for face in mesh.faces() {
         let [a, b, c] = face.map(|v| mesh.texture_coordinates()[v] * side);
-        let area = (b - a).perp_dot(c - a);
-        if area == 0.0 {
+        if (b - a).perp_dot(c - a) == 0.0 {
             continue;
         }
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -127,9 +127,7 @@ pub fn texture_overlap(mesh: &TriangleMesh) -> f64 {
         for row in range(low.y, high.y) {
             for column in range(low.x, high.x) {
                 let p = glam::DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                let second = (p - a).perp_dot(c - a) / area;
-                let third = (b - a).perp_dot(p - a) / area;
-                if second.min(third).min(1.0 - second - third) > INSIDE {
+                if texture_barycentric(p, [a, b, c]).into_iter().all(|w| w > INSIDE) {
                     *uses.entry((row * OVERLAP_TEXELS + column) as u32).or_default() += 1;
                 }
             }

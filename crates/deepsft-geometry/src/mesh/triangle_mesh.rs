@@ -68,15 +68,30 @@ impl TriangleMesh {
 
     /// The undirected edges, each once, smaller index first, sorted.
     pub fn edges(&self) -> Vec<[usize; 2]> {
-        let mut edges: Vec<[usize; 2]> = self
-            .faces
-            .iter()
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        edges.sort_unstable();
+        let mut edges = self.face_sides();
         edges.dedup();
         edges
+    }
+
+    /// The sides of all faces, smaller index first, sorted: an edge stands here once for each of its faces.
+    pub(crate) fn face_sides(&self) -> Vec<[usize; 2]> {
+        let sides = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut sides: Vec<_> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        sides.sort_unstable();
+        sides
+    }
+
+    /// Unit normals of the front, one for each vertex, with the vertices at `vertices`: area-weighted means of the faces
+    /// around them.
+    pub fn normals_at(&self, vertices: &[DVec3]) -> Vec<DVec3> {
+        let mut normals = vec![DVec3::ZERO; vertices.len()];
+        for &[a, b, c] in &self.faces {
+            let normal = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+            for v in [a, b, c] {
+                normals[v] += normal;
+            }
+        }
+        normals.into_iter().map(|n| n.normalize_or(DVec3::NEG_Z)).collect()
     }
 
     /// The same faces and texture coordinates on other vertex positions.

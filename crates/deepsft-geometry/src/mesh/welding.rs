@@ -102,15 +102,8 @@ impl Welding {
 
 /// Which vertices lie on an edge with a single face.
 fn border(mesh: &TriangleMesh) -> Vec<bool> {
-    let mut edges: Vec<[usize; 2]> = mesh
-        .faces()
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
-    edges.sort_unstable();
     let mut border = vec![false; mesh.vertices().len()];
-    for same in edges.chunk_by(|a, b| a == b) {
+    for same in mesh.face_sides().chunk_by(|a, b| a == b) {
         if let [[a, b]] = same {
             border[*a] = true;
             border[*b] = true;

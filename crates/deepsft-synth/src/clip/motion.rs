@@ -26,10 +26,10 @@ const PEAK_STEPS: usize = 256;
 const BEND_STEPS: usize = 32;
 /// Distance of the rulings' apex from the sheet's centre, sheet diagonals: a cone near, all but a cylinder far.
 const APEX_DIAGONALS: [f64; 2] = [1.2, 3.0];
-/// Share of the bend that curves the sheet to one side; the rest makes an S of it.
+/// Fraction of the bend that curves the sheet to one side; the rest makes an S of it.
 const ONE_SIDED: f64 = 0.75;
-/// Share of the room beside the sheet that it uses when it moves sideways.
-const ROOM_SHARE: f64 = 0.85;
+/// Fraction of the room beside the sheet that it uses when it moves sideways.
+const ROOM_FRACTION: f64 = 0.85;
 /// Softness of the limit at which there is no room left, pixels of a 480-pixel row.
 const ROOM_SOFTNESS: f64 = 10.0;
 
@@ -69,14 +69,14 @@ impl SynthConfig {
     pub fn for_clips(camera: Camera) -> Self {
         Self {
             camera,
-            occluder_share: 1.0,
-            distractor_share: 0.0,
+            occluder_probability: 1.0,
+            distractor_probability: 0.0,
             lighting: LightingConfig {
                 most_angle_deg: 50.0,
-                ambient_share: [0.45, 0.7],
+                ambient_fraction: [0.45, 0.7],
                 white_level: [0.8, 0.95],
                 tint: 0.06,
-                shadow_share: 0.0,
+                shadow_probability: 0.0,
                 roughness: [0.4, 0.7],
                 specular: [0.1, 0.5],
                 ..LightingConfig::default()
@@ -88,12 +88,12 @@ impl SynthConfig {
                 contrast: [0.95, 1.05],
                 saturation: [0.95, 1.1],
                 defocus_px: [0.4, 0.6],
-                motion_share: 0.0,
-                sharpening_share: 0.0,
+                motion_probability: 0.0,
+                sharpening_probability: 0.0,
                 noise_levels: [0.8, 1.5],
                 vignetting: [0.0, 0.15],
-                jpeg_share: 0.0,
-                bars_share: 0.0,
+                jpeg_probability: 0.0,
+                bars_probability: 0.0,
                 ..EffectsConfig::default()
             },
             ..Self::default()
@@ -205,7 +205,7 @@ impl<'a> ClipMotion<'a> {
         let size = self.template.extent_mm().truncate();
         let room = (image - self.camera.focal() * size / depth) / 2.0;
         let room = DVec2::new(softly_positive(room.x, softness), softly_positive(room.y, softness));
-        let shift = ROOM_SHARE * room * DVec2::new(self.across.at(phase), self.down.at(phase));
+        let shift = ROOM_FRACTION * room * DVec2::new(self.across.at(phase), self.down.at(phase));
         let centroid = self.camera.unproject(image / 2.0 + shift, depth);
         DAffine3::from_rotation_translation(tilt * roll, centroid)
     }
@@ -326,9 +326,9 @@ mod tests {
                     (near - 1e-9..far + 1e-9).contains(&centroid.z),
                     "seed {seed}: {centroid}"
                 );
-                let share = crate::share_in_view(&camera, &vertices, &DAffine3::IDENTITY);
-                assert!(share > 0.75, "seed {seed}: {share}");
-                in_view += share / (FRAMES / 4) as f64;
+                let fraction = crate::fraction_in_view(&camera, &vertices, &DAffine3::IDENTITY);
+                assert!(fraction > 0.75, "seed {seed}: {fraction}");
+                in_view += fraction / (FRAMES / 4) as f64;
                 let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
                 let normal = template.mesh().faces().iter().map(area).sum::<DVec3>().normalize();
                 let tilt = normal.dot(DVec3::NEG_Z).acos().to_degrees();

@@ -2,10 +2,11 @@
 
 use crate::clip::motion::{ClipConfig, ClipMotion};
 use crate::random::{Stream, generator, mix};
+use crate::scene::Synthesizer;
 use crate::scene::occluder::PassingArm;
 use crate::scene::{Moment, Scene};
-use crate::scene::{Sample, Synthesizer};
 use crate::{SynthConfig, SynthError};
+use deepsft_formats::Sample;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use rand::RngExt;
@@ -17,11 +18,11 @@ const LOOP_S: f64 = 8.0;
 /// Index of the generator of what happens; index 0 is the motion's.
 const EVENT_INDEX: u64 = 1;
 
-/// When the arm passes, shares of the clip.
+/// When the arm passes, fractions of the clip.
 const PASSING: [f64; 2] = [0.25, 0.75];
-/// Earliest and latest cut, shares of the clip.
+/// Earliest and latest cut, fractions of the clip.
 const CUT: [f64; 2] = [0.4, 0.6];
-/// When the sheet begins to leave, is away, begins to come back and is back, shares of the clip: in a clip of two
+/// When the sheet begins to leave, is away, begins to come back and is back, fractions of the clip: in a clip of two
 /// seconds it takes 0.6 s to leave, which a hand does at 0.5 to 1.3 m/s.
 const LEAVING: [f64; 4] = [0.12, 0.42, 0.55, 0.85];
 /// Pixels between the image and the nearest vertex of a sheet that is away.
@@ -29,7 +30,7 @@ const AWAY_PX: f64 = 4.0;
 /// Instants at which it is checked that the sheet is away.
 const AWAY_CHECKS: usize = 16;
 
-/// Mean way of the vertices at a cut, shares of the image's width: less is not a jump.
+/// Mean way of the vertices at a cut, fractions of the image's width: less is not a jump.
 const LEAST_JUMP: f64 = 0.15;
 /// Other motions that are tried for the shot after a cut.
 const CUT_TRIES: u64 = 32;
@@ -148,7 +149,7 @@ impl<'a> ClipStory<'a> {
         let camera = &synthesizer.config().camera;
         let motion = |seed| ClipMotion::new(synthesizer.template(), camera, ClipConfig::default(), seed);
         let mut rng = generator(seed, EVENT_INDEX, Stream::Motion);
-        let cut_share = CUT[0] + (CUT[1] - CUT[0]) * rng.random::<f64>();
+        let cut_fraction = CUT[0] + (CUT[1] - CUT[0]) * rng.random::<f64>();
         let direction = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y][rng.random_range(0..4)];
         let mut story = Self {
             synthesizer,
@@ -163,7 +164,7 @@ impl<'a> ClipStory<'a> {
         };
         match event {
             ClipEvent::JumpCut => {
-                let first = (cut_share * story.length.frames as f64).round() as usize;
+                let first = (cut_fraction * story.length.frames as f64).round() as usize;
                 let tries = (1..=CUT_TRIES).map(|k| motion(mix(mix(seed) ^ k)));
                 story.cut = story.first_jump(first, tries).map(|after| (first, after));
             }
@@ -218,9 +219,9 @@ impl<'a> ClipStory<'a> {
             let at = frame as f64 + offset * exposure;
             Moment {
                 vertices_camera: self.vertices_of_shot(at, after),
-                passing: self.passing_share(at).map(|share| {
+                passing: self.passing_progress(at).map(|fraction| {
                     let depth_mm = mean_depth(&self.vertices_of_shot(at, after));
-                    self.arm.place(share, &self.synthesizer.config().camera, depth_mm)
+                    self.arm.place(fraction, &self.synthesizer.config().camera, depth_mm)
                 }),
             }
         };
@@ -239,14 +240,14 @@ impl<'a> ClipStory<'a> {
         };
         let frame = if self.event == ClipEvent::Still { 0.0 } else { frame };
         let mut vertices = motion.vertices_camera(frame / self.length.frames_per_s / LOOP_S);
-        let away = self.away * self.away_share(frame);
+        let away = self.away * self.away_fraction(frame);
         vertices.iter_mut().for_each(|p| *p += away);
         vertices
     }
 
     /// How far the sheet is on its way out: 0 where it moves as always, 1 where it is away.
-    fn away_share(&self, frame: f64) -> f64 {
-        let [begin, away, turn, back] = LEAVING.map(|share| share * self.length.frames as f64);
+    fn away_fraction(&self, frame: f64) -> f64 {
+        let [begin, away, turn, back] = LEAVING.map(|fraction| fraction * self.length.frames as f64);
         let out = ((frame - begin) / (away - begin)).clamp(0.0, 1.0);
         let home = ((frame - turn) / (back - turn)).clamp(0.0, 1.0);
         let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
@@ -254,10 +255,10 @@ impl<'a> ClipStory<'a> {
     }
 
     /// Where on its way the arm is; `None` before and after.
-    fn passing_share(&self, frame: f64) -> Option<f64> {
-        let [from, to] = PASSING.map(|share| share * self.length.frames as f64);
-        let share = (frame - from) / (to - from);
-        (self.event == ClipEvent::Occlusion && (0.0..=1.0).contains(&share)).then_some(share)
+    fn passing_progress(&self, frame: f64) -> Option<f64> {
+        let [from, to] = PASSING.map(|fraction| fraction * self.length.frames as f64);
+        let fraction = (frame - from) / (to - from);
+        (self.event == ClipEvent::Occlusion && (0.0..=1.0).contains(&fraction)).then_some(fraction)
     }
 
     /// An odd number of instants, so that one is the middle: more where more moves.
@@ -270,7 +271,7 @@ impl<'a> ClipStory<'a> {
             .filter_map(|(a, b)| Some(camera.project(*a)?.distance(camera.project(*b)?)))
             .fold(0.0, f64::max);
         let passing = (PASSING[1] - PASSING[0]) * self.length.frames as f64;
-        let arm = match self.passing_share(frame) {
+        let arm = match self.passing_progress(frame) {
             // Its way is a little longer than the image is wide.
             Some(_) => 1.5 * f64::from(camera.width()) * exposure / passing,
             None => 0.0,
@@ -307,7 +308,7 @@ impl<'a> ClipStory<'a> {
     /// to be away.
     fn way_out(&self, direction: DVec3) -> DVec3 {
         let camera = &self.synthesizer.config().camera;
-        let [_, from, to, _] = LEAVING.map(|share| share * self.length.frames as f64);
+        let [_, from, to, _] = LEAVING.map(|fraction| fraction * self.length.frames as f64);
         let (focal, centre) = (camera.focal(), camera.principal_point());
         // Along x or y; towards the image's end or its beginning.
         let (focal, low, high) = if direction.x == 0.0 {

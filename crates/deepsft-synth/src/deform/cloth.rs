@@ -15,6 +15,7 @@
 //! stiffness per density, remains.
 
 use crate::deform::xpbd::{Bend, Link};
+use deepsft_geometry::catmull_rom;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
 /// Acceleration of free fall, mm/s^2.
@@ -64,9 +65,9 @@ impl Cloth {
         let at = |i: usize, j: usize| (DVec2::new(i as f64, j as f64) / cells - 0.5) * size_mm;
         let rest: Vec<DVec2> = (0..rows * columns).map(|k| at(k % columns, k / columns)).collect();
         let cell_area = (size_mm / cells).element_product();
-        let share = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
+        let fraction = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
         let areas: Vec<f64> = (0..rows * columns)
-            .map(|k| cell_area * share(k % columns, columns) * share(k / columns, rows))
+            .map(|k| cell_area * fraction(k % columns, columns) * fraction(k / columns, rows))
             .collect();
         let mut cloth = Self {
             columns,
@@ -122,7 +123,7 @@ impl Cloth {
         for k in 0..self.rest.len() {
             let (i, j) = (k % columns, k / columns);
             let mut bend = |step: usize, spacing: f64| {
-                // The particle's share of the sheet. No bend is left for the half cell along the outline beyond the last
+                // The particle's fraction of the sheet. No bend is left for the half cell along the outline beyond the last
                 // ones: it resists none across the outline.
                 self.curvatures.push(Bend {
                     particles: [k - step, k, k + step],
@@ -255,8 +256,8 @@ impl Cloth {
     /// The surface at a point of the texture ((u, v) in the unit square): Catmull-Rom through the particles, so that
     /// it is smooth whatever mesh is laid on it.
     pub(crate) fn surface(&self, uv: DVec2) -> DVec3 {
-        let (i, across) = catmull_rom(uv.x, self.columns);
-        let (j, down) = catmull_rom(uv.y, self.rows);
+        let (i, across) = neighbours(uv.x, self.columns);
+        let (j, down) = neighbours(uv.y, self.rows);
         // Beyond the outline the row or column before it is mirrored through it.
         let row = |j: isize| -> DVec3 {
             let at = |i: isize| -> DVec3 {
@@ -285,19 +286,11 @@ impl Cloth {
     }
 }
 
-/// The first of the four neighbours (it may be -1) of a share of `count` - 1 intervals, and their weights.
-fn catmull_rom(share: f64, count: usize) -> (isize, [f64; 4]) {
-    let x = share.clamp(0.0, 1.0) * (count - 1) as f64;
+/// The first of the four neighbours (it may be -1) of a fraction of `count` - 1 intervals, and their weights.
+fn neighbours(fraction: f64, count: usize) -> (isize, [f64; 4]) {
+    let x = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
     let cell = (x.floor() as usize).min(count - 2);
-    let t = x - cell as f64;
-    let (t2, t3) = (t * t, t * t * t);
-    let weights = [
-        -0.5 * t3 + t2 - 0.5 * t,
-        1.5 * t3 - 2.5 * t2 + 1.0,
-        -1.5 * t3 + 2.0 * t2 + 0.5 * t,
-        0.5 * t3 - 0.5 * t2,
-    ];
-    (cell as isize - 1, weights)
+    (cell as isize - 1, catmull_rom(x - cell as f64))
 }
 
 /// Four values from `first` on; the ones before the first and after the last of `count` go on in a straight line.
@@ -405,8 +398,8 @@ mod tests {
             cloth.hold(k);
         }
         for step in 0..300 {
-            let share = (f64::from(step) / 150.0).min(1.0);
-            let gravity = vec![DVec3::Y * FREE_FALL * share; cloth.rest.len()];
+            let fraction = (f64::from(step) / 150.0).min(1.0);
+            let gravity = vec![DVec3::Y * FREE_FALL * fraction; cloth.rest.len()];
             cloth.step(0.003, &gravity, 0.97);
         }
         let strain = |cloth: &Cloth| {

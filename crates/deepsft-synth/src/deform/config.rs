@@ -1,8 +1,8 @@
 //! Which deformations of a sheet are drawn, and how strong they are.
 
-use crate::deform::isometry::EdgeLengthChange;
 use crate::deform::manipulation::ClothConfig;
 use crate::random::between;
+use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
 
 /// The kinds of shapes that are drawn.
@@ -38,7 +38,7 @@ impl DeformationFamily {
 }
 
 /// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
-/// shares make a configuration fit sheets of any size.
+/// fractions make a configuration fit sheets of any size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeformationConfig {
     /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.

@@ -1,9 +1,10 @@
-//! Deformations of any mesh by handles: some regions are turned at random, the rest follows as rigidly as possible.
+//! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
 use crate::SynthError;
-use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::deform::isometry::edge_length_changes;
 use crate::random::between;
 use crate::random::unit_direction;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};
@@ -16,32 +17,32 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Handles on a mesh. The first lie at the ends of its limbs, the last between them.
 const HANDLES: usize = 12;
 
-/// Radius of a handle's region, as a share of the longest way over the surface.
-const REGION_SHARE: f64 = 0.08;
+/// Radius of a control point's region, as a fraction of the longest way over the surface.
+const REGION_FRACTION: f64 = 0.08;
 
-/// Between which multiples of that radius the ring lies whose middle a handle turns about: the joint above a limb's end.
+/// Between which multiples of that radius the ring lies whose middle a control point turns about: the joint above a limb's end.
 const JOINT_RING: [f64; 2] = [1.8, 2.6];
 
-/// Turns of a handle on a flat part of the surface, where there is no limb to turn, as a share of the others'.
-const FLAT_SHARE: f64 = 0.15;
+/// Turns of a control point on a flat part of the surface, where there is no limb to turn, as a fraction of the others'.
+const FLAT_FRACTION: f64 = 0.15;
 
 /// Factor on turns and shifts of a shape that is stretched too much, and how often it is tried.
 const WEAKENING: f64 = 0.6;
 const WEAKENING_TRIES: usize = 6;
 
-/// Weight of a handle's vertex against the completion's energies: handles give way a little, so that the stretch spreads.
+/// Weight of a control point's vertex against the completion's energies: control points give way a little, so that the stretch spreads.
 const HANDLE_WEIGHT: f64 = 2.0;
 
-/// Deformations of templates that are no sheets: handles, random parts of the surface, are turned about the joint behind
+/// Deformations of templates that are no sheets: control points, random parts of the surface, are turned about the joint behind
 /// them and shifted, and the rest follows as rigidly as possible (the paper's section 5.1 poses hand-made rigs with random
-/// joint angles; handles are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
+/// joint angles; control points are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandleConfig {
+pub struct ControlPointConfig {
     /// Handles that move. Default [2, 6] of 12.
     pub moved: [usize; 2],
-    /// Greatest turn of a handle about any axis, degrees. Default 55.
+    /// Greatest turn of a control point about any axis, degrees. Default 55.
     pub most_turn_deg: f64,
-    /// Greatest shift of a handle, as a share of the longest way over the surface. Default 0.02.
+    /// Greatest shift of a control point, as a fraction of the longest way over the surface. Default 0.02.
     pub most_shift: f64,
     /// Bounds on the change of edge lengths: a shape that breaks them is made weaker. Default 2 % (median) and 10 %
     /// (95th percentile): a stuffed toy gives at its joints. What breaks them at a tenth of its strength too keeps the
@@ -49,7 +50,7 @@ pub struct HandleConfig {
     pub most_edge_change: EdgeLengthChange,
 }
 
-impl Default for HandleConfig {
+impl Default for ControlPointConfig {
     fn default() -> Self {
         Self {
             moved: [2, 6],
@@ -63,7 +64,7 @@ impl Default for HandleConfig {
     }
 }
 
-impl HandleConfig {
+impl ControlPointConfig {
     /// Checks the ranges.
     ///
     /// # Errors
@@ -72,14 +73,14 @@ impl HandleConfig {
         let [fewest, most] = self.moved;
         if fewest > most || most > HANDLES {
             return Err(SynthError::Setting {
-                parameter: "handles.moved",
+                parameter: "control_points.moved",
                 actual: format!("[{fewest}, {most}]"),
                 expected: "0 <= lowest <= highest <= 12",
             });
         }
         for (parameter, value, most) in [
-            ("handles.most_turn_deg", self.most_turn_deg, 180.0),
-            ("handles.most_shift", self.most_shift, 1.0),
+            ("control_points.most_turn_deg", self.most_turn_deg, 180.0),
+            ("control_points.most_shift", self.most_shift, 1.0),
         ] {
             if !(0.0..=most).contains(&value) {
                 return Err(SynthError::Setting {
@@ -93,34 +94,34 @@ impl HandleConfig {
     }
 }
 
-/// A shape of a mesh that handles made.
+/// A shape of a mesh that control points made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandleShape {
+pub struct ControlPointShape {
     /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
     pub vertices: Vec<DVec3>,
-    /// Share of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
+    /// Fraction of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
     /// they had to be weakened, 0 where the rest shape was kept.
     pub strength: f64,
 }
 
-/// A mesh with its handles, ready to be deformed.
+/// A mesh with its control points, ready to be deformed.
 ///
 /// ```
-/// use deepsft_synth::{HandleConfig, HandleDeformation, capsule, edge_length_change};
+/// use deepsft_synth::{ControlPointConfig, ControlPointDeformation, capsule, edge_length_change};
 /// use rand::SeedableRng;
 /// let tube = capsule(240.0, 30.0, 41, 24)?;
-/// let deformation = HandleDeformation::new(&tube)?;
-/// let bent = deformation.deform(&HandleConfig::default(), &mut rand_pcg::Pcg64Mcg::seed_from_u64(5));
+/// let deformation = ControlPointDeformation::new(&tube)?;
+/// let bent = deformation.deform(&ControlPointConfig::default(), &mut rand_pcg::Pcg64Mcg::seed_from_u64(5));
 /// assert!(bent.strength > 0.0 && edge_length_change(&tube, &bent.vertices).p95 <= 0.1);
 /// # Ok::<(), deepsft_synth::SynthError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct HandleDeformation {
+pub struct ControlPointDeformation {
     mesh: TriangleMesh,
     welding: Welding,
     /// Edges of the welded mesh.
     edges: Vec<[usize; 2]>,
-    handles: Vec<Handle>,
+    control_points: Vec<ControlPoint>,
     /// The longest way over the surface, mm.
     length: f64,
     /// Solvers that nobody uses at the moment. A solver remembers nothing of the shape before.
@@ -129,17 +130,17 @@ pub struct HandleDeformation {
 
 /// A region of the surface and what it turns about.
 #[derive(Clone, Debug)]
-struct Handle {
+struct ControlPoint {
     /// Vertices of the welded mesh.
     vertices: Vec<usize>,
     /// Middle of the ring around the region: within a limb, at its joint.
     joint: DVec3,
-    /// 1 at the end of a limb, [`FLAT_SHARE`] on flat ground.
+    /// 1 at the end of a limb, [`FLAT_FRACTION`] on flat ground.
     turns: f64,
 }
 
-impl HandleDeformation {
-    /// Places handles on `mesh`, which has its rest shape: each where it is farthest over the surface from those before.
+impl ControlPointDeformation {
+    /// Places control points on `mesh`, which has its rest shape: each where it is farthest over the surface from those before.
     ///
     /// # Errors
     /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
@@ -149,25 +150,25 @@ impl HandleDeformation {
         let surface = Surface::new(welding.mesh(), &edges);
         let seeds = surface.farthest_points(HANDLES);
         let length = surface.length_from(&seeds);
-        let handles = seeds
+        let control_points = seeds
             .iter()
-            .map(|&seed| surface.handle(seed, REGION_SHARE * length))
+            .map(|&seed| surface.control_point(seed, REGION_FRACTION * length))
             .collect();
         let solver = ArapCompletion::new(mesh, CompletionOptions::default())?;
         Ok(Self {
             mesh: mesh.clone(),
             welding,
             edges,
-            handles,
+            control_points,
             length,
             solvers: Arc::new(Mutex::new(vec![solver])),
         })
     }
 
     /// The mesh after a random deformation. A pure function of mesh, `config` and `rng`.
-    pub fn deform<R: Rng + ?Sized>(&self, config: &HandleConfig, rng: &mut R) -> HandleShape {
+    pub fn deform<R: Rng + ?Sized>(&self, config: &ControlPointConfig, rng: &mut R) -> ControlPointShape {
         let rest = self.welding.mesh().vertices();
-        let mut order: Vec<usize> = (0..self.handles.len()).collect();
+        let mut order: Vec<usize> = (0..self.control_points.len()).collect();
         order.shuffle(rng);
         let [fewest, most] = config.moved.map(|count| count.min(order.len()));
         let count = rng.random_range(fewest..=most);
@@ -184,15 +185,20 @@ impl HandleDeformation {
         for _ in 0..WEAKENING_TRIES {
             let mut points = Vec::new();
             for (&number, (turn, shift)) in order.iter().zip(&moves) {
-                let handle = &self.handles[number];
-                let turn = DQuat::from_scaled_axis(*turn * (strength * handle.turns));
-                let place = |p: DVec3| handle.joint + turn * (p - handle.joint) + *shift * strength;
-                points.extend(handle.vertices.iter().map(|&vertex| (vertex, place(rest[vertex]))));
+                let control_point = &self.control_points[number];
+                let turn = DQuat::from_scaled_axis(*turn * (strength * control_point.turns));
+                let place = |p: DVec3| control_point.joint + turn * (p - control_point.joint) + *shift * strength;
+                points.extend(
+                    control_point
+                        .vertices
+                        .iter()
+                        .map(|&vertex| (vertex, place(rest[vertex]))),
+                );
             }
             // One more stays where it is: something to hold on to.
             if let Some(&number) = order.get(count) {
                 points.extend(
-                    self.handles[number]
+                    self.control_points[number]
                         .vertices
                         .iter()
                         .map(|&vertex| (vertex, rest[vertex])),
@@ -208,11 +214,11 @@ impl HandleDeformation {
                     .map(|(&from, &to)| (from, to, 1.0));
                 let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
                 let vertices = vertices.into_iter().map(|p| motion.apply(p)).collect();
-                return HandleShape { vertices, strength };
+                return ControlPointShape { vertices, strength };
             }
             strength *= WEAKENING;
         }
-        HandleShape {
+        ControlPointShape {
             vertices: self.mesh.vertices().to_vec(),
             strength: 0.0,
         }
@@ -317,7 +323,7 @@ impl<'a> Surface<'a> {
         points.iter().map(longest).fold(0.0, f64::max)
     }
 
-    fn handle(&self, seed: usize, radius: f64) -> Handle {
+    fn control_point(&self, seed: usize, radius: f64) -> ControlPoint {
         let ways = self.ways(seed);
         let within = |[low, high]: [f64; 2]| -> Vec<usize> {
             let ring = |v: &usize| ways[*v] >= low * radius && ways[*v] <= high * radius;
@@ -327,7 +333,7 @@ impl<'a> Surface<'a> {
         let vertices = within([0.0, 1.0]);
         let ring = within(JOINT_RING);
         if ring.is_empty() {
-            return Handle {
+            return ControlPoint {
                 joint: middle(&vertices),
                 vertices,
                 turns: 1.0,
@@ -341,10 +347,10 @@ impl<'a> Surface<'a> {
             .sum::<f64>()
             / ring.len() as f64;
         let width = reach / (radius * (JOINT_RING[0] + JOINT_RING[1]) / 2.0);
-        Handle {
+        ControlPoint {
             vertices,
             joint,
-            turns: (2.5 * (1.0 - width)).clamp(FLAT_SHARE, 1.0),
+            turns: (2.5 * (1.0 - width)).clamp(FLAT_FRACTION, 1.0),
         }
     }
 }
@@ -357,27 +363,27 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     #[test]
-    fn the_first_handles_of_a_tube_are_its_ends_and_turn_about_its_axis() {
+    fn the_first_control_points_of_a_tube_are_its_ends_and_turn_about_its_axis() {
         let tube = capsule(240.0, 20.0, 61, 24).unwrap();
-        let deformation = HandleDeformation::new(&tube).unwrap();
-        let mean = |handle: &Handle| {
-            let points = handle
+        let deformation = ControlPointDeformation::new(&tube).unwrap();
+        let mean = |control_point: &ControlPoint| {
+            let points = control_point
                 .vertices
                 .iter()
                 .map(|&v| deformation.welding.mesh().vertices()[v]);
-            points.sum::<DVec3>() / handle.vertices.len() as f64
+            points.sum::<DVec3>() / control_point.vertices.len() as f64
         };
-        let (one, other) = (&deformation.handles[0], &deformation.handles[1]);
+        let (one, other) = (&deformation.control_points[0], &deformation.control_points[1]);
         // The poles are at 120 mm; a region reaches 0.08 of the way, 22 mm, down from them.
         assert!(mean(one).x.abs() > 110.0 && (mean(one).x + mean(other).x).abs() < 3.0);
-        for handle in [one, other] {
+        for control_point in [one, other] {
             assert!(
-                handle.joint.truncate().y.abs() < 1.0 && handle.joint.z.abs() < 1.0,
+                control_point.joint.truncate().y.abs() < 1.0 && control_point.joint.z.abs() < 1.0,
                 "{}",
-                handle.joint
+                control_point.joint
             );
-            assert!(handle.joint.x.abs() < mean(handle).x.abs() - 10.0);
-            assert_eq!(handle.turns, 1.0);
+            assert!(control_point.joint.x.abs() < mean(control_point).x.abs() - 10.0);
+            assert_eq!(control_point.turns, 1.0);
         }
         // From pole to pole: a half circle and the straight part, along edges.
         let expected = 200.0 + std::f64::consts::PI * 20.0;
@@ -391,11 +397,11 @@ mod tests {
     #[test]
     fn a_shape_says_whether_it_was_weakened_or_given_up() {
         let tube = capsule(240.0, 20.0, 41, 16).unwrap();
-        let deformation = HandleDeformation::new(&tube).unwrap();
+        let deformation = ControlPointDeformation::new(&tube).unwrap();
         let shape = |p95| {
-            let config = HandleConfig {
+            let config = ControlPointConfig {
                 most_edge_change: EdgeLengthChange { median: 1.0, p95 },
-                ..HandleConfig::default()
+                ..ControlPointConfig::default()
             };
             deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(3))
         };
@@ -414,14 +420,14 @@ mod tests {
 
     #[test]
     fn settings_that_cannot_be_are_refused_by_name() {
-        let mut config = HandleConfig {
+        let mut config = ControlPointConfig {
             moved: [5, 4],
-            ..HandleConfig::default()
+            ..ControlPointConfig::default()
         };
-        assert!(config.check().unwrap_err().to_string().contains("handles.moved"));
-        config = HandleConfig {
+        assert!(config.check().unwrap_err().to_string().contains("control_points.moved"));
+        config = ControlPointConfig {
             most_turn_deg: f64::NAN,
-            ..HandleConfig::default()
+            ..ControlPointConfig::default()
         };
         assert!(config.check().unwrap_err().to_string().contains("most_turn_deg"));
     }

@@ -9,10 +9,10 @@
 //! The paper's own way, position-based cloth with anchors and forces, is one more family ([`DeformationFamily::Cloth`]).
 
 use crate::deform::config::{DeformationConfig, DeformationFamily};
-use crate::deform::isometry::EdgeLengthChange;
-use crate::deform::manipulation::Handling;
+use crate::deform::manipulation::Manipulation;
 use crate::deform::relaxation::Relaxation;
 use crate::deform::sheet_shape::Shape;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::{
     Template, TriangleMesh,
     glam::{DQuat, DVec2, DVec3},
@@ -33,7 +33,7 @@ const WEAKENING: f64 = 0.7;
 /// frame, mean at the origin, mean normal along -z (so that a pose's tilt is the tilt of the sheet as
 /// a whole). Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and
 /// the sheet stays flat when no weaker shape will do. A template that is no sheet stays at rest: see
-/// [`crate::SynthConfig::handles`]. A pure function of its arguments.
+/// [`crate::SynthConfig::control_points`]. A pure function of its arguments.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template};
@@ -52,8 +52,8 @@ pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, 
     let relaxation = Relaxation::new(template);
     let family = config.draw_family(rng);
     if family == DeformationFamily::Cloth {
-        let mut handling = Handling::sample(template.size_mm(), &config.cloth, rng);
-        return deform_cloth(template, &relaxation, config, &mut handling);
+        let mut manipulation = Manipulation::sample(template.size_mm(), &config.cloth, rng);
+        return deform_cloth(template, &relaxation, config, &mut manipulation);
     }
     let rest = template.mesh().vertices();
     let mut shape = Shape::sample(family, template.size_mm(), config, rng);
@@ -72,18 +72,18 @@ pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, 
     rest.to_vec()
 }
 
-/// The sheet after it was handled, laid on the template's mesh and relaxed until its lengths are right. Handling is
+/// The sheet after it was handled, laid on the template's mesh and relaxed until its lengths are right. Manipulation is
 /// made gentler only when that does not come about, or the sheet rolls up into itself.
 fn deform_cloth(
     template: &Template,
     relaxation: &Relaxation,
     config: &DeformationConfig,
-    handling: &mut Handling,
+    manipulation: &mut Manipulation,
 ) -> Vec<DVec3> {
     let mesh = template.mesh();
     let rest = mesh.vertices();
     for _ in 0..WEAKENING_TRIES {
-        let cloth = handling.simulate();
+        let cloth = manipulation.simulate();
         let mut vertices: Vec<DVec3> = mesh.texture_coordinates().iter().map(|uv| cloth.surface(*uv)).collect();
         // A sheet that passes through itself is no sheet however well it keeps its lengths.
         let relaxations = if cloth.touches_itself() { 0 } else { CLOTH_RELAXATIONS };
@@ -95,7 +95,7 @@ fn deform_cloth(
                 return vertices;
             }
         }
-        handling.weaken(WEAKENING);
+        manipulation.weaken(WEAKENING);
     }
     rest.to_vec()
 }
@@ -119,7 +119,7 @@ fn turn_upright(rest: &[DVec3], vertices: &mut [DVec3]) {
     vertices.iter_mut().for_each(|vertex| *vertex = turn * *vertex);
 }
 
-/// Share of a mesh's area below which the sum of its faces' area vectors is rounding: that of a closed mesh is zero.
+/// Fraction of a mesh's area below which the sum of its faces' area vectors is rounding: that of a closed mesh is zero.
 const NO_MEAN_NORMAL: f64 = 1e-6;
 
 /// Moves the vertices' mean to the origin and turns the mean normal to -z, the short way; a closed mesh, which has none,

@@ -9,28 +9,28 @@ use crate::random::{between, chance, sign};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use rand::{Rng, RngExt};
 
-/// Radius of what a hand holds, shares of the sheet's diagonal: 11 to 29 mm of an A4 sheet.
+/// Radius of what a hand holds, fractions of the sheet's diagonal: 11 to 29 mm of an A4 sheet.
 const GRIP_RADIUS: [f64; 2] = [0.03, 0.08];
-/// Share of a side that is held when a whole edge is.
+/// Fraction of a side that is held when a whole edge is.
 const HELD_EDGE: [f64; 2] = [0.3, 1.0];
-/// Least distance between two anchors, shares of the diagonal.
+/// Least distance between two anchors, fractions of the diagonal.
 const LEAST_BETWEEN: f64 = 0.25;
 /// Draws of an anchor before a sheet has one less.
 const ANCHOR_TRIES: usize = 20;
-/// Nearest that two anchors are brought, share of their distance on the sheet.
+/// Nearest that two anchors are brought, fraction of their distance on the sheet.
 const NEAREST: f64 = 0.35;
 /// Rounds of bringing anchors within reach of each other before their motion is halved.
 const REACH_ROUNDS: usize = 40;
 /// Rounds of halving before the anchors stay where they are.
 const HALVINGS: usize = 6;
-/// Radius (one standard deviation) of the part that a point force pulls at, share of the diagonal.
+/// Radius (one standard deviation) of the part that a point force pulls at, fraction of the diagonal.
 const FORCE_RADIUS: f64 = 0.12;
 /// Length of a simulation, in units of the time (d / g)^(1/2) of a sheet of diagonal d: 0.6 to 1 s for A4, in which
 /// the hands arrive and what swings comes nearly to rest.
 const DURATION: [f64; 2] = [3.0, 5.0];
-/// Share of the time in which hands move and forces rise.
+/// Fraction of the time in which hands move and forces rise.
 const ARRIVAL: f64 = 0.6;
-/// Share of the velocity that is left after one unit of time.
+/// Fraction of the velocity that is left after one unit of time.
 const VELOCITY_KEPT: f64 = 0.12;
 /// Sweeps that take the strain out of a sheet that was let go, and their time, steps of the simulation: short enough
 /// that bends stay.
@@ -39,20 +39,20 @@ const SETTLING_STEP: f64 = 0.5;
 /// Steps between two looks at how the sheet lies in the wind.
 const WIND_EVERY: usize = 8;
 
-/// How sheets are handled in the simulation of cloth. Ranges are `[least, most]` and drawn uniformly; shares are of the
+/// How sheets are handled in the simulation of cloth. Ranges are `[least, most]` and drawn uniformly; fractions are of the
 /// sheet's diagonal, so that a configuration fits sheets of any size. All values are our choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClothConfig {
-    /// Bending length (Peirce 1930): how far a strip reaches out before it bends under its own weight, share of the
+    /// Bending length (Peirce 1930): how far a strip reaches out before it bends under its own weight, fraction of the
     /// diagonal, uniform in its logarithm. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
     pub bending_length: [f64; 2],
     /// Most parts that are held at once: corners, points of the border, points inside, edges. Default 4.
     pub most_anchors: usize,
-    /// Farthest way that is drawn for an anchor, share of the diagonal. Default 0.4. Where anchors end no two points
+    /// Farthest way that is drawn for an anchor, fraction of the diagonal. Default 0.4. Where anchors end no two points
     /// that are held are farther apart than on the flat sheet. On the way there, and where a sheet is handled more
     /// gently than drawn, they can be, because points that turn go along arcs: each by a tenth of its distance from
     /// the centre of its part at most (at the default turn).
-    pub anchor_way: f64,
+    pub anchor_shift: f64,
     /// Largest turn of an anchor, radians. Default 0.9.
     pub anchor_turn_rad: f64,
     /// Weight of the sheet in any direction, in units of its weight on earth. Default 0 to 1.
@@ -61,8 +61,8 @@ pub struct ClothConfig {
     pub most_forces: usize,
     /// Size of each point force, in units of the sheet's weight. Default 0.1 to 1.2.
     pub force: [f64; 2],
-    /// Share of sheets in the wind. Default 0.3.
-    pub wind_share: f64,
+    /// Probability that wind blows at the sheet. Default 0.3.
+    pub wind_probability: f64,
     /// Force of the wind on a sheet that faces it, in units of the sheet's weight. Default 0.3 to 1.5.
     pub wind: [f64; 2],
     /// Steps of the simulation. Default 240; fewer let the sheet stretch more before its strain is taken out.
@@ -74,12 +74,12 @@ impl Default for ClothConfig {
         Self {
             bending_length: [0.12, 0.5],
             most_anchors: 4,
-            anchor_way: 0.4,
+            anchor_shift: 0.4,
             anchor_turn_rad: 0.9,
             gravity: [0.0, 1.0],
             most_forces: 3,
             force: [0.1, 1.2],
-            wind_share: 0.3,
+            wind_probability: 0.3,
             wind: [0.3, 1.5],
             steps: 240,
         }
@@ -96,16 +96,16 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Where a point of the held part is at `share` of the motion.
-    fn position(&self, rest: DVec2, share: f64) -> DVec3 {
-        let turn = DQuat::IDENTITY.slerp(self.turn, share);
-        self.centre.extend(0.0) + self.way * share + turn * (rest - self.centre).extend(0.0)
+    /// Where a point of the held part is at `fraction` of the motion.
+    fn position(&self, rest: DVec2, fraction: f64) -> DVec3 {
+        let turn = DQuat::IDENTITY.slerp(self.turn, fraction);
+        self.centre.extend(0.0) + self.way * fraction + turn * (rest - self.centre).extend(0.0)
     }
 }
 
 /// One way of handling a sheet.
 #[derive(Clone, Debug)]
-pub(crate) struct Handling {
+pub(crate) struct Manipulation {
     cloth: Cloth,
     anchors: Vec<Anchor>,
     /// Steady accelerations of the particles, mm/s^2: gravity and point forces.
@@ -116,7 +116,7 @@ pub(crate) struct Handling {
     steps: usize,
 }
 
-impl Handling {
+impl Manipulation {
     /// A random way of handling a sheet of the given size.
     pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, config: &ClothConfig, rng: &mut R) -> Self {
         let diagonal = size_mm.length();
@@ -131,14 +131,18 @@ impl Handling {
         for _ in 0..rng.random_range(0..=config.most_forces) {
             let at = (DVec2::new(between([0.0, 1.0], rng), between([0.0, 1.0], rng)) - 0.5) * size_mm;
             let force = unit_direction(rng) * between(config.force, rng) * FREE_FALL * size_mm.element_product();
-            let share = |p: &DVec2| (-0.5 * p.distance_squared(at) / (FORCE_RADIUS * diagonal).powi(2)).exp();
-            let shares: Vec<f64> = cloth.rest().iter().map(share).collect();
-            let pulled: f64 = shares.iter().zip(cloth.areas()).map(|(share, area)| share * area).sum();
-            for (pull, share) in pull.iter_mut().zip(shares) {
-                *pull += force * (share / pulled);
+            let weight = |p: &DVec2| (-0.5 * p.distance_squared(at) / (FORCE_RADIUS * diagonal).powi(2)).exp();
+            let weights: Vec<f64> = cloth.rest().iter().map(weight).collect();
+            let pulled: f64 = weights
+                .iter()
+                .zip(cloth.areas())
+                .map(|(weight, area)| weight * area)
+                .sum();
+            for (pull, weight) in pull.iter_mut().zip(weights) {
+                *pull += force * (weight / pulled);
             }
         }
-        let blows = chance(config.wind_share, rng);
+        let blows = chance(config.wind_probability, rng);
         let wind = unit_direction(rng) * between(config.wind, rng) * FREE_FALL;
         Self {
             cloth,
@@ -162,7 +166,7 @@ impl Handling {
 
     /// The sheet after it was handled so, beginning flat, let go and free of strain.
     pub(crate) fn simulate(&self) -> Cloth {
-        let mut cloth = self.handled();
+        let mut cloth = self.manipulated();
         cloth.settle(SETTLING_SWEEPS, SETTLING_STEP * self.step_s());
         cloth
     }
@@ -172,7 +176,7 @@ impl Handling {
     }
 
     /// The sheet as it is held at the end.
-    fn handled(&self) -> Cloth {
+    fn manipulated(&self) -> Cloth {
         let mut cloth = self.cloth.clone();
         let unit_s = (cloth.diagonal() / FREE_FALL).sqrt();
         let kept = VELOCITY_KEPT.powf(self.step_s() / unit_s);
@@ -180,30 +184,30 @@ impl Handling {
         for step in 0..self.steps {
             let time = (step + 1) as f64 / self.steps as f64;
             let t = (time / ARRIVAL).min(1.0);
-            let share = t * t * (3.0 - 2.0 * t);
+            let fraction = t * t * (3.0 - 2.0 * t);
             for anchor in &self.anchors {
                 for &particle in &anchor.particles {
-                    let place = anchor.position(cloth.rest()[particle], share);
+                    let place = anchor.position(cloth.rest()[particle], fraction);
                     cloth.place(particle, place);
                 }
             }
             if step % WIND_EVERY == 0 {
-                self.accelerate(&cloth, share, &mut accelerations);
+                self.accelerate(&cloth, fraction, &mut accelerations);
             }
             cloth.step(self.step_s(), &accelerations, kept);
         }
         cloth
     }
 
-    /// The accelerations at `share` of full strength.
-    fn accelerate(&self, cloth: &Cloth, share: f64, accelerations: &mut [DVec3]) {
+    /// The accelerations at `fraction` of full strength.
+    fn accelerate(&self, cloth: &Cloth, fraction: f64, accelerations: &mut [DVec3]) {
         for (acceleration, pull) in accelerations.iter_mut().zip(&self.pull) {
-            *acceleration = *pull * share;
+            *acceleration = *pull * fraction;
         }
         if self.wind != DVec3::ZERO {
             // Pressure acts along the normal, whichever side faces the wind.
             for (acceleration, normal) in accelerations.iter_mut().zip(cloth.normals()) {
-                *acceleration += normal * normal.dot(self.wind) * share;
+                *acceleration += normal * normal.dot(self.wind) * fraction;
             }
         }
     }
@@ -216,7 +220,7 @@ fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &Cloth
     for _ in 0..rng.random_range(1..=config.most_anchors.max(1)) {
         for _ in 0..ANCHOR_TRIES {
             let (centre, particles) = sample_held_part(cloth, size_mm, rng);
-            let way = unit_direction(rng) * between([0.0, config.anchor_way], rng) * diagonal;
+            let way = unit_direction(rng) * between([0.0, config.anchor_shift], rng) * diagonal;
             let turn = DQuat::from_axis_angle(unit_direction(rng), between([0.0, config.anchor_turn_rad], rng));
             let apart = |other: &Anchor| {
                 let pairs = other
@@ -359,9 +363,9 @@ mod tests {
         let config = ClothConfig::default();
         let (mut several, mut moved) = (0, 0);
         for seed in 0..300 {
-            let handling = Handling::sample(A4, &config, &mut Pcg64Mcg::seed_from_u64(seed));
-            let anchors = &handling.anchors;
-            let rest = handling.cloth.rest();
+            let manipulation = Manipulation::sample(A4, &config, &mut Pcg64Mcg::seed_from_u64(seed));
+            let anchors = &manipulation.anchors;
+            let rest = manipulation.cloth.rest();
             assert!((1..=4).contains(&anchors.len()), "seed {seed}");
             several += usize::from(anchors.len() > 1);
             moved += usize::from(anchors.iter().any(|anchor| anchor.way.length() > 30.0));
@@ -369,14 +373,14 @@ mod tests {
                 for b in &anchors[..k] {
                     for (&i, &j) in a.particles.iter().flat_map(|i| b.particles.iter().map(move |j| (i, j))) {
                         let long = rest[i].distance(rest[j]);
-                        let at = |share| a.position(rest[i], share).distance(b.position(rest[j], share));
+                        let at = |fraction| a.position(rest[i], fraction).distance(b.position(rest[j], fraction));
                         assert!(at(1.0) <= long + 1e-9, "seed {seed}");
-                        // Along straight ways distances would be convex in the share, never above those of both ends. An
+                        // Along straight ways distances would be convex in the fraction, never above those of both ends. An
                         // arc of 0.9 rad is 1 - cos 0.45 of its radius above its chord, less at a smaller turn.
                         let radii = rest[i].distance(a.centre) + rest[j].distance(b.centre);
                         let arcs = (1.0 - 0.45_f64.cos()) * radii;
-                        for share in [0.25, 0.5, 0.7] {
-                            assert!(at(share) <= long + arcs + 1e-9, "seed {seed}");
+                        for fraction in [0.25, 0.5, 0.7] {
+                            assert!(at(fraction) <= long + arcs + 1e-9, "seed {seed}");
                         }
                     }
                 }
@@ -390,10 +394,10 @@ mod tests {
 
     #[test]
     fn held_particles_end_where_the_hands_are() {
-        let handling = Handling::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(4));
-        let cloth = handling.handled();
+        let manipulation = Manipulation::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(4));
+        let cloth = manipulation.manipulated();
         let cells = cloth.rest().len();
-        for anchor in &handling.anchors {
+        for anchor in &manipulation.anchors {
             for &particle in &anchor.particles {
                 let rest = cloth.rest()[particle];
                 let seen = cloth.surface(rest / A4 + 0.5);
@@ -407,9 +411,9 @@ mod tests {
 
     #[test]
     fn without_motion_and_forces_the_sheet_stays_flat() {
-        let mut handling = Handling::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(2));
-        handling.weaken(0.0);
-        let cloth = handling.simulate();
+        let mut manipulation = Manipulation::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(2));
+        manipulation.weaken(0.0);
+        let cloth = manipulation.simulate();
         for uv in [DVec2::ZERO, DVec2::splat(0.5), DVec2::ONE] {
             assert!(cloth.surface(uv).distance(((uv - 0.5) * A4).extend(0.0)) < 1e-6);
         }

@@ -14,10 +14,10 @@ mod xpbd;
 
 pub(crate) use bend::{Bend, Rulings};
 pub use config::{DeformationConfig, DeformationFamily};
-pub use control_points::{HandleConfig, HandleDeformation, HandleShape};
+pub use control_points::{ControlPointConfig, ControlPointDeformation, ControlPointShape};
 pub use deformation::deform;
 pub(crate) use deformation::face_front;
+pub use isometry::edge_length_change;
 pub(crate) use isometry::edge_length_changes;
-pub use isometry::{EdgeLengthChange, EdgeLengthHistogram, edge_length_change};
 pub use manipulation::ClothConfig;
 pub use volumic::{RodBend, capsule};

@@ -1,9 +1,10 @@
 //! Position-based relaxation: vertices move until the mesh's edges have their rest length again.
 
-use crate::deform::isometry::{EdgeLengthChange, edge_length_changes};
+use crate::deform::isometry::edge_length_changes;
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::{Template, glam::DVec3};
 
-/// Share of the error of a row's or column's second difference that one sweep removes: high enough
+/// Fraction of the error of a row's or column's second difference that one sweep removes: high enough
 /// to keep compressed edges from buckling into zigzags, low enough that edge lengths win.
 const SHAPE_STIFFNESS: f64 = 0.3;
 

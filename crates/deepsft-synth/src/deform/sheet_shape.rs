@@ -241,10 +241,10 @@ impl Shape {
     fn order_bends(&mut self) {
         const SIDE: i32 = 24;
         let half = self.half;
-        let share = move |i: i32| 2.0 * f64::from(i) / f64::from(SIDE) - 1.0;
+        let fraction = move |i: i32| 2.0 * f64::from(i) / f64::from(SIDE) - 1.0;
         self.bends.sort_by_cached_key(|bend| {
             (0..=SIDE)
-                .flat_map(|j| (0..=SIDE).map(move |i| DVec2::new(share(i), share(j)) * half))
+                .flat_map(|j| (0..=SIDE).map(move |i| DVec2::new(fraction(i), fraction(j)) * half))
                 .filter(|point| bend.moves(*point))
                 .count()
         });

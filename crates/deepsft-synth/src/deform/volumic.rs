@@ -78,13 +78,13 @@ pub fn capsule(length_mm: f64, radius_mm: f64, rings: usize, around: usize) -> R
     Ok(TriangleMesh::new(vertices, texture_coordinates, faces)?)
 }
 
-/// Position along the axis and distance from it at a share of the way from pole to pole. On the axis exactly at the
+/// Position along the axis and distance from it at a fraction of the way from pole to pole. On the axis exactly at the
 /// poles.
-fn outline(length: f64, radius: f64, share: f64) -> (f64, f64) {
+fn outline(length: f64, radius: f64, fraction: f64) -> (f64, f64) {
     let (quarter, straight) = (radius * FRAC_PI_2, length - 2.0 * radius);
-    let way = share * (2.0 * quarter + straight);
-    if share <= 0.0 || share >= 1.0 {
-        (length * (share - 0.5), 0.0)
+    let way = fraction * (2.0 * quarter + straight);
+    if fraction <= 0.0 || fraction >= 1.0 {
+        (length * (fraction - 0.5), 0.0)
     } else if way < quarter {
         let angle = way / radius;
         (-0.5 * straight - radius * angle.cos(), radius * angle.sin())
@@ -116,12 +116,12 @@ impl RodBend {
             return rest.to_vec();
         }
         let step = length / AXIS_STEPS as f64;
-        // Turn a length at a share of the way.
-        let turn = |share: f64| self.turn_rad / length * (1.0 + self.growth * (2.0 * share - 1.0));
+        // Turn a length at a fraction of the way.
+        let turn = |fraction: f64| self.turn_rad / length * (1.0 + self.growth * (2.0 * fraction - 1.0));
         let mut axis = vec![(DVec3::new(low, 0.0, 0.0), DQuat::IDENTITY)];
         for k in 0..AXIS_STEPS {
-            let share = (k as f64 + 0.5) / AXIS_STEPS as f64;
-            axis.push(advance(axis[k], turn(share), step));
+            let fraction = (k as f64 + 0.5) / AXIS_STEPS as f64;
+            axis.push(advance(axis[k], turn(fraction), step));
         }
         let middle = axis[AXIS_STEPS / 2];
         let back = DMat3::from_quat(middle.1.inverse());
@@ -129,8 +129,8 @@ impl RodBend {
             .map(|p| {
                 let k = (((p.x - low) / step) as usize).min(AXIS_STEPS - 1);
                 let along = p.x - low - k as f64 * step;
-                let share = (k as f64 + 0.5) / AXIS_STEPS as f64;
-                let (centre, frame) = advance(axis[k], turn(share), along);
+                let fraction = (k as f64 + 0.5) / AXIS_STEPS as f64;
+                let (centre, frame) = advance(axis[k], turn(fraction), along);
                 let bent = centre + frame * DVec3::new(0.0, p.y, p.z);
                 back * (bent - middle.0) + DVec3::new(low + 0.5 * length, 0.0, 0.0)
             })
@@ -190,7 +190,7 @@ mod tests {
             assert!((pair[0].distance(pair[1]) - 200.0).abs() < 1e-9);
         }
         // A chord of 5 mm on a circle of radius 300 / 1.5 = 200 mm is 5 (1 - (5 / 200)^2 / 24) mm long; the axis is made of
-        // straight pieces of 0.75 mm, longer than their chords by a share of (0.75 / 200)^2 / 24 = 6e-7.
+        // straight pieces of 0.75 mm, longer than their chords by a fraction of (0.75 / 200)^2 / 24 = 6e-7.
         for (a, b) in bent.iter().zip(&bent[2..]) {
             assert!((a.distance(*b) - 5.0 * (1.0 - 0.025_f64.powi(2) / 24.0)).abs() < 1e-5);
         }

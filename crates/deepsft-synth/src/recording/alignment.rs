@@ -5,7 +5,7 @@ use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// Depths that fall into one pixel and differ from the nearest by less than this share are one surface and are
+/// Depths that fall into one pixel and differ from the nearest by less than this fraction are one surface and are
 /// averaged: a dozen times the noise of a time-of-flight sensor, and less than a hand before a sheet.
 const SAME_SURFACE: f64 = 0.03;
 

@@ -22,13 +22,13 @@ pub struct SeenDepth {
 pub struct DepthNoise {
     /// Factor on the standard deviation of the axial noise. Default 1.
     pub axial_noise: f64,
-    /// Depths of neighbours that differ by more than this share are an edge. Default 0.03.
+    /// Depths of neighbours that differ by more than this fraction are an edge. Default 0.03.
     pub edge: f64,
-    /// Share of the pixels at an edge that measure nothing. Default 0.45.
+    /// Fraction of the pixels at an edge that measure nothing. Default 0.45.
     pub edge_holes: f64,
-    /// Share of the pixels at an edge that measure a depth between the two surfaces, a "flying pixel". Default 0.3.
+    /// Fraction of the pixels at an edge that measure a depth between the two surfaces, a "flying pixel". Default 0.3.
     pub flying: f64,
-    /// Share of all pixels that measure nothing. Default 0.002.
+    /// Fraction of all pixels that measure nothing. Default 0.002.
     pub dropouts: f64,
     /// Angle of incidence beyond which nothing comes back, degrees. Default 80.
     pub most_angle_deg: f64,

@@ -2,7 +2,6 @@
 
 mod alignment;
 mod depth_camera;
-mod files;
 mod layout;
 mod pairing;
 mod print_response;
@@ -12,7 +11,6 @@ mod simulator;
 
 pub use alignment::DepthAlignment;
 pub use depth_camera::{DepthNoise, SeenDepth};
-pub use files::{encode_depth_png, encode_jpeg, encode_mask_png};
 pub use layout::{ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER};
 pub use print_response::PrintResponse;
 pub use reader::{RecordedFrame, Recording};

@@ -21,7 +21,7 @@ pub struct PrintResponse {
     pub gain: f32,
     /// Saturation of colours; 1 keeps them.
     pub saturation: f32,
-    /// Size of the print, as a share of the template's.
+    /// Size of the print, as a fraction of the template's.
     pub scale: f64,
 }
 

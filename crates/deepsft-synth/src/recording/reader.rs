@@ -2,10 +2,10 @@
 
 use crate::SynthError;
 use crate::recording::alignment::DepthAlignment;
-use crate::recording::files;
 use crate::recording::layout::{CAMERA_FILE, MASK_FOLDER};
 use crate::recording::pairing::{self, Pair};
 use crate::recording::sensor::RgbdSensor;
+use deepsft_formats::{FormatError, decode_camera_picture, decode_depth_png};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -107,11 +107,19 @@ impl Recording {
             return Err(SynthError::recording(reason, &self.folder));
         };
         let warp = CanonicalWarp::new(&self.sensor.color, canonical);
-        let image = warp.apply(&files::read_picture(&self.folder.join(&pair.rgb), &self.sensor.color)?)?;
-        let raw = files::read_depth(&self.folder.join(&pair.depth), &self.sensor.depth)?;
+        let image = warp.apply(&read(
+            &self.folder.join(&pair.rgb),
+            &self.sensor.color,
+            decode_camera_picture,
+        )?)?;
+        let raw = read(&self.folder.join(&pair.depth), &self.sensor.depth, decode_depth_png)?;
         let depth_mm = DepthAlignment::new(&self.sensor, canonical).apply(&raw);
         let mask = if self.has_masks {
-            let mask = files::read_picture(&pair.mask(&self.folder.join(MASK_FOLDER)), &self.sensor.color)?;
+            let mask = read(
+                &pair.mask(&self.folder.join(MASK_FOLDER)),
+                &self.sensor.color,
+                decode_camera_picture,
+            )?;
             let warped = warp.apply(&mask)?;
             Some(warped.rgb().chunks_exact(3).map(|c| c[0] >= MASK_THRESHOLD).collect())
         } else {
@@ -119,4 +127,14 @@ impl Recording {
         };
         Ok(RecordedFrame { image, depth_mm, mask })
     }
+}
+
+/// What `decode` makes of a picture file of `camera`.
+fn read<T>(
+    path: &Path,
+    camera: &Camera,
+    decode: impl Fn(&[u8], &Camera) -> Result<T, FormatError>,
+) -> Result<T, SynthError> {
+    let bytes = fs::read(path).map_err(|error| SynthError::recording(error.to_string(), path))?;
+    decode(&bytes, camera).map_err(|error| SynthError::recording(error.to_string(), path))
 }

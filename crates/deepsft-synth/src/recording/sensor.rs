@@ -1,7 +1,6 @@
 //! The cameras of an RGB-D recording: its `camera.json`.
 
-use crate::SynthError;
-use crate::dataset::CameraJson;
+use deepsft_formats::{CameraFile, FormatError};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -30,11 +29,11 @@ pub struct RgbdSensor {
 #[derive(Serialize, Deserialize)]
 struct SensorJson {
     #[serde(flatten)]
-    color: CameraJson,
+    color: CameraFile,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     depth_scale: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    depth_camera: Option<CameraJson>,
+    depth_camera: Option<CameraFile>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     color_from_depth: Option<[[f64; 4]; 3]>,
     #[serde(default)]
@@ -64,7 +63,7 @@ impl RgbdSensor {
     /// What is wrong with it, in a sentence.
     pub fn from_json(text: &str) -> Result<Self, String> {
         let json: SensorJson = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        let camera = |json: &CameraJson| json.camera().map_err(|error: SynthError| error.to_string());
+        let camera = |json: &CameraFile| json.camera().map_err(|error: FormatError| error.to_string());
         let color = camera(&json.color)?;
         let depth_scale = json.depth_scale.unwrap_or(DEFAULT_DEPTH_SCALE);
         if !(depth_scale > 0.0 && depth_scale.is_finite()) {
@@ -89,8 +88,8 @@ impl RgbdSensor {
     /// The text of a `camera.json` that [`RgbdSensor::from_json`] reads as this sensor.
     ///
     /// # Errors
-    /// [`SynthError::Json`] when a number is not finite.
-    pub fn to_json(&self) -> Result<String, SynthError> {
+    /// [`FormatError::Json`] when a number is not finite.
+    pub fn to_json(&self) -> Result<String, FormatError> {
         let (rotation, shift) = (self.color_from_depth.matrix3, self.color_from_depth.translation);
         let row = |k: usize| {
             let r = rotation.row(k);
@@ -98,13 +97,13 @@ impl RgbdSensor {
         };
         let apart = !self.is_registered();
         let json = SensorJson {
-            color: CameraJson::new(&self.color),
+            color: CameraFile::new(&self.color),
             depth_scale: Some(self.depth_scale),
-            depth_camera: apart.then(|| CameraJson::new(&self.depth)),
+            depth_camera: apart.then(|| CameraFile::new(&self.depth)),
             color_from_depth: apart.then(|| [row(0), row(1), row(2)]),
             simulated: self.simulated,
         };
-        serde_json::to_string_pretty(&json).map_err(|source| SynthError::Json {
+        serde_json::to_string_pretty(&json).map_err(|source| FormatError::Json {
             name: crate::recording::layout::CAMERA_FILE.to_owned(),
             source,
         })

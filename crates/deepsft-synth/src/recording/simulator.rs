@@ -27,7 +27,7 @@ const LOOP_S: f64 = 8.0;
 const INSTANTS: usize = 3;
 /// Thickness of a hand on either side of the sheet, mm.
 const HAND_MM: f64 = 18.0;
-/// Distance of the wall behind, mm, and of the things that stand before it, shares of the wall's.
+/// Distance of the wall behind, mm, and of the things that stand before it, fractions of the wall's.
 const WALL_MM: [f64; 2] = [1300.0, 2200.0];
 const CLUTTER: [f64; 2] = [0.75, 0.95];
 /// Most things before the wall.
@@ -39,10 +39,10 @@ pub struct SimulationConfig {
     /// Frames a second. Default 5: those of a camera at 30, every sixth, since neighbours say nearly the same.
     pub frames_per_s: f64,
     /// Frames of one take; the next has another motion, another background and other hands. Default 20.
-    pub frames_a_take: usize,
+    pub frames_per_take: usize,
     /// Whether each take has other light, paper and camera settings too. Default false: a recording is made in one place
     /// with one print, as the paper's are, whose test frames are of the sequences that it trains on.
-    pub place_changes: bool,
+    pub conditions_change: bool,
     /// Time for which the colour camera gathers light, s. Default 1/60.
     pub exposure_s: f64,
     /// How the sheet moves. Default: that of clips at 560 to 820 mm, since a Kinect v2 measures nothing below 500 mm.
@@ -55,8 +55,8 @@ impl Default for SimulationConfig {
     fn default() -> Self {
         Self {
             frames_per_s: 5.0,
-            frames_a_take: 20,
-            place_changes: false,
+            frames_per_take: 20,
+            conditions_change: false,
             exposure_s: 1.0 / 60.0,
             motion: ClipConfig {
                 distance_mm: [560.0, 820.0],
@@ -73,14 +73,14 @@ impl SynthConfig {
     /// training distribution has such values too, they are at its end.
     pub fn for_simulated_recordings(camera: Camera) -> Self {
         Self {
-            distractor_share: 0.6,
+            distractor_probability: 0.6,
             most_occluded: 1.0,
             lighting: LightingConfig {
                 most_angle_deg: 65.0,
-                ambient_share: [0.2, 0.45],
+                ambient_fraction: [0.2, 0.45],
                 white_level: [0.55, 0.9],
                 tint: 0.3,
-                shadow_share: 0.5,
+                shadow_probability: 0.5,
                 roughness: [0.22, 0.45],
                 specular: [0.5, 1.3],
                 ..LightingConfig::default()
@@ -92,7 +92,7 @@ impl SynthConfig {
                 contrast: [0.9, 1.0],
                 saturation: [0.75, 0.95],
                 defocus_px: [0.6, 1.2],
-                sharpening_share: 0.5,
+                sharpening_probability: 0.5,
                 noise_levels: [2.0, 5.0],
                 vignetting: [0.1, 0.3],
                 ..SynthConfig::for_clips(camera).effects
@@ -187,11 +187,11 @@ impl RecordingSimulator {
     /// Take `number`.
     pub fn take(&self, number: usize) -> Take<'_> {
         let index = number as u64;
-        let mut scene = if self.config.place_changes {
+        let mut scene = if self.config.conditions_change {
             self.synthesizer.scene(self.seed, index)
         } else {
-            let place = self.synthesizer.scene(self.seed, 0).place();
-            self.synthesizer.scene_at(&place, self.seed, index)
+            let conditions = self.synthesizer.scene(self.seed, 0).conditions();
+            self.synthesizer.scene_under(&conditions, self.seed, index)
         };
         // The paper's discs have a size in pixels, which two cameras do not share.
         scene.keep_bodies();
@@ -258,7 +258,7 @@ impl Take<'_> {
                 passing: None,
             })
             .collect();
-        let number = (self.number * config.frames_a_take + index) as u64;
+        let number = (self.number * config.frames_per_take + index) as u64;
         let color = self.scene.expose(moments, mix(self.simulator.seed) ^ number)?;
         let depth = self.depth(&color.vertices_camera, number);
         let truth = self.truth(&color)?;
@@ -362,8 +362,8 @@ impl SimulationConfig {
             let actual = self.frames_per_s.to_string();
             return Err(setting("recording.frames_per_s", actual, "a positive number"));
         }
-        if self.frames_a_take == 0 {
-            return Err(setting("recording.frames_a_take", "0".into(), "at least 1"));
+        if self.frames_per_take == 0 {
+            return Err(setting("recording.frames_per_take", "0".into(), "at least 1"));
         }
         if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
             let actual = self.exposure_s.to_string();

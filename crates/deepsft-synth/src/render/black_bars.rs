@@ -7,8 +7,8 @@ use rand::{Rng, RngExt};
 /// Aspect ratios (width / height) of phone and web cameras, both ways up.
 const ASPECTS: [f32; 6] = [4.0 / 3.0, 3.0 / 2.0, 16.0 / 9.0, 1.0, 3.0 / 4.0, 9.0 / 16.0];
 
-/// Focal length as a share of the long side: phones' main cameras (0.73 to 1.01 holds 80 % of them) and longer lenses.
-const FOCAL_SHARE: [f64; 2] = [0.73, 1.2];
+/// Focal length as a fraction of the long side: phones' main cameras (0.73 to 1.01 holds 80 % of them) and longer lenses.
+const FOCAL_FRACTION: [f64; 2] = [0.73, 1.2];
 
 /// Least part of the canonical image's sides that a camera must see to be of use.
 const LEAST_SIDE: f32 = 0.45;
@@ -34,7 +34,7 @@ impl Bars {
         };
         for _ in 0..TRIES {
             let aspect = ASPECTS[rng.random_range(0..ASPECTS.len())];
-            let long = canonical.focal().x as f32 / uniform(rng, FOCAL_SHARE);
+            let long = canonical.focal().x as f32 / uniform(rng, FOCAL_FRACTION);
             let seen = [long * aspect.min(1.0), long / aspect.max(1.0)];
             // Principal points are off the middle by a percent or so.
             let mut span = |k: usize, centre: f32| {

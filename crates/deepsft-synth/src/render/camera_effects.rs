@@ -25,22 +25,22 @@ pub struct EffectsConfig {
     pub saturation: [f64; 2],
     /// Standard deviation of the Gaussian defocus, pixels. Default [0.3, 1.2].
     pub defocus_px: [f64; 2],
-    /// Share of samples with motion blur. Default 0.2.
-    pub motion_share: f64,
+    /// Probability of motion blur. Default 0.2.
+    pub motion_probability: f64,
     /// Length of the motion, pixels. Default [1.5, 7].
     pub motion_px: [f64; 2],
-    /// Share of samples sharpened by the camera (unsharp mask with haloes). Default 0.3.
-    pub sharpening_share: f64,
+    /// Probability that the camera sharpens (unsharp mask with haloes). Default 0.3.
+    pub sharpening_probability: f64,
     /// Standard deviation of the sensor noise at mid grey, grey levels of 255. Default [0.3, 6].
     pub noise_levels: [f64; 2],
     /// Darkening of the corners, relative. Default [0, 0.25].
     pub vignetting: [f64; 2],
-    /// Share of samples that go through JPEG. Default 0.5.
-    pub jpeg_share: f64,
+    /// Probability of JPEG compression. Default 0.5.
+    pub jpeg_probability: f64,
     /// JPEG quality, 1 to 100. Default [35, 95].
     pub jpeg_quality: [f64; 2],
-    /// Share of samples with black bars, as the canonical warp of a narrower or upright camera leaves. Default 0.1.
-    pub bars_share: f64,
+    /// Probability of black bars, as the canonical warp of a narrower or upright camera leaves. Default 0.1.
+    pub bars_probability: f64,
 }
 
 impl Default for EffectsConfig {
@@ -52,14 +52,14 @@ impl Default for EffectsConfig {
             contrast: [0.8, 1.25],
             saturation: [0.6, 1.4],
             defocus_px: [0.3, 1.2],
-            motion_share: 0.2,
+            motion_probability: 0.2,
             motion_px: [1.5, 7.0],
-            sharpening_share: 0.3,
+            sharpening_probability: 0.3,
             noise_levels: [0.3, 6.0],
             vignetting: [0.0, 0.25],
-            jpeg_share: 0.5,
+            jpeg_probability: 0.5,
             jpeg_quality: [35.0, 95.0],
-            bars_share: 0.1,
+            bars_probability: 0.1,
         }
     }
 }
@@ -74,14 +74,14 @@ impl EffectsConfig {
             contrast: [1.0, 1.0],
             saturation: [1.0, 1.0],
             defocus_px: [0.0, 0.0],
-            motion_share: 0.0,
+            motion_probability: 0.0,
             motion_px: [0.0, 0.0],
-            sharpening_share: 0.0,
+            sharpening_probability: 0.0,
             noise_levels: [0.0, 0.0],
             vignetting: [0.0, 0.0],
-            jpeg_share: 0.0,
+            jpeg_probability: 0.0,
             jpeg_quality: [100.0, 100.0],
-            bars_share: 0.0,
+            bars_probability: 0.0,
         }
     }
 }
@@ -125,12 +125,12 @@ impl CameraEffects {
             contrast: uniform(rng, config.contrast),
             saturation: uniform(rng, config.saturation),
             defocus_px: uniform(rng, config.defocus_px),
-            motion_px: if rng.random_bool(config.motion_share) {
+            motion_px: if rng.random_bool(config.motion_probability) {
                 motion
             } else {
                 Vec2::ZERO
             },
-            sharpening: if rng.random_bool(config.sharpening_share) {
+            sharpening: if rng.random_bool(config.sharpening_probability) {
                 uniform(rng, [0.2, 1.0])
             } else {
                 0.0
@@ -139,7 +139,7 @@ impl CameraEffects {
             vignetting: uniform(rng, config.vignetting),
             jpeg_quality: {
                 let quality = uniform(rng, config.jpeg_quality).round().clamp(1.0, 100.0) as u8;
-                rng.random_bool(config.jpeg_share).then_some(quality)
+                rng.random_bool(config.jpeg_probability).then_some(quality)
             },
         }
     }

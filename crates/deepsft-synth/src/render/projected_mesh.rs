@@ -15,7 +15,7 @@ const SUBSAMPLES: [DVec2; 4] = [
     DVec2::new(0.625, 0.875),
 ];
 
-/// Depths of two samples of a pixel that differ by less than this share from one plane are one surface.
+/// Depths of two samples of a pixel that differ by less than this fraction from one plane are one surface.
 const SAME_SURFACE: f64 = 0.004;
 
 /// A mesh as the camera sees it.

@@ -13,19 +13,19 @@ pub struct LightingConfig {
     /// Largest angle between the distant light and the direction from the scene to the camera, degrees. Default
     /// 75 (the paper: 10).
     pub most_angle_deg: f64,
-    /// Share of the light that is ambient. Default [0.3, 0.85].
-    pub ambient_share: [f64; 2],
-    /// What white paper facing the light sends, before gain; 1 saturates the sensor. Default [0.4, 1.1].
+    /// Fraction of the light that is ambient. Default [0.3, 0.85].
+    pub ambient_fraction: [f64; 2],
+    /// Light that white paper facing the light source sends to the camera, before gain; 1 saturates the sensor. Default [0.4, 1.1].
     pub white_level: [f64; 2],
     /// Largest warm or cold tint of each light, relative. Default 0.18.
     pub tint: f64,
-    /// Share of scenes with the soft edge of a shadow. Default 0.3.
-    pub shadow_share: f64,
+    /// Probability that a scene has the soft edge of a shadow. Default 0.3.
+    pub shadow_probability: f64,
     /// Cook-Torrance roughness of the paper; small is glossy. Default [0.28, 0.8].
     pub roughness: [f64; 2],
     /// Strength of the specular lobe, 1 is a varnished surface. Default [0, 1].
     pub specular: [f64; 2],
-    /// Share of light on the far side that shines through the paper. Default [0, 0.35].
+    /// Fraction of light on the far side that shines through the paper. Default [0, 0.35].
     pub translucency: [f64; 2],
     /// Reflectance of white paper. Default [0.8, 1].
     pub paper_white: [f64; 2],
@@ -37,10 +37,10 @@ impl Default for LightingConfig {
     fn default() -> Self {
         Self {
             most_angle_deg: 75.0,
-            ambient_share: [0.3, 0.85],
+            ambient_fraction: [0.3, 0.85],
             white_level: [0.4, 1.1],
             tint: 0.18,
-            shadow_share: 0.3,
+            shadow_probability: 0.3,
             roughness: [0.28, 0.8],
             specular: [0.0, 1.0],
             translucency: [0.0, 0.35],
@@ -61,7 +61,7 @@ pub(crate) struct Lighting {
     ambient: Vec3,
     /// Unit vector towards the brighter side of the ambient light and how much brighter it is.
     sky: Vec3,
-    sky_share: f32,
+    sky_fraction: f32,
     shadow: Shadow,
 }
 
@@ -72,7 +72,7 @@ struct Shadow {
     /// Where on the ray's (x, y) / z plane the edge lies and half its width.
     edge: f32,
     softness: f32,
-    /// Share of the direct light that is taken away.
+    /// Fraction of the direct light that is taken away.
     strength: f32,
 }
 
@@ -81,9 +81,9 @@ struct Shadow {
 pub(crate) struct Paper {
     /// Cook-Torrance roughness (GGX alpha = roughness^2).
     pub(crate) roughness: f32,
-    /// Share of the full specular lobe of a smooth dielectric.
+    /// Fraction of the full specular lobe of a smooth dielectric.
     pub(crate) specular: f32,
-    /// Share of the light that falls on the far side and shines through.
+    /// Fraction of the light that falls on the far side and shines through.
     pub(crate) translucency: f32,
     /// Reflectance of white paper, by colour: multiplies the texture.
     pub(crate) white: Vec3,
@@ -96,7 +96,7 @@ impl Lighting {
     pub(crate) fn sample<R: Rng + ?Sized>(config: &LightingConfig, rng: &mut R) -> Self {
         let angle = uniform(rng, [0.0, config.most_angle_deg]).to_radians();
         let around = unit_vector(rng) * angle.sin();
-        let ambient = uniform(rng, config.ambient_share);
+        let ambient = uniform(rng, config.ambient_fraction);
         let level = uniform(rng, config.white_level);
         // Warm to cold: red and blue pull in opposite directions.
         let mut tint = || {
@@ -104,7 +104,7 @@ impl Lighting {
             Vec3::new(1.0 + warmth, 1.0, 1.0 - warmth)
         };
         let (direct_tint, ambient_tint) = (tint(), tint());
-        let in_shadow = rng.random_bool(config.shadow_share);
+        let in_shadow = rng.random_bool(config.shadow_probability);
         let shadow = Shadow {
             direction: unit_vector(rng),
             edge: uniform(rng, [-0.4, 0.4]),
@@ -116,7 +116,7 @@ impl Lighting {
             direct: direct_tint * level * (1.0 - ambient),
             ambient: ambient_tint * level * ambient,
             sky: Vec3::new(uniform(rng, [-0.7, 0.7]), -1.0, uniform(rng, [-1.0, 0.3])).normalize(),
-            sky_share: uniform(rng, [0.0, 0.5]),
+            sky_fraction: uniform(rng, [0.0, 0.5]),
             shadow,
         }
     }
@@ -128,7 +128,7 @@ impl Lighting {
             direct: Vec3::splat(0.6),
             ambient: Vec3::splat(0.4),
             sky: Vec3::NEG_Y,
-            sky_share: 0.0,
+            sky_fraction: 0.0,
             shadow: Shadow {
                 direction: Vec2::X,
                 edge: 0.0,
@@ -138,7 +138,7 @@ impl Lighting {
         }
     }
 
-    /// Share of the direct light that arrives at a point seen along the ray (x, y, 1).
+    /// Fraction of the direct light that arrives at a point seen along the ray (x, y, 1).
     fn unshadowed(&self, ray: Vec2) -> f32 {
         if self.shadow.strength == 0.0 {
             return 1.0;
@@ -150,7 +150,7 @@ impl Lighting {
 
     /// Ambient light on a surface with unit normal `normal`.
     fn ambient_on(&self, normal: Vec3) -> Vec3 {
-        self.ambient * (1.0 + self.sky_share * normal.dot(self.sky))
+        self.ambient * (1.0 + self.sky_fraction * normal.dot(self.sky))
     }
 
     /// Light that a matt surface of reflectance `albedo` sends to the camera.

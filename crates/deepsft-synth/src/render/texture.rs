@@ -98,11 +98,11 @@ impl Texture {
         } else {
             Vec2::new(b, 0.5 * (c - a) + root)
         };
-        let share = major / taps as f32;
-        let step = axis.normalize_or_zero() * share / size;
+        let fraction = major / taps as f32;
+        let step = axis.normalize_or_zero() * fraction / size;
         let mut sum = Vec3::ZERO;
         for tap in 0..taps {
-            sum += self.trilinear(uv + step * (tap as f32 - 0.5 * (taps - 1) as f32), share);
+            sum += self.trilinear(uv + step * (tap as f32 - 0.5 * (taps - 1) as f32), fraction);
         }
         sum / taps as f32
     }

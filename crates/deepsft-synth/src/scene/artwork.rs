@@ -403,8 +403,11 @@ fn colored_noise<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng:
 
 /// A sheet made of a photograph: a piece of it with its colours exchanged, perhaps cut into tiles that are shuffled.
 pub(crate) fn photograph_sheet<R: Rng + ?Sized>(photograph: &Picture, rng: &mut R) -> Picture {
-    let share = uniform(rng, [0.4, 1.0]) as f64;
-    let (width, height) = (photograph.width() as f64 * share, photograph.height() as f64 * share);
+    let fraction = uniform(rng, [0.4, 1.0]) as f64;
+    let (width, height) = (
+        photograph.width() as f64 * fraction,
+        photograph.height() as f64 * fraction,
+    );
     let (x0, y0) = (
         (photograph.width() as f64 - width) * rng.random::<f64>(),
         (photograph.height() as f64 - height) * rng.random::<f64>(),

@@ -10,9 +10,9 @@ use crate::render::silhouette::silhouette;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, Placement, strew};
 use crate::scene::ingredients::Ingredients;
-use crate::scene::occluder::{Held, Occluder, Placed, sample_occluders};
-use crate::scene::sample::Sample;
+use crate::scene::occluder::{ImageOccluder, Occluder, SheetInImage, sample_occluders};
 use crate::{PhotographUse, SynthError};
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
@@ -22,9 +22,9 @@ use std::borrow::Cow;
 /// Reflectance (linear) of the ground of clean renders: mid grey.
 const CLEAN_GROUND: f32 = 0.2;
 
-/// Of the other sheets shown in the template's place: share of blank sheets, and of the template's own back.
-const BLANK_SHARE: f64 = 0.08;
-const BACK_SHARE: f64 = 0.07;
+/// Of the other sheets shown in the template's place: fraction of blank sheets, and of the template's own back.
+const BLANK_FRACTION: f64 = 0.08;
+const BACK_FRACTION: f64 = 0.07;
 
 /// A scene waiting for the template: background with what lies behind, light, paper, occluders, camera effects.
 pub struct Scene<'a> {
@@ -43,7 +43,7 @@ pub struct Scene<'a> {
 
 /// What stays the same where a camera stands still: its settings, the light, and the paper that was printed on.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct CaptureConditions {
     light: Lighting,
     paper: Paper,
     effects: Option<CameraEffects>,
@@ -52,7 +52,7 @@ pub(crate) struct Place {
 /// One instant of an exposure: where the template's vertices are (mm, camera frame) and what passes before everything.
 pub(crate) struct Moment {
     pub(crate) vertices_camera: Vec<DVec3>,
-    pub(crate) passing: Option<Placed>,
+    pub(crate) passing: Option<ImageOccluder>,
 }
 
 /// Another sheet in the template's place, or only its shape, which places the occluders.
@@ -72,10 +72,14 @@ impl std::fmt::Debug for Scene<'_> {
 }
 
 impl<'a> Scene<'a> {
-    /// Draws a scene for the template, at `place` if one is given.
-    pub(crate) fn with_template(ingredients: &'a Ingredients, place: Option<&Place>, rng: &mut Pcg64Mcg) -> Self {
+    /// Draws a scene for the template, under `conditions` if any is given.
+    pub(crate) fn with_template(
+        ingredients: &'a Ingredients,
+        conditions: Option<&CaptureConditions>,
+        rng: &mut Pcg64Mcg,
+    ) -> Self {
         let mut scene = Self::empty(ingredients, rng);
-        if let Some(Place { light, paper, effects }) = place.cloned() {
+        if let Some(CaptureConditions { light, paper, effects }) = conditions.cloned() {
             scene = Self {
                 light,
                 paper,
@@ -83,7 +87,7 @@ impl<'a> Scene<'a> {
                 ..scene
             };
         }
-        if rng.random_bool(ingredients.config.distractor_share) {
+        if rng.random_bool(ingredients.config.distractor_probability) {
             for _ in 0..rng.random_range(1..3) {
                 scene.add_sheet_behind(rng);
             }
@@ -96,14 +100,14 @@ impl<'a> Scene<'a> {
         let mut scene = Self::empty(ingredients, rng);
         let mut vertices_camera = ingredients.sample_vertices(shape);
         let mut art = None;
-        if rng.random_bool(ingredients.config.empty_distractor_share) {
+        if rng.random_bool(ingredients.config.empty_distractor_probability) {
             let kind = rng.random::<f64>();
-            art = Some(if kind < BLANK_SHARE {
+            art = Some(if kind < BLANK_FRACTION {
                 &ingredients.blank
             } else {
                 ingredients.other_art(rng)
             });
-            if kind > 1.0 - BACK_SHARE {
+            if kind > 1.0 - BACK_FRACTION {
                 vertices_camera = turned_over(vertices_camera);
             }
         }
@@ -159,10 +163,10 @@ impl<'a> Scene<'a> {
                 },
                 ..paper
             },
-            occluders: sample_occluders(config.occluder_share, config.occluders, rng),
+            occluders: sample_occluders(config.occluder_probability, config.occluders, rng),
             effects: Some(CameraEffects::sample(&config.effects, rng)),
             bars: rng
-                .random_bool(config.effects.bars_share)
+                .random_bool(config.effects.bars_probability)
                 .then(|| Bars::sample(&config.camera, rng)),
             stand_in: None,
         }
@@ -242,12 +246,18 @@ impl<'a> Scene<'a> {
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         let image = self.develop(light, noise_seed);
-        Ok(Sample::new(image, truth, vertices_camera, camera, &self.light))
+        Ok(Sample::new(
+            image,
+            truth,
+            vertices_camera,
+            camera,
+            self.light.towards_light.as_dvec3(),
+        ))
     }
 
     /// Light, paper and camera settings.
-    pub(crate) fn place(&self) -> Place {
-        Place {
+    pub(crate) fn conditions(&self) -> CaptureConditions {
+        CaptureConditions {
             light: self.light.clone(),
             paper: self.paper.clone(),
             effects: self.effects.clone(),
@@ -260,8 +270,8 @@ impl<'a> Scene<'a> {
     }
 
     /// The occluders as another camera sees them, however much they cover; `vertices_camera` are in its frame.
-    pub(crate) fn bodies(&self, camera: &Camera, vertices_camera: &[DVec3]) -> Vec<Placed> {
-        let held = Held {
+    pub(crate) fn bodies(&self, camera: &Camera, vertices_camera: &[DVec3]) -> Vec<ImageOccluder> {
+        let held = SheetInImage {
             outline: &self.ingredients.outline,
             vertices_camera,
             camera,
@@ -285,7 +295,7 @@ impl<'a> Scene<'a> {
             truth,
             vertices_camera,
             self.ingredients.config.camera,
-            &self.light,
+            self.light.towards_light.as_dvec3(),
         )
     }
 
@@ -305,7 +315,7 @@ impl<'a> Scene<'a> {
             Maps::empty(truth.width(), truth.height()),
             Vec::new(),
             camera,
-            &self.light,
+            self.light.towards_light.as_dvec3(),
         )
     }
 
@@ -335,7 +345,7 @@ impl<'a> Scene<'a> {
         vertices_camera: &[DVec3],
         sheet: &ProjectedMesh,
         art: Option<&Texture>,
-        passing: Option<&Placed>,
+        passing: Option<&ImageOccluder>,
     ) -> (Frame, Maps) {
         let camera = &self.ingredients.config.camera;
         let mut frame = self.background.clone();
@@ -366,7 +376,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The occluders, laid into the image, that together cover no more of the sheet than they may.
-    fn fitting_occluders(&self, vertices_camera: &[DVec3], frame: &Frame, truth: &Maps) -> Vec<Placed> {
+    fn fitting_occluders(&self, vertices_camera: &[DVec3], frame: &Frame, truth: &Maps) -> Vec<ImageOccluder> {
         let Ingredients { config, outline, .. } = self.ingredients;
         let outline: Cow<'_, [usize]> = if self.occluders.is_empty() || !outline.is_empty() {
             outline.into()
@@ -375,7 +385,7 @@ impl<'a> Scene<'a> {
         };
         let mut budget = (config.most_occluded * truth.area() as f64) as usize;
         let mut free = truth.mask();
-        let held = Held {
+        let held = SheetInImage {
             outline: &outline,
             vertices_camera,
             camera: &config.camera,

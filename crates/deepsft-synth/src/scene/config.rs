@@ -1,44 +1,43 @@
 //! What is varied in synthetic samples, and how far.
 
 use crate::SynthError;
+use crate::deform::ControlPointConfig;
 use crate::deform::DeformationConfig;
-use crate::deform::HandleConfig;
 use crate::render::camera_effects::EffectsConfig;
 use crate::render::shading::LightingConfig;
 use crate::scene::occluder::OccluderKind;
 use crate::scene::pose::PoseConfig;
 use deepsft_geometry::{Camera, training_camera};
 
-/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly; shares are
-/// probabilities. The defaults are the training distribution of the shipped models (our choice; wider than the
+/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly. The defaults are the training distribution of the shipped models (our choice; wider than the
 /// paper's section 5.1 in light and in effects, because ours never sees real training images).
 #[derive(Clone, Debug)]
 pub struct SynthConfig {
     /// How the sheet bends.
     pub deformation: DeformationConfig,
-    /// How a template that is no sheet bends.
-    pub handles: HandleConfig,
+    /// How a template deforms that is not a sheet.
+    pub control_points: ControlPointConfig,
     /// How it is held before the camera.
     pub pose: PoseConfig,
     /// The camera that takes the picture; without lens distortion. Default: the training camera (480 x 270).
     pub camera: Camera,
-    /// Share of samples without the template. Default 0.1.
-    pub empty_share: f64,
-    /// Share of samples with the template in which another printed sheet lies behind or beside it. Default 0.3.
-    pub distractor_share: f64,
-    /// Share of the samples without the template in which another printed sheet is shown in its place, so that
-    /// "some printed sheet" is not enough to be found. Default 0.7.
-    pub empty_distractor_share: f64,
-    /// Share of the backgrounds that show one of the user's photographs, if there are any; the others are drawn.
-    /// Default 0.5.
-    pub photograph_share: f64,
+    /// Probability of a sample without the template. Default 0.1.
+    pub empty_probability: f64,
+    /// Probability that another printed sheet lies behind or beside the template. Default 0.3.
+    pub distractor_probability: f64,
+    /// Probability that a sample without the template shows another printed sheet in its place, so that a network does
+    /// not learn to find just any printed sheet. Default 0.7.
+    pub empty_distractor_probability: f64,
+    /// Probability that the background shows one of the user's photographs, if there are any. All other backgrounds are
+    /// drawn. Default 0.5.
+    pub photograph_probability: f64,
     /// How such a photograph is shown. Default varied; drawn backgrounds always are.
     pub photographs: PhotographUse,
-    /// Share of samples with something held or lying before the sheet. Default 0.5.
-    pub occluder_share: f64,
+    /// Probability that something is held or lies before the sheet. Default 0.5.
+    pub occluder_probability: f64,
     /// What that is. Default hands and things.
     pub occluders: OccluderKind,
-    /// Largest share of the visible sheet that occluders cover together. Default 0.35.
+    /// Largest fraction of the visible sheet that occluders cover together. Default 0.35.
     pub most_occluded: f64,
     /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
     /// and shapes are drawn again until there are as many. Default 1500 (1.2 % of the frame).
@@ -62,15 +61,15 @@ impl Default for SynthConfig {
     fn default() -> Self {
         Self {
             deformation: DeformationConfig::default(),
-            handles: HandleConfig::default(),
+            control_points: ControlPointConfig::default(),
             pose: PoseConfig::default(),
             camera: training_camera(),
-            empty_share: 0.1,
-            distractor_share: 0.3,
-            empty_distractor_share: 0.7,
-            photograph_share: 0.5,
+            empty_probability: 0.1,
+            distractor_probability: 0.3,
+            empty_distractor_probability: 0.7,
+            photograph_probability: 0.5,
             photographs: PhotographUse::Varied,
-            occluder_share: 0.5,
+            occluder_probability: 0.5,
             occluders: OccluderKind::HandsAndThings,
             most_occluded: 0.35,
             least_visible_px: 1500,
@@ -93,7 +92,7 @@ impl SynthConfig {
         })
     }
 
-    /// Checks shares, ranges and the camera.
+    /// Checks probabilities, ranges and the camera.
     ///
     /// # Errors
     /// [`SynthError::Setting`] names the field; [`SynthError::DistortedCamera`].
@@ -103,37 +102,37 @@ impl SynthConfig {
                 actual: self.camera.distortion(),
             });
         }
-        self.handles.check()?;
+        self.control_points.check()?;
         let (light, effects, cloth) = (&self.lighting, &self.effects, &self.deformation.cloth);
         let discs_px = match self.occluders {
             OccluderKind::HandsAndThings => [0.0; 2],
             OccluderKind::Discs { diameter_px, .. } => diameter_px,
         };
-        for (parameter, share) in [
-            ("empty_share", self.empty_share),
-            ("distractor_share", self.distractor_share),
-            ("empty_distractor_share", self.empty_distractor_share),
-            ("photograph_share", self.photograph_share),
-            ("occluder_share", self.occluder_share),
+        for (parameter, value) in [
+            ("empty_probability", self.empty_probability),
+            ("distractor_probability", self.distractor_probability),
+            ("empty_distractor_probability", self.empty_distractor_probability),
+            ("photograph_probability", self.photograph_probability),
+            ("occluder_probability", self.occluder_probability),
             ("most_occluded", self.most_occluded),
-            ("lighting.shadow_share", light.shadow_share),
-            ("effects.motion_share", effects.motion_share),
-            ("effects.sharpening_share", effects.sharpening_share),
-            ("effects.jpeg_share", effects.jpeg_share),
-            ("effects.bars_share", effects.bars_share),
-            ("deformation.cloth.wind_share", cloth.wind_share),
+            ("lighting.shadow_probability", light.shadow_probability),
+            ("effects.motion_probability", effects.motion_probability),
+            ("effects.sharpening_probability", effects.sharpening_probability),
+            ("effects.jpeg_probability", effects.jpeg_probability),
+            ("effects.bars_probability", effects.bars_probability),
+            ("deformation.cloth.wind_probability", cloth.wind_probability),
         ] {
-            if !(0.0..=1.0).contains(&share) {
+            if !(0.0..=1.0).contains(&value) {
                 return Err(SynthError::Setting {
                     parameter,
-                    actual: share.to_string(),
-                    expected: "a share of 0 to 1",
+                    actual: value.to_string(),
+                    expected: "0 to 1",
                 });
             }
         }
         for (parameter, [low, high], most) in [
             ("lighting.most_angle_deg", [0.0, light.most_angle_deg], 180.0),
-            ("lighting.ambient_share", light.ambient_share, 1.0),
+            ("lighting.ambient_fraction", light.ambient_fraction, 1.0),
             ("lighting.white_level", light.white_level, 100.0),
             ("lighting.tint", [0.0, light.tint], 0.9),
             ("lighting.roughness", light.roughness, 1.0),
@@ -144,7 +143,7 @@ impl SynthConfig {
             ("deformation.cloth.gravity", cloth.gravity, 100.0),
             ("deformation.cloth.force", cloth.force, 100.0),
             ("deformation.cloth.wind", cloth.wind, 100.0),
-            ("deformation.cloth.anchor_way", [0.0, cloth.anchor_way], 1.0),
+            ("deformation.cloth.anchor_shift", [0.0, cloth.anchor_shift], 1.0),
             ("deformation.cloth.anchor_turn_rad", [0.0, cloth.anchor_turn_rad], 3.2),
             ("deformation.cloth.bending_length", cloth.bending_length, 100.0),
             ("effects.gain", effects.gain, 100.0),
@@ -186,10 +185,16 @@ mod tests {
     #[test]
     fn settings_out_of_range_are_refused_by_name() {
         let mut config = SynthConfig {
-            empty_share: 1.5,
+            empty_probability: 1.5,
             ..SynthConfig::default()
         };
-        assert!(config.check().unwrap_err().to_string().contains("empty_share is 1.5"));
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("empty_probability is 1.5")
+        );
         config = SynthConfig::default();
         config.effects.gain = [2.0, 1.0];
         assert!(config.check().unwrap_err().to_string().contains("effects.gain"));

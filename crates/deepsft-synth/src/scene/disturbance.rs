@@ -12,7 +12,7 @@ use deepsft_geometry::{GeometryError, Maps, Picture};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
-/// Waves of a registration's error, and their lengths as shares of the template's diagonal.
+/// Waves of a registration's error, and their lengths as fractions of the template's diagonal.
 const WAVES: usize = 4;
 const WAVELENGTH: [f64; 2] = [0.5, 2.0];
 
@@ -118,10 +118,10 @@ const COVER_CONTRAST: f32 = 0.6;
 const LOBE: f64 = 0.25;
 const LOBES: [f64; 2] = [2.0, 5.0];
 
-/// Lays one contiguous, textured thing before `share` (0 to 1) of the pixels in which `sample` shows the object:
-/// around a random point of it, with a wavy outline. It grows until it hides that share (to a pixel), beside
-/// the object as well. Deterministic in `seed` and `index`; a larger share of the same two grows the same thing.
-pub fn covered(sample: &Sample, share: f64, seed: u64, index: u64) -> Cover {
+/// Lays one contiguous, textured thing before `fraction` (0 to 1) of the pixels in which `sample` shows the object:
+/// around a random point of it, with a wavy outline. It grows until it hides that fraction (to a pixel), beside
+/// the object as well. Deterministic in `seed` and `index`; a larger fraction of the same two grows the same thing.
+pub fn covered(sample: &Sample, fraction: f64, seed: u64, index: u64) -> Cover {
     let mut rng = generator(seed, index, Stream::Disturbance);
     let (width, truth) = (sample.truth.width(), &sample.truth);
     let inside: Vec<usize> = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel)).collect();
@@ -137,7 +137,7 @@ pub fn covered(sample: &Sample, share: f64, seed: u64, index: u64) -> Cover {
     };
     let mut reaches: Vec<f64> = inside.iter().map(|&pixel| reach(pixel)).collect();
     reaches.sort_unstable_by(f64::total_cmp);
-    let count = (share.clamp(0.0, 1.0) * reaches.len() as f64).round() as usize;
+    let count = (fraction.clamp(0.0, 1.0) * reaches.len() as f64).round() as usize;
     let limit = count.checked_sub(1).and_then(|last| reaches.get(last)).copied();
     let hidden: Vec<bool> = (0..truth.depth().len())
         .map(|pixel| limit.is_some_and(|limit| reach(pixel) <= limit))
@@ -179,7 +179,7 @@ impl Cover {
     }
 }
 
-/// `picture` with the given share of its contrast: every colour moved towards the mean of all.
+/// `picture` with the given fraction of its contrast: every colour moved towards the mean of all.
 pub fn faded(picture: &Picture, contrast: f64) -> Picture {
     let count = (picture.width() * picture.height()) as f64;
     let sum = |k: usize| {
@@ -211,7 +211,7 @@ mod tests {
 
     fn sample() -> Sample {
         let config = SynthConfig {
-            empty_share: 0.0,
+            empty_probability: 0.0,
             ..SynthConfig::default()
         };
         Synthesizer::new(&sheet(), config).unwrap().sample(3, 1)
@@ -229,8 +229,8 @@ mod tests {
                 "{metrics:?}"
             );
             assert_eq!(metrics.mask_iou, Some(1.0));
-            let share = metrics.depth_rmse_mm.unwrap() / f64::from(sample.truth.depth()[inside(&sample)]);
-            assert!(share > 0.0 && share < 0.15, "{share}");
+            let fraction = metrics.depth_rmse_mm.unwrap() / f64::from(sample.truth.depth()[inside(&sample)]);
+            assert!(fraction > 0.0 && fraction < 0.15, "{fraction}");
         }
         let other = disturbed_maps(&sample, sheet().size_mm(), 2.0, 1, 3).unwrap();
         assert_ne!(other, disturbed_maps(&sample, sheet().size_mm(), 2.0, 1, 2).unwrap());
@@ -244,12 +244,12 @@ mod tests {
     fn a_cover_hides_the_share_asked_for_and_only_there_the_picture_changes() {
         let sample = sample();
         let area = sample.truth.area();
-        for share in [0.0, 0.3, 0.6] {
-            let cover = covered(&sample, share, 1, 2);
+        for fraction in [0.0, 0.3, 0.6] {
+            let cover = covered(&sample, fraction, 1, 2);
             let cut = cover.cut(&sample.truth, 0);
             let hidden = (area - cut.area()) as f64;
             // Pixels at the same reach come together: at most a few.
-            assert!((hidden - share * area as f64).abs() <= 4.0, "{hidden} of {area}");
+            assert!((hidden - fraction * area as f64).abs() <= 4.0, "{hidden} of {area}");
             for pixel in 0..480 * 270 {
                 let (x, y) = (pixel % 480, pixel / 480);
                 let changed = cover.image.pixel(x, y) != sample.image.pixel(x, y);

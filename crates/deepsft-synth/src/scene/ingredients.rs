@@ -1,7 +1,7 @@
 //! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
 use crate::SynthError;
-use crate::deform::HandleDeformation;
+use crate::deform::ControlPointDeformation;
 use crate::deform::deform;
 use crate::fingerprint::picture_fingerprint;
 use crate::random::{Stream, generator, mix};
@@ -16,7 +16,7 @@ use rand::{Rng, RngExt};
 use rand_pcg::Pcg64Mcg;
 
 /// Sheets with other art that are made from each of the user's photographs.
-const SHEETS_A_PHOTOGRAPH: usize = 2;
+const SHEETS_PER_PHOTOGRAPH: usize = 2;
 
 /// A template ready to be rendered, and the pools that its scenes draw from.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub(crate) struct Ingredients {
     /// Vertices along a sheet's outline, in order; none of other templates.
     pub(crate) outline: Vec<usize>,
     /// How a template that is no sheet deforms.
-    handles: Option<HandleDeformation>,
+    control_points: Option<ControlPointDeformation>,
     photographs: Vec<Texture>,
     photograph_sheets: Vec<Texture>,
     /// Fingerprint of the photographs as they were given.
@@ -40,7 +40,7 @@ pub(crate) struct Ingredients {
 pub(crate) struct PosedShape {
     /// Vertices, mm, camera frame.
     pub(crate) vertices_camera: Vec<DVec3>,
-    /// [`crate::HandleShape::strength`] where handles made it.
+    /// [`crate::ControlPointShape::strength`] where control points made it.
     pub(crate) strength: Option<f64>,
 }
 
@@ -54,9 +54,9 @@ impl Ingredients {
             texture: Texture::new(template.texture()),
             blank: Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3])),
             outline: outline(template),
-            handles: match template.is_sheet() {
+            control_points: match template.is_sheet() {
                 true => None,
-                false => Some(HandleDeformation::new(template.mesh())?),
+                false => Some(ControlPointDeformation::new(template.mesh())?),
             },
             template: template.clone(),
             config,
@@ -71,7 +71,7 @@ impl Ingredients {
         for (number, photograph) in photographs.into_iter().enumerate() {
             let mut rng = generator(mix(number as u64), 0, Stream::Pool);
             self.photographs_fingerprint = picture_fingerprint(self.photographs_fingerprint, &photograph);
-            for _ in 0..SHEETS_A_PHOTOGRAPH {
+            for _ in 0..SHEETS_PER_PHOTOGRAPH {
                 self.photograph_sheets
                     .push(Texture::new(&photograph_sheet(&photograph, &mut rng)));
             }
@@ -92,10 +92,10 @@ impl Ingredients {
     /// A random shape in a random pose. Any side of a template that is no sheet may look at the camera: it is turned about
     /// its upright axis first, then posed as a sheet is.
     pub(crate) fn sample_shape(&self, rng: &mut Pcg64Mcg) -> PosedShape {
-        let (vertices_template, strength) = match &self.handles {
+        let (vertices_template, strength) = match &self.control_points {
             None => (deform(&self.template, &self.config.deformation, rng), None),
-            Some(handles) => {
-                let shape = handles.deform(&self.config.handles, rng);
+            Some(control_points) => {
+                let shape = control_points.deform(&self.config.control_points, rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
                 let turned = shape.vertices.into_iter().map(|p| turn * p);
                 (turned.collect(), Some(shape.strength))
@@ -112,7 +112,7 @@ impl Ingredients {
     /// A background picture for a scene.
     pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> Background<'_> {
         let procedural = procedural_backgrounds();
-        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_share) {
+        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_probability) {
             return Background::Photograph(pick(&self.photographs, rng));
         }
         Background::Drawn(pick(procedural, rng))

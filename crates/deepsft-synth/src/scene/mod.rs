@@ -10,7 +10,6 @@ pub(crate) mod occluder;
 mod paper_protocol;
 mod partial_view;
 mod pose;
-mod sample;
 mod synthesizer;
 
 pub(crate) use composition::Moment;
@@ -19,6 +18,5 @@ pub use config::{PhotographUse, SynthConfig};
 pub use disturbance::{Cover, covered, disturbed_maps, faded};
 pub use occluder::OccluderKind;
 pub use partial_view::PartialView;
-pub use pose::{PoseConfig, UniformPose, sample_pose, share_in_view};
-pub use sample::Sample;
+pub use pose::{PoseConfig, UniformPose, fraction_in_view, sample_pose};
 pub use synthesizer::Synthesizer;

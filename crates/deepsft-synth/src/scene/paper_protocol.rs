@@ -41,21 +41,21 @@ impl SynthConfig {
                 }),
                 ..PoseConfig::default()
             },
-            empty_share: 0.0,
-            distractor_share: 0.0,
-            photograph_share: 1.0,
+            empty_probability: 0.0,
+            distractor_probability: 0.0,
+            photograph_probability: 1.0,
             photographs: PhotographUse::Plain,
-            occluder_share: 1.0,
+            occluder_probability: 1.0,
             occluders: OccluderKind::Discs {
                 most: 4,
                 diameter_px: [1.0, 10.0],
             },
             lighting: LightingConfig {
                 most_angle_deg: 10.0,
-                ambient_share: [0.0, 0.0],
+                ambient_fraction: [0.0, 0.0],
                 white_level: [0.9, 0.9],
                 tint: 0.0,
-                shadow_share: 0.0,
+                shadow_probability: 0.0,
                 roughness: [0.4, 0.7],
                 specular: [0.0, 0.5],
                 translucency: [0.0, 0.0],
@@ -168,8 +168,8 @@ mod tests {
             same.count() as f64 / outside.len() as f64
         };
         // The others are discs (at most 314 pixels), edges and what is seen of the sheet's back.
-        let share = behind(PhotographUse::Plain);
-        assert!(share > 0.98, "{share}");
+        let fraction = behind(PhotographUse::Plain);
+        assert!(fraction > 0.98, "{fraction}");
         assert!(behind(PhotographUse::Varied) < 0.5);
     }
 

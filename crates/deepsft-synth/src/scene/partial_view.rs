@@ -3,13 +3,13 @@
 use crate::deform::RodBend;
 use crate::random::{Stream, generator};
 use crate::random::{between, sign};
-use crate::{PoseConfig, SynthConfig, Synthesizer, sample_pose, share_in_view};
+use crate::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
 use rand::{Rng, RngExt};
 
-/// Poses are drawn until at least this share of the vertices is in view.
+/// Poses are drawn until at least this fraction of the vertices is in view.
 const LEAST_IN_VIEW: f64 = 0.98;
 
 /// Draws before a frame is taken as it is.
@@ -25,8 +25,8 @@ pub struct PartialView {
     pub vertices_camera: Vec<DVec3>,
     /// Exact depth and registration of what is seen.
     pub maps: Maps,
-    /// The share of the vertices that was to be hidden, self-occlusion included.
-    pub hidden_share: f64,
+    /// The fraction of the vertices that was to be hidden, self-occlusion included.
+    pub hidden_fraction: f64,
 }
 
 /// Where the occluder lies.
@@ -62,7 +62,7 @@ impl Occluder {
 
 impl PartialView {
     /// Frame `index` of `seed`: a sheet bent and posed as in the synthesizer's samples, almost wholly in view, a
-    /// share between the ends of `hidden` of its vertices hidden.
+    /// fraction between the ends of `hidden` of its vertices hidden.
     pub fn of_sheet(synthesizer: &Synthesizer, hidden: [f64; 2], seed: u64, index: u64) -> Self {
         let mut rng = generator(seed, index, Stream::Shape);
         let SynthConfig { camera, .. } = synthesizer.config();
@@ -100,7 +100,7 @@ impl PartialView {
         loop {
             tries += 1;
             let vertices_camera = draw(rng);
-            let in_view = share_in_view(camera, &vertices_camera, &DAffine3::IDENTITY);
+            let in_view = fraction_in_view(camera, &vertices_camera, &DAffine3::IDENTITY);
             let surface = VisibleSurface::new(mesh, &vertices_camera, camera);
             let seen = seen_vertices(mesh, &vertices_camera, &surface, camera);
             let covered = target - (1.0 - seen.len() as f64 / vertices_camera.len().max(1) as f64);
@@ -116,7 +116,7 @@ impl PartialView {
             return Self {
                 vertices_camera,
                 maps,
-                hidden_share: target,
+                hidden_fraction: target,
             };
         }
     }
@@ -153,7 +153,7 @@ mod tests {
     use deepsft_geometry::solver::VertexPoint;
     use deepsft_geometry::{Picture, Template, VisibleVertices, training_camera};
 
-    /// Share of vertices that the maps do not show, and the RMSE of the found ones, mm.
+    /// Fraction of vertices that the maps do not show, and the RMSE of the found ones, mm.
     fn hidden_and_error(mesh: &TriangleMesh, view: &PartialView) -> (f64, f64) {
         let found = VisibleVertices::new(mesh, 0)
             .find(&view.maps, &training_camera())
@@ -171,9 +171,9 @@ mod tests {
             let view = PartialView::of_sheet(&synthesizer, [0.3, 0.7], 5, index);
             let (hidden, error) = hidden_and_error(template.mesh(), &view);
             assert!(
-                (hidden - view.hidden_share).abs() < 0.12,
+                (hidden - view.hidden_fraction).abs() < 0.12,
                 "{index}: {hidden} for {}",
-                view.hidden_share
+                view.hidden_fraction
             );
             // A vertex at a mask's edge is extrapolated by up to a pixel: 2 mm far away, more where the sheet is steep.
             assert!(error < 1.0, "{index}: {error} mm");

@@ -27,10 +27,10 @@ pub struct PoseConfig {
     pub max_view_deg: f64,
     /// Greatest in-plane rotation to either side in degrees, uniform. Default 180: any way up.
     pub max_roll_deg: f64,
-    /// Least share of the vertices inside the image. Default 0.4.
+    /// Least fraction of the vertices inside the image. Default 0.4.
     pub min_in_view: f64,
-    /// Share of poses that may reach over the image's edge although they would fit. Default 0.35.
-    pub partly_out_share: f64,
+    /// Probability that a pose may reach over the image's edge although it would fit. Default 0.35.
+    pub partly_out_probability: f64,
     /// Least depth (z) of any vertex in mm. Default 60.
     pub min_depth_mm: f64,
     /// Ranges of rotation and translation from which poses are drawn instead: distance, tilt, roll and what reaches over
@@ -59,7 +59,7 @@ impl Default for PoseConfig {
             max_view_deg: 75.0,
             max_roll_deg: 180.0,
             min_in_view: 0.4,
-            partly_out_share: 0.35,
+            partly_out_probability: 0.35,
             min_depth_mm: 60.0,
             uniform: None,
         }
@@ -82,7 +82,7 @@ pub fn sample_pose<R: Rng + ?Sized>(
     let mut best: Option<(f64, DAffine3)> = None;
     for _ in 0..POSE_TRIES {
         let pose = draw_pose(camera, vertices_template, config, rng);
-        let in_view = share_in_view(camera, vertices_template, &pose);
+        let in_view = fraction_in_view(camera, vertices_template, &pose);
         let near = nearest(vertices_template, &pose) - config.min_depth_mm;
         let readable = view_angle(vertices_template, &pose) <= config.max_view_deg.to_radians();
         if near >= 0.0 && in_view >= config.min_in_view && readable {
@@ -103,8 +103,8 @@ pub fn sample_pose<R: Rng + ?Sized>(
     pose
 }
 
-/// Share of the vertices (template frame) that a pose projects inside the image.
-pub fn share_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_template: &DAffine3) -> f64 {
+/// Fraction of the vertices (template frame) that a pose projects inside the image.
+pub fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_template: &DAffine3) -> f64 {
     let limit = DVec2::new(f64::from(camera.width()), f64::from(camera.height()));
     let inside = vertices_template.iter().filter(|vertex| {
         let pixel = camera.project(camera_from_template.transform_point3(**vertex));
@@ -139,7 +139,7 @@ fn draw_pose<R: Rng + ?Sized>(camera: &Camera, vertices: &[DVec3], config: &Pose
     let (low, high) = bounding_box(camera, vertices, &centered);
     let size = DVec2::new(f64::from(camera.width()), f64::from(camera.height()));
     let (to_low, to_high) = (-low, size - high);
-    let extra = if chance(config.partly_out_share, rng) {
+    let extra = if chance(config.partly_out_probability, rng) {
         (high - low) * 0.5
     } else {
         DVec2::ZERO
@@ -217,7 +217,7 @@ mod tests {
             let pose = sample_pose(&camera, &vertices, &config, &mut rng);
             let distance = pose.transform_point3(centroid(&vertices)).z;
             let (tilt, roll) = tilt_and_roll(&pose);
-            let in_view = share_in_view(&camera, &vertices, &pose);
+            let in_view = fraction_in_view(&camera, &vertices, &pose);
             assert!(
                 (250.0 - 1e-6..=900.0 + 1e-6).contains(&distance),
                 "seed {seed}: {distance} mm"
@@ -237,7 +237,7 @@ mod tests {
         }
         // Shares of the drawn distribution: ln(350 / 250) / ln(3.6) = 26 %, ln(900 / 700) / ln(3.6)
         // = 20 %, sin 20 / sin 65 = 38 %, 1 - sin 50 / sin 65 = 15 %, half; drawing again moves them a little.
-        for (count, share) in [
+        for (count, fraction) in [
             (near, 0.26),
             (far, 0.20),
             (flat, 0.38),
@@ -245,8 +245,8 @@ mod tests {
             (upside_down, 0.5),
         ] {
             assert!(
-                (f64::from(count as u32) / 1000.0 - share).abs() < 0.06,
-                "{count} of 1000, expected {share}"
+                (f64::from(count as u32) / 1000.0 - fraction).abs() < 0.06,
+                "{count} of 1000, expected {fraction}"
             );
         }
         assert!(
@@ -287,7 +287,7 @@ mod tests {
                     nearest(vertices, &pose) >= 60.0 - 1e-6,
                     "{width} x {height} mm, seed {seed}"
                 );
-                assert!(share_in_view(&camera, vertices, &pose) > 0.0);
+                assert!(fraction_in_view(&camera, vertices, &pose) > 0.0);
             }
         }
     }

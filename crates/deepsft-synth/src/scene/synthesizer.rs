@@ -5,10 +5,10 @@ use crate::deform::edge_length_changes;
 use crate::fingerprint::template_fingerprint;
 use crate::random::{Stream, generator, mix};
 use crate::render::projected_mesh::ProjectedMesh;
-use crate::scene::composition::{Place, Scene};
+use crate::scene::composition::{CaptureConditions, Scene};
 use crate::scene::config::SynthConfig;
 use crate::scene::ingredients::{Ingredients, PosedShape};
-use crate::scene::sample::Sample;
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template};
 use rand::RngExt;
@@ -53,7 +53,7 @@ impl Synthesizer {
         })
     }
 
-    /// Uses photographs too: [`SynthConfig::photograph_share`] of the backgrounds will show one, and pieces of them appear on other sheets. The
+    /// Uses photographs too: [`SynthConfig::photograph_probability`] of the backgrounds will show one, and pieces of them appear on other sheets. The
     /// samples then depend on the photographs and their order.
     pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
         self.ingredients.add_photographs(photographs);
@@ -87,11 +87,11 @@ impl Synthesizer {
         self.sample_and_strength(seed, index).0
     }
 
-    /// [`Synthesizer::sample`], and [`crate::HandleShape::strength`] of its shape where handles made it.
+    /// [`Synthesizer::sample`], and [`crate::ControlPointShape::strength`] of its shape where control points made it.
     pub fn sample_and_strength(&self, seed: u64, index: u64) -> (Sample, Option<f64>) {
         let mut rng = generator(seed, index, Stream::Shape);
         let noise_seed = rng.random();
-        if rng.random_bool(self.config().empty_share) {
+        if rng.random_bool(self.config().empty_probability) {
             let scene =
                 Scene::without_template(&self.ingredients, &mut generator(seed, index, Stream::Scene), &mut rng);
             return (scene.compose_without_template(noise_seed), None);
@@ -121,11 +121,11 @@ impl Synthesizer {
         Scene::with_template(&self.ingredients, None, &mut generator(seed, index, Stream::Scene))
     }
 
-    /// [`Synthesizer::scene`] at the place of another.
-    pub(crate) fn scene_at(&self, place: &Place, seed: u64, index: u64) -> Scene<'_> {
+    /// [`Synthesizer::scene`] under the conditions of another.
+    pub(crate) fn scene_under(&self, conditions: &CaptureConditions, seed: u64, index: u64) -> Scene<'_> {
         Scene::with_template(
             &self.ingredients,
-            Some(place),
+            Some(conditions),
             &mut generator(seed, index, Stream::Scene),
         )
     }

@@ -3,12 +3,13 @@
 use burn::grad_clipping::GradientClippingConfig;
 use burn::optim::momentum::MomentumConfig;
 use burn::optim::{AdamConfig, AdamWConfig, ModuleOptimizer, SgdConfig};
+use serde::Serialize;
 
 /// Keras' epsilon, with which the paper's Adam divides.
 const KERAS_EPSILON: f32 = 1e-7;
 
 /// An optimiser.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Optimizer {
     /// Adam without weight decay or clipping. The paper's step 1 has both betas at 0.9.
     Adam {
@@ -17,7 +18,7 @@ pub enum Optimizer {
     },
     /// Adam with decoupled weight decay and clipped gradients. Ours.
     AdamW {
-        /// Decay of the weights a step, relative to the learning rate.
+        /// Decay of the weights per iteration, relative to the learning rate.
         weight_decay: f32,
         /// Largest norm of a weight's gradient.
         clip: f32,
@@ -53,19 +54,19 @@ impl Optimizer {
     }
 }
 
-/// A learning rate that falls with the steps as Keras' `decay` has it: rate / (1 + decay step).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A learning rate that falls with the iterations as Keras' `decay` has it: rate / (1 + decay iteration).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LearningRate {
-    /// At the first step.
+    /// At the first iteration.
     pub initial: f64,
-    /// Decay a step.
+    /// Decay per iteration.
     pub decay: f64,
 }
 
 impl LearningRate {
-    /// The rate of step `step`.
-    pub fn at(&self, step: u64) -> f64 {
-        self.initial / (1.0 + self.decay * step as f64)
+    /// The rate of iteration `iteration`.
+    pub fn at(&self, iteration: u64) -> f64 {
+        self.initial / (1.0 + self.decay * iteration as f64)
     }
 }
 

@@ -2,9 +2,11 @@
 
 use super::optimizer::{LearningRate, Optimizer};
 use super::schedule::Schedule;
+use super::tuning_step::TuningStep;
 use crate::device::Precision;
 use crate::loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
 use burn::tensor::Device;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// When step 1 ends.
@@ -56,12 +58,12 @@ pub struct TrainConfig {
     pub checkpoint: PathBuf,
     /// Go on from the checkpoint if there is one.
     pub resume: bool,
-    /// Plain devices beside the one that a training is given, each with a share of every batch; none by default.
+    /// Plain devices beside the one that a training is given, each with a part of every batch; none by default.
     ///
-    /// The losses of the shares sum to the loss of the batch, so that gradients are those of one device but for the order
-    /// of sums. Batch normalisation alone sees its own share: there the mean and variance of a batch are each device's
+    /// The losses of the parts sum to the loss of the batch, so that gradients are those of one device but for the order
+    /// of sums. Batch normalisation alone sees its own part: there the mean and variance of a batch are each device's
     /// own, as everywhere, and running statistics are the devices' mean. The processor is one device to burn;
-    /// to list it again gives a thread of its own to each share.
+    /// to list it again gives a thread of its own to each part.
     pub more_devices: Vec<Device>,
     /// What the network computes in while it is trained, beyond the paper: [`Precision::F32`] by default.
     pub precision: Precision,
@@ -79,37 +81,38 @@ pub struct TrainConfig {
     pub schedule: Schedule,
     /// Step 1: weights of the loss.
     pub loss: LossWeights,
-    /// Step 1: decay a step of the average of the weights; 0 for the weights themselves.
+    /// Step 1: decay per iteration of the average of the weights; 0 for the weights themselves.
     pub average_decay: f64,
     /// Step 1: samples of an epoch, after which the same come again; `None` for ever new ones. Of a data set it is always
     /// all that there is to train on.
     pub epoch_samples: Option<u64>,
     /// Step 1: threads that make or read samples.
     pub workers: usize,
-    /// Steps 2 and 3: share of the recording, its end, that is not trained on.
-    pub held_out_share: f64,
+    /// Steps 2 and 3: fraction of the recording, its end, that is not trained on. Our choice: the paper tests on new videos,
+    /// with other viewpoints and manipulations. Measure on a recording of another place for that.
+    pub held_out_fraction: f64,
     /// Step 2: epochs, batches, optimiser.
-    pub depth_steps: RefinementSteps,
+    pub depth_tuning: TuningSettings,
     /// Step 2: loss.
     pub depth_loss: DepthLoss,
     /// Step 3: epochs, batches, optimiser.
-    pub registration_steps: RefinementSteps,
+    pub registration_tuning: TuningSettings,
     /// Step 3: loss.
     pub photo_consistency: PhotoConsistencyLoss,
 }
 
 /// How a refinement block is trained on a recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RefinementSteps {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TuningSettings {
     /// Times that every frame is seen.
     pub epochs: u64,
-    /// Frames of a step.
+    /// Frames per batch.
     pub batch: usize,
     /// Optimiser.
     pub optimizer: Optimizer,
     /// Learning rate.
     pub learning_rate: LearningRate,
-    /// Decay a step of the average of the weights, which is what is measured and kept; 0 for the weights themselves.
+    /// Decay per iteration of the average of the weights, which is what is measured and kept; 0 for the weights themselves.
     pub average_decay: f64,
 }
 
@@ -118,10 +121,18 @@ const PAPER_SAMPLES: u64 = 47_000;
 const PAPER_EPOCHS: u64 = 40;
 
 impl TrainConfig {
+    /// How the block of a step on a recording is trained.
+    pub(crate) fn tuning(&self, step: TuningStep) -> TuningSettings {
+        match step {
+            TuningStep::Depth => self.depth_tuning,
+            TuningStep::Registration => self.registration_tuning,
+        }
+    }
+
     /// The paper's values (section 4), for its own network. On the compact network, whose depths are of the size of one,
     /// the rate of step 2 hardly moves anything.
     pub fn paper() -> Self {
-        let sgd = |momentum, decay, batch| RefinementSteps {
+        let sgd = |momentum, decay, batch| TuningSettings {
             epochs: 10,
             batch,
             optimizer: Optimizer::Sgd { momentum },
@@ -134,12 +145,13 @@ impl TrainConfig {
             optimizer: Optimizer::Adam { betas: [0.9, 0.9] },
             schedule: Schedule::constant(1e-3, 7),
             average_decay: 0.0,
-            depth_steps: sgd(0.0, 0.0, 7),
+            depth_tuning: sgd(0.0, 0.0, 7),
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
                 reduction: Reduction::Mean,
+                unit_mm: None,
             },
-            registration_steps: sgd(0.9, 1e-9, 6),
+            registration_tuning: sgd(0.9, 1e-9, 6),
             photo_consistency: PhotoConsistencyLoss {
                 cauchy_scale: 4.0,
                 residual: Residual::Squared,
@@ -158,7 +170,7 @@ impl TrainConfig {
             weight_decay: 1e-4,
             clip: 1.0,
         };
-        let steps = |initial, decay, batch| RefinementSteps {
+        let steps = |initial, decay, batch| TuningSettings {
             epochs: 10,
             batch,
             optimizer: adam_w,
@@ -181,13 +193,14 @@ impl TrainConfig {
             average_decay: 0.998,
             epoch_samples: None,
             workers: 2,
-            held_out_share: 0.25,
-            depth_steps: steps(1e-4, 0.0, 7),
+            held_out_fraction: 0.25,
+            depth_tuning: steps(1e-4, 0.0, 7),
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
                 reduction: Reduction::Mean,
+                unit_mm: None,
             },
-            registration_steps: steps(1e-3, 0.02, 6),
+            registration_tuning: steps(1e-3, 0.02, 6),
             photo_consistency: PhotoConsistencyLoss {
                 cauchy_scale: 60.0,
                 residual: Residual::Plain,

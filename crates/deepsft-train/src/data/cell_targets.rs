@@ -1,4 +1,4 @@
-//! What the network should say of a frame: (u, v, d) at the centre of every cell.
+//! What the network should predict for a frame: (u, v, d) at the centre of every cell.
 //!
 //! A cell's target is an affine fit of the true maps over the visible pixels of the 3 x 3 cells
 //! around it, read at the cell's centre. So cells that the object's edge or an occluder cuts are
@@ -18,7 +18,7 @@ const FEWEST_OUTSIDE: f64 = 40.0;
 const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
 const OUTSIDE_WEIGHT: f32 = 0.5;
-/// Damping of the slopes, as a share of the number of pixels times one pixel squared.
+/// Damping of the slopes, as a fraction of the number of pixels times one pixel squared.
 const SLOPE_DAMPING: f64 = 0.005;
 
 /// Targets of the cells of one frame, row-major, `columns` x `rows`.
@@ -197,13 +197,13 @@ impl CellTargets {
 }
 
 /// Writes the soft target of coordinate `t` over `bins` bins with centres k / (bins - 1): the two
-/// around it share one by nearness. `set(k, share)` is called for each; t is clamped to 0..=1.
+/// around it divide one by nearness. `set(k, fraction)` is called for each; t is clamped to 0..=1.
 pub fn two_bins(t: f32, bins: usize, mut set: impl FnMut(usize, f32)) {
     let at = t.clamp(0.0, 1.0) * (bins - 1) as f32;
     let low = (at as usize).min(bins - 2);
-    let share = at - low as f32;
-    set(low, 1.0 - share);
-    set(low + 1, share);
+    let fraction = at - low as f32;
+    set(low, 1.0 - fraction);
+    set(low + 1, fraction);
 }
 
 #[cfg(test)]
@@ -297,12 +297,12 @@ mod tests {
     }
 
     #[test]
-    fn two_bins_share_by_nearness_and_mean_the_coordinate() {
+    fn two_bins_divide_by_nearness_and_mean_the_coordinate() {
         for t in [0.0, 0.13, 0.5, 0.99, 1.0] {
             let (mut sum, mut mean) = (0.0, 0.0);
-            two_bins(t, 24, |k, share| {
-                sum += share;
-                mean += share * k as f32 / 23.0;
+            two_bins(t, 24, |k, fraction| {
+                sum += fraction;
+                mean += fraction * k as f32 / 23.0;
             });
             assert!((sum - 1.0).abs() < 1e-6 && (mean - t).abs() < 1e-5);
         }

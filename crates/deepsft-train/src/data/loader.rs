@@ -17,8 +17,8 @@ const AHEAD: usize = 2;
 /// Sets the random stream of the windows apart from that of the samples.
 const WINDOW_STREAM: u64 = 0x7769_6e64;
 
-/// Share of the windows that are centred near a pixel of the object.
-const CENTRED_SHARE: f64 = 0.8;
+/// Fraction of the windows that are centred near a pixel of the object.
+const CENTRED_FRACTION: f64 = 0.8;
 
 /// What a network is taught.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,7 @@ fn make_batch<S: SampleSource + ?Sized>(
             let mut batch = Batch::new(request.shape, targets);
             let mut made: Option<(u64, Sample)> = None;
             for window in asked {
-                let index = sample_index(window / request.shape.windows_a_frame(), epoch_samples);
+                let index = sample_index(window / request.shape.windows_per_frame(), epoch_samples);
                 let sample = match made.take() {
                     Some((made_index, sample)) if made_index == index => sample,
                     _ => source.sample(seed, index)?,
@@ -191,7 +191,7 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
     );
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ WINDOW_STREAM);
     let area = sample.truth.area();
-    if area > 0 && rng.random_bool(CENTRED_SHARE) {
+    if area > 0 && rng.random_bool(CENTRED_FRACTION) {
         let chosen = rng.random_range(0..area);
         let pixel = (0..sample.truth.depth().len())
             .filter(|&p| sample.truth.inside(p))
@@ -212,7 +212,7 @@ mod tests {
     use crate::StoredSamples;
     use burn::tensor::{Device, Tensor};
     use deepsft_geometry::{Picture, Template, training_camera};
-    use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
+    use deepsft_synth::{IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
     use std::path::{Path, PathBuf};
 
     const SEED: u64 = 3;
@@ -235,7 +235,7 @@ mod tests {
             shards.add(&path).unwrap();
             paths.push(path);
         }
-        let set = DatasetDescription::new(&template, synthesizer.config(), SEED, 12, Vec::new());
+        let set = deepsft_synth::describe_dataset(&template, synthesizer.config(), SEED, 12, Vec::new());
         let stored = StoredSamples::new(shards, &[set]).unwrap();
         (Arc::new(synthesizer), Arc::new(stored), paths)
     }

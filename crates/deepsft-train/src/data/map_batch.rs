@@ -71,8 +71,8 @@ impl MapBatch {
         let frames = self.frames();
         let mut parts: Vec<Self> = sizes.iter().map(|&size| Self::new(size, self.range)).collect();
         let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
-            for (part, share) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
-                field(part).extend_from_slice(share);
+            for (part, dealt) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
+                field(part).extend_from_slice(dealt);
             }
         };
         deal(self.images, |batch| &mut batch.images);

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// Of a data set one sample in so many is held out, at its end, though no more than
 /// [`TrainConfig::held_out_frames`](crate::TrainConfig::held_out_frames). Our choice.
-const SAMPLES_A_HELD_OUT_ONE: u64 = 10;
+const SAMPLES_PER_HELD_OUT_ONE: u64 = 10;
 
 /// Where a training takes its samples from. Workers ask for them from several threads.
 pub trait SampleSource: Send + Sync {
@@ -90,13 +90,13 @@ impl StoredSamples {
     /// The numbers of the samples that are held out of at most `held_out_frames`.
     fn held_out_range(&self, held_out_frames: u64) -> Result<Range<u64>, TrainError> {
         let samples = self.shards.samples();
-        if samples < SAMPLES_A_HELD_OUT_ONE {
+        if samples < SAMPLES_PER_HELD_OUT_ONE {
             return Err(TrainError::TooFewSamples {
                 actual: samples,
-                expected: SAMPLES_A_HELD_OUT_ONE,
+                expected: SAMPLES_PER_HELD_OUT_ONE,
             });
         }
-        let held_out = (samples / SAMPLES_A_HELD_OUT_ONE).min(held_out_frames);
+        let held_out = (samples / SAMPLES_PER_HELD_OUT_ONE).min(held_out_frames);
         Ok(samples - held_out..samples)
     }
 }
@@ -155,7 +155,7 @@ mod tests {
 
     fn description(seed: u64, first: u64, samples: u64) -> DatasetDescription {
         let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
-        let mut set = DatasetDescription::new(&template, &SynthConfig::default(), seed, samples, Vec::new());
+        let mut set = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), seed, samples, Vec::new());
         set.first = first;
         set
     }

@@ -4,13 +4,14 @@ use super::cell_targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{DepthRange, NetworkConfig, PIXELS_PER_CELL};
 use deepsft_synth::Sample;
+use serde::Serialize;
 
 /// What the targets of a compact network depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetShape {
     /// Bins for u, v and depth.
     pub bins: [usize; 3],
-    /// Depths the network can say.
+    /// Depths the network can predict.
     pub depth_range: DepthRange,
     /// Whether the registration jumps at seams of the texture.
     pub seams: bool,
@@ -28,7 +29,7 @@ impl TargetShape {
 }
 
 /// Number and size of the windows of a batch; sides in pixels, multiples of 16.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct BatchShape {
     /// Windows.
     pub frames: usize,
@@ -50,7 +51,7 @@ impl BatchShape {
 
     /// Windows that are cut from one synthetic frame: two of a window well smaller than the frame
     /// (rendering is a large part of the cost of a small window), one otherwise.
-    pub const fn windows_a_frame(&self) -> u64 {
+    pub const fn windows_per_frame(&self) -> u64 {
         if 2 * self.width * self.height <= 480 * 270 {
             2
         } else {
@@ -59,7 +60,7 @@ impl BatchShape {
     }
 }
 
-/// N windows of synthetic frames with what the network should say of them, row-major.
+/// N windows of synthetic frames with what the network should predict for them, row-major.
 pub struct Batch {
     shape: BatchShape,
     targets: TargetShape,
@@ -159,20 +160,21 @@ impl Batch {
         for k in 0..3 {
             self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }
-        let share = frame_weight(cells.weight.iter().sum());
+        let frame_weight = frame_weight(cells.weight.iter().sum());
         self.cell_weight
-            .extend(cells.weight.iter().map(|weight| share * weight));
+            .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
         for k in 0..3 {
             let start = self.bin_targets[k].len();
             self.bin_targets[k].resize(start + self.targets.bins[k] * coarse.len(), 0.0);
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
-                two_bins(coordinates[k], self.targets.bins[k], |bin, share| {
-                    self.bin_targets[k][start + bin * coarse.len() + i] = share;
+                two_bins(coordinates[k], self.targets.bins[k], |bin, fraction| {
+                    self.bin_targets[k][start + bin * coarse.len() + i] = fraction;
                 });
             }
         }
-        self.bin_weight.extend(coarse.iter().map(|(_, weight)| share * weight));
+        self.bin_weight
+            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
     }
 
     /// Frames pushed so far.
@@ -204,8 +206,8 @@ impl Batch {
             })
             .collect::<Vec<_>>();
         let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
-            for (part, share) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
-                field(part).extend_from_slice(share);
+            for (part, dealt) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
+                field(part).extend_from_slice(dealt);
             }
         };
         deal(self.images, |batch| &mut batch.images);
@@ -249,9 +251,9 @@ pub(crate) fn deal_frames<'a>(values: &'a [f32], frames: usize, sizes: &[usize])
     sizes
         .iter()
         .map(|size| {
-            let (share, after) = rest.split_at(size * a_frame);
+            let (dealt, after) = rest.split_at(size * a_frame);
             rest = after;
-            share
+            dealt
         })
         .collect()
 }

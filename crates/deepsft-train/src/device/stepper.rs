@@ -1,4 +1,4 @@
-//! A step of training: loss and gradients of a batch, on one device or several, and the optimiser's step.
+//! An update of the weights: loss and gradients of a batch, on one device or several, and the optimiser's step.
 
 use super::precision::{LossScale, Precision, unscaled};
 use super::replica::{RunningStatistics, replica};
@@ -10,11 +10,11 @@ use deepsft::Network;
 use std::panic::resume_unwind;
 use std::thread;
 
-/// Makes the steps of a training.
+/// Updates the weights in a training.
 ///
 /// Several devices are used as burn's own trainer does with a main device (`MultiDeviceOptim::OptimMainDevice`): the
-/// network is copied to each, each works out loss and gradients of its share of the batch in a thread of its own, the
-/// gradients are brought to the first device and summed there in the order of the shares, and one optimiser steps there.
+/// network is copied to each, each works out loss and gradients of its part of the batch in a thread of its own, the
+/// gradients are brought to the first device and summed there in the order of the parts, and one optimiser steps there.
 /// burn's other way, an all-reduce, exists under CUDA alone.
 pub struct Stepper {
     /// Differentiable; the first holds the network and the optimiser's state.
@@ -24,7 +24,7 @@ pub struct Stepper {
     scale: LossScale,
 }
 
-/// A step.
+/// An update of the weights.
 pub struct Step {
     /// The network after it.
     pub network: Network,
@@ -34,8 +34,8 @@ pub struct Step {
     pub made: bool,
 }
 
-/// What a device says of its share.
-struct Answer {
+/// What a device works out of its part.
+struct PartGradients {
     loss: f64,
     /// `None` when the loss is not finite.
     gradients: Option<GradientsParams>,
@@ -78,33 +78,33 @@ impl Stepper {
             .unwrap_or(self.scale);
     }
 
-    /// A step of `network` with learning rate `rate` on the `shares` of a batch, at most one a device. `loss` is that of
-    /// a share, [1], said by a copy of the network on the device of that number; the losses of the shares sum to that of
+    /// A step of `network` with learning rate `rate` on the `parts` of a batch, at most one per device. `loss` is that of
+    /// a part, [1], by a copy of the network on the device of that number; the losses of the parts sum to that of
     /// the batch.
     ///
     /// # Errors
-    /// Those of `loss`; [`TrainError::Diverged`], which tells `samples`, when the loss is not finite (in half precision:
+    /// Those of `loss`; [`TrainError::Diverged`], which names `samples`, when the loss is not finite (in half precision:
     /// when loss or gradients are not, and no smaller scale is left to try).
-    pub fn step<Share: Send>(
+    pub fn step<Part: Send>(
         &mut self,
         network: Network,
         optimizer: &mut ModuleOptimizer,
         rate: f64,
-        shares: Vec<Share>,
+        parts: Vec<Part>,
         samples: u64,
-        loss: impl Fn(&Network, Share, usize) -> Result<Tensor<1>, TrainError> + Sync,
+        loss: impl Fn(&Network, Part, usize) -> Result<Tensor<1>, TrainError> + Sync,
     ) -> Result<Step, TrainError> {
         // One device in single precision trains the network itself. All others train copies, whose running statistics
         // are kept only if the step is made.
-        let (answers, statistics) = if shares.len() == 1 && self.scale.precision == Precision::F32 {
-            let answers = shares.into_iter().map(|share| self.answer(&network, share, 0, &loss));
-            (answers.collect::<Result<Vec<_>, _>>()?, None)
+        let (results, statistics) = if parts.len() == 1 && self.scale.precision == Precision::F32 {
+            let results = parts.into_iter().map(|part| self.gradients(&network, part, 0, &loss));
+            (results.collect::<Result<Vec<_>, _>>()?, None)
         } else {
-            let (answers, statistics) = self.answers_of_copies(&network, shares, &loss)?;
-            (answers, Some(RunningStatistics::mean(statistics, &self.plain)))
+            let (results, statistics) = self.gradients_of_copies(&network, parts, &loss)?;
+            (results, Some(RunningStatistics::mean(statistics, &self.plain)))
         };
-        let value = answers.iter().map(|answer| answer.loss).sum::<f64>();
-        let Some(gradients) = self.summed(&network, answers) else {
+        let value = results.iter().map(|result| result.loss).sum::<f64>();
+        let Some(gradients) = self.summed(&network, results) else {
             if !self.scale.step_skipped() {
                 return Err(TrainError::Diverged { loss: value, samples });
             }
@@ -127,25 +127,25 @@ impl Stepper {
         })
     }
 
-    /// Loss and gradients of each share by a copy of the network of its own, and the copies' running statistics.
-    fn answers_of_copies<Share: Send>(
+    /// Loss and gradients of each part by a copy of the network of its own, and the copies' running statistics.
+    fn gradients_of_copies<Part: Send>(
         &self,
         network: &Network,
-        shares: Vec<Share>,
-        loss: &(impl Fn(&Network, Share, usize) -> Result<Tensor<1>, TrainError> + Sync),
-    ) -> Result<(Vec<Answer>, Vec<RunningStatistics>), TrainError> {
-        let alone = shares.len() == 1;
-        let answers: Result<Vec<_>, TrainError> = thread::scope(|scope| {
-            let numbered = shares.into_iter().zip(&self.devices).enumerate();
+        parts: Vec<Part>,
+        loss: &(impl Fn(&Network, Part, usize) -> Result<Tensor<1>, TrainError> + Sync),
+    ) -> Result<(Vec<PartGradients>, Vec<RunningStatistics>), TrainError> {
+        let alone = parts.len() == 1;
+        let results: Result<Vec<_>, TrainError> = thread::scope(|scope| {
+            let numbered = parts.into_iter().zip(&self.devices).enumerate();
             let workers: Vec<_> = numbered
-                .map(|(number, (share, device))| {
+                .map(|(number, (part, device))| {
                     let copy = replica(network, device);
                     let work = move || {
-                        let mut answer = self.answer(&copy, share, number, loss)?;
-                        answer.gradients = answer
+                        let mut result = self.gradients(&copy, part, number, loss)?;
+                        result.gradients = result
                             .gradients
                             .map(|gradients| gradients.to_device(&self.plain, &copy));
-                        Ok((answer, RunningStatistics::of(&copy.valid())))
+                        Ok((result, RunningStatistics::of(&copy.valid())))
                     };
                     if alone { Err(work()) } else { Ok(scope.spawn(work)) }
                 })
@@ -156,31 +156,31 @@ impl Stepper {
             });
             joined.collect()
         });
-        Ok(answers?.into_iter().unzip())
+        Ok(results?.into_iter().unzip())
     }
 
-    /// Loss and gradients of a share.
-    fn answer<Share>(
+    /// Loss and gradients of a part.
+    fn gradients<Part>(
         &self,
         network: &Network,
-        share: Share,
+        part: Part,
         number: usize,
-        loss: &impl Fn(&Network, Share, usize) -> Result<Tensor<1>, TrainError>,
-    ) -> Result<Answer, TrainError> {
-        let loss = loss(network, share, number)?;
+        loss: &impl Fn(&Network, Part, usize) -> Result<Tensor<1>, TrainError>,
+    ) -> Result<PartGradients, TrainError> {
+        let loss = loss(network, part, number)?;
         let value = f64::from(loss.clone().into_scalar::<f32>());
         let gradients = value.is_finite().then(|| {
             let scale = self.scale.scale;
             let scaled = if scale == 1.0 { loss } else { loss * scale };
             GradientsParams::from_grads(scaled.backward(), network)
         });
-        Ok(Answer { loss: value, gradients })
+        Ok(PartGradients { loss: value, gradients })
     }
 
     /// The gradients of the whole batch on the first device, the scale taken out; `None` when they are not finite (which
     /// in single precision only the loss tells).
-    fn summed(&self, network: &Network, answers: Vec<Answer>) -> Option<GradientsParams> {
-        let gradients: Option<Vec<_>> = answers.into_iter().map(|answer| answer.gradients).collect();
+    fn summed(&self, network: &Network, results: Vec<PartGradients>) -> Option<GradientsParams> {
+        let gradients: Option<Vec<_>> = results.into_iter().map(|result| result.gradients).collect();
         let mut gradients = gradients?;
         let sum = if gradients.len() == 1 {
             gradients.pop()?

@@ -3,8 +3,8 @@
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Tensor, TensorData};
 
-/// The average of the weights over the last steps: what is evaluated and shipped. In the first
-/// steps it forgets faster, so that it does not hang on to the start: step k keeps (1 + k) / (10 + k) at most.
+/// The average of the weights over the last iterations: what is evaluated and shipped. In the first
+/// ones it forgets faster, so that it does not hang on to the start: step k keeps (1 + k) / (10 + k) at most.
 #[derive(Clone)]
 pub struct WeightAverage {
     decay: f64,
@@ -13,7 +13,7 @@ pub struct WeightAverage {
 }
 
 impl WeightAverage {
-    /// An average that starts at `network`; `decay` a step in the long run.
+    /// An average that starts at `network`; `decay` per iteration in the long run.
     pub fn new<M: Module>(network: &M, decay: f64) -> Self {
         Self {
             decay,
@@ -97,11 +97,11 @@ mod tests {
     }
 
     #[test]
-    fn the_average_moves_a_known_share_towards_the_new_weights() {
+    fn the_average_moves_a_known_fraction_towards_the_new_weights() {
         let (first, second) = (network(), network());
         let mut average = WeightAverage::new(&first, 0.9);
         average.update(&second);
-        // After one step the share kept is (1 + 1) / (10 + 1).
+        // After one step the fraction kept is (1 + 1) / (10 + 1).
         let (a, b) = (weights(&first), weights(&second));
         let got = weights(&average.apply(first));
         for ((a, b), got) in a.iter().flatten().zip(b.iter().flatten()).zip(got.iter().flatten()) {

@@ -4,7 +4,7 @@ use super::evaluation_frame::EvaluationFrame;
 use crate::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
-use deepsft_geometry::{Refinement, Template, photometric_error};
+use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -15,40 +15,51 @@ pub struct FrameResult {
     pub index: u64,
     /// Whether the template is in the frame.
     pub has_template: bool,
-    /// What the estimator said of it.
+    /// Whether the estimator found the template.
     pub judgement: Judgement,
     /// Errors against the truth; empty for a frame without the template.
     pub metrics: FrameMetrics,
     /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<f64>,
-    /// What physics refinement did, where it was asked and could fit a mesh.
-    pub refinement: Option<FrameRefinement>,
+    /// Of a measured depth: over how many pixels the depth was compared.
+    pub measured_pixels: Option<MeasuredPixels>,
+    /// What the fit of the mesh did, where it was asked for and could fit one.
+    pub fit: Option<FrameFit>,
     /// What the answer took: canonical warp, network, judgement and refinement, one frame at a time. An ablation, whose
     /// rows come out of one pass, does not have it.
     pub seconds: Option<f64>,
 }
 
-/// What physics refinement did to one frame.
+/// Over how many pixels an estimated depth was compared with a measured one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MeasuredPixels {
+    /// Pixels that can be compared, see [`FrameTruth::reference`](super::FrameTruth::reference).
+    pub measured: usize,
+    /// Those of them that the model has in its mask, over which its error is.
+    pub compared: usize,
+}
+
+/// What the fit of the mesh did to one frame.
 #[derive(Clone, Copy, Debug)]
-pub struct FrameRefinement {
+pub struct FrameFit {
     /// Whether the mesh was taken; otherwise the network's own maps stay.
     pub mesh_taken: bool,
     /// Errors of the network's own maps.
     pub network: FrameMetrics,
-    /// Of physics: mean robust photometric cost of the network's maps and of the mesh's.
+    /// Of a fit to the image: mean robust photometric cost of the network's maps and of the mesh's.
     pub photometric_cost: Option<[f64; 2]>,
 }
 
 /// All frames of a set.
 #[derive(Clone, Debug, Default)]
 pub struct Evaluation {
-    /// One entry a frame, in order.
+    /// One entry per frame, in order.
     pub frames: Vec<FrameResult>,
 }
 
-/// A figure over the frames that have it.
+/// The metrics of a set: of each the mean or the median over the frames that have it.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Figures {
+pub struct SetMetrics {
     /// RMSE of depth, mm.
     pub depth_rmse_mm: Option<f64>,
     /// RMSE of registration, pixels of the 480 x 270 image.
@@ -59,11 +70,11 @@ pub struct Figures {
     pub rmse_3d_mm: Option<f64>,
     /// Intersection over union of the masks.
     pub mask_iou: Option<f64>,
-    /// Share of the true mask that is predicted.
+    /// Fraction of the true mask that is predicted.
     pub coverage: Option<f64>,
     /// E_pr of the paper, intensities in 0..=1.
     pub photometric_error: Option<f64>,
-    /// Frames answered in a second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
+    /// Frames answered per second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
     pub frames_per_second: Option<f64>,
 }
 
@@ -78,30 +89,33 @@ pub struct EvaluationSummary {
     /// Frames that show the template but got no pixel of it: they count as IoU and coverage 0 and
     /// have no registration or depth error.
     pub frames_without_answer: usize,
-    /// Share of the frames with the template that were found.
-    pub found_share: Option<f64>,
-    /// Share of the frames without the template that were flagged as such.
-    pub empty_flagged_share: Option<f64>,
+    /// Fraction of the frames with the template that were found.
+    pub found_fraction: Option<f64>,
+    /// Fraction of the frames without the template that were flagged as such.
+    pub empty_flagged_fraction: Option<f64>,
     /// Means over frames.
     #[serde(flatten)]
-    pub mean: Figures,
+    pub mean: SetMetrics,
     /// Medians over frames.
-    pub median: Figures,
-    /// What physics refinement did, if it was asked.
-    pub refinement: Option<RefinementSummary>,
+    pub median: SetMetrics,
+    /// Against measured depths: over how many pixels of all frames the depth was compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_pixels: Option<MeasuredPixels>,
+    /// What the fit of the mesh did, if it was asked for.
+    pub fit: Option<FitSummary>,
 }
 
-/// Where physics refinement won and lost, over the frames that show the template and got a mesh.
+/// Where the fit of the mesh won and lost, over the frames that show the template and got a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RefinementSummary {
+pub struct FitSummary {
     /// Frames that got a mesh.
     pub frames: usize,
-    /// Share of them in which the network's own maps stay.
-    pub fallback_share: f64,
-    /// Share of them whose registration error is larger than the network's.
-    pub worse_registration_share: f64,
-    /// Share of them whose 3D error is larger than the network's.
-    pub worse_3d_share: f64,
+    /// Fraction of them in which the fit was rejected and the network's own maps stay.
+    pub rejected_fraction: f64,
+    /// Fraction of them whose registration error is larger than the network's.
+    pub worse_registration_fraction: f64,
+    /// Fraction of them whose 3D error is larger than the network's.
+    pub worse_3d_fraction: f64,
 }
 
 impl Evaluation {
@@ -112,7 +126,7 @@ impl Evaluation {
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
     pub fn run(
         estimator: &Estimator,
-        mut refinement: Option<&mut Refinement>,
+        mut refinement: Option<&mut MeshRecovery>,
         template: &Template,
         frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
         mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
@@ -123,26 +137,30 @@ impl Evaluation {
             let start = Instant::now();
             let mut estimate = pollster::block_on(estimator.estimate(&frame.image, &frame.camera))?;
             let mut seconds = start.elapsed().as_secs_f64();
-            let mut refinement_of_frame = None;
+            let reference = frame.truth.reference(&estimate.maps);
+            let mut fit = None;
             if let Some(refinement) = refinement.as_deref_mut()
                 && estimate.judgement.found
             {
                 let camera = estimator.canonical_camera();
                 let start = Instant::now();
-                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
+                let refined = refinement.recover(&estimate.canonical, camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
                 if let Some(refined) = refined.map_err(DeepSftError::from)? {
-                    refinement_of_frame = Some(FrameRefinement {
+                    fit = Some(FrameFit {
                         mesh_taken: refined.accepted,
-                        network: frame.metrics(&estimate.maps, template.size_mm())?,
-                        photometric_cost: refined.photometric_cost,
+                        network: frame.metrics(&estimate.maps, &reference, template.size_mm())?,
+                        photometric_cost: refined.photo_consistency_cost,
                     });
                     estimate.maps = refined.maps;
                 }
             }
-            let mut result = FrameResult::new(index as u64, &frame, &estimate, template)?;
-            result.refinement = refinement_of_frame;
-            result.seconds = Some(seconds);
+            let result = FrameResult::new(index as u64, &frame, &estimate, &reference, template)?;
+            let result = FrameResult {
+                fit,
+                seconds: Some(seconds),
+                ..result
+            };
             each(&frame, &estimate, &result);
             results.push(result);
         }
@@ -166,6 +184,9 @@ impl Evaluation {
             let frame: EvaluationFrame = frame.into();
             let canonical = estimator.canonical_image(&frame.image, &frame.camera)?;
             let stages = pollster::block_on(estimator.infer_stages(&canonical))?;
+            let Some((_, answer)) = stages.last() else { continue };
+            // The same pixels for all stages.
+            let reference = frame.truth.reference(answer).into_owned();
             for ((_, row), (_, maps)) in rows.iter_mut().zip(stages) {
                 let estimate = Estimate {
                     judgement: estimator.judge(&canonical, &maps)?,
@@ -173,7 +194,7 @@ impl Evaluation {
                     maps,
                 };
                 row.frames
-                    .push(FrameResult::new(index as u64, &frame, &estimate, template)?);
+                    .push(FrameResult::new(index as u64, &frame, &estimate, &reference, template)?);
             }
             each();
         }
@@ -185,9 +206,9 @@ impl Evaluation {
         Summary::of(self.shown().map(|f| metric(&f.metrics)))
     }
 
-    /// The figures of the set.
+    /// The metrics of the set.
     pub fn summary(&self) -> EvaluationSummary {
-        let share = |of: usize, among: usize| (among > 0).then(|| of as f64 / among as f64);
+        let fraction = |of: usize, among: usize| (among > 0).then(|| of as f64 / among as f64);
         let shown = self.shown().count();
         let empty = self.frames.len() - shown;
         let found = self.shown().filter(|f| f.judgement.found).count();
@@ -196,9 +217,9 @@ impl Evaluation {
             .iter()
             .filter(|f| !f.has_template && !f.judgement.found)
             .count();
-        let figures = |pick: fn(Summary) -> f64| {
+        let metrics = |pick: fn(Summary) -> f64| {
             let of = |metric: fn(&FrameMetrics) -> Option<f64>| self.summary_of(metric).map(pick);
-            Figures {
+            SetMetrics {
                 depth_rmse_mm: of(|m| m.depth_rmse_mm),
                 registration_rmse_px: of(|m| m.registration_rmse_px),
                 registration_rmse_mm: of(|m| m.registration_rmse_mm),
@@ -213,34 +234,40 @@ impl Evaluation {
             frames: self.frames.len(),
             frames_with_template: shown,
             frames_without_answer: self.shown().filter(|f| f.metrics.coverage == Some(0.0)).count(),
-            found_share: share(found, shown),
-            empty_flagged_share: share(flagged, empty),
-            mean: figures(|s| s.mean),
-            median: figures(|s| s.median),
-            refinement: self.refinement_summary(),
+            found_fraction: fraction(found, shown),
+            empty_flagged_fraction: fraction(flagged, empty),
+            mean: metrics(|s| s.mean),
+            median: metrics(|s| s.median),
+            measured_pixels: self.measured_pixels(),
+            fit: self.fit_summary(),
         }
     }
 
-    fn refinement_summary(&self) -> Option<RefinementSummary> {
-        let refined: Vec<(&FrameMetrics, &FrameRefinement)> = self
+    fn fit_summary(&self) -> Option<FitSummary> {
+        let fitted: Vec<(&FrameMetrics, &FrameFit)> = self
             .shown()
-            .filter_map(|frame| Some((&frame.metrics, frame.refinement.as_ref()?)))
+            .filter_map(|frame| Some((&frame.metrics, frame.fit.as_ref()?)))
             .collect();
-        let share = |counts: &dyn Fn(&FrameMetrics, &FrameRefinement) -> bool| {
-            refined
-                .iter()
-                .filter(|(metrics, refinement)| counts(metrics, refinement))
-                .count() as f64
-                / refined.len() as f64
+        let fraction = |counts: &dyn Fn(&FrameMetrics, &FrameFit) -> bool| {
+            let counted = fitted.iter().filter(|(metrics, fit)| counts(metrics, fit));
+            counted.count() as f64 / fitted.len() as f64
         };
-        (!refined.is_empty()).then(|| RefinementSummary {
-            frames: refined.len(),
-            fallback_share: share(&|_, refinement| !refinement.mesh_taken),
-            worse_registration_share: share(&|metrics, refinement| {
-                metrics.registration_rmse_px > refinement.network.registration_rmse_px
+        (!fitted.is_empty()).then(|| FitSummary {
+            frames: fitted.len(),
+            rejected_fraction: fraction(&|_, fit| !fit.mesh_taken),
+            worse_registration_fraction: fraction(&|metrics, fit| {
+                metrics.registration_rmse_px > fit.network.registration_rmse_px
             }),
-            worse_3d_share: share(&|metrics, refinement| metrics.points_rmse_mm > refinement.network.points_rmse_mm),
+            worse_3d_fraction: fraction(&|metrics, fit| metrics.points_rmse_mm > fit.network.points_rmse_mm),
         })
+    }
+
+    fn measured_pixels(&self) -> Option<MeasuredPixels> {
+        let add = |sum: MeasuredPixels, pixels: MeasuredPixels| MeasuredPixels {
+            measured: sum.measured + pixels.measured,
+            compared: sum.compared + pixels.compared,
+        };
+        self.shown().filter_map(|frame| frame.measured_pixels).reduce(add)
     }
 
     fn shown(&self) -> impl Iterator<Item = &FrameResult> {
@@ -249,7 +276,8 @@ impl Evaluation {
 }
 
 impl FrameResult {
-    /// Compares an estimate with what is known of its frame.
+    /// Compares an estimate with what is known of its frame, `reference` (see
+    /// [`FrameTruth::reference`](super::FrameTruth::reference)).
     ///
     /// # Errors
     /// [`TrainError::Geometry`] when the frame's maps are not of the canonical size.
@@ -257,15 +285,23 @@ impl FrameResult {
         index: u64,
         frame: &EvaluationFrame,
         estimate: &Estimate,
+        reference: &Maps,
         template: &Template,
     ) -> Result<Self, TrainError> {
+        let compared = (0..reference.depth().len())
+            .filter(|&pixel| reference.inside(pixel) && estimate.maps.inside(pixel))
+            .count();
         Ok(Self {
             index,
             has_template: frame.truth.has_template(),
             judgement: estimate.judgement,
-            metrics: frame.metrics(&estimate.maps, template.size_mm())?,
-            photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
-            refinement: None,
+            metrics: frame.metrics(&estimate.maps, reference, template.size_mm())?,
+            measured_pixels: (!frame.truth.has_registration()).then(|| MeasuredPixels {
+                measured: reference.area(),
+                compared,
+            }),
+            photometric_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
+            fit: None,
             seconds: None,
         })
     }
@@ -292,7 +328,8 @@ mod tests {
             },
             metrics: metrics(px, mm),
             photometric_error: None,
-            refinement: mesh_taken.map(|mesh_taken| FrameRefinement {
+            measured_pixels: None,
+            fit: mesh_taken.map(|mesh_taken| FrameFit {
                 mesh_taken,
                 network: metrics(2.0, 20.0),
                 photometric_cost: Some([1.0, 0.5]),
@@ -302,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_a_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
+    fn frames_per_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
         let timed = |seconds| FrameResult {
             seconds: Some(seconds),
             ..frame(true, None, 1.0, 1.0)
@@ -327,18 +364,18 @@ mod tests {
                 frame(false, Some(true), 9.0, 90.0),
             ],
         };
-        let expected = RefinementSummary {
+        let expected = FitSummary {
             frames: 4,
-            fallback_share: 0.25,
-            worse_registration_share: 0.25,
-            worse_3d_share: 0.25,
+            rejected_fraction: 0.25,
+            worse_registration_fraction: 0.25,
+            worse_3d_fraction: 0.25,
         };
-        assert_eq!(evaluation.summary().refinement, Some(expected));
+        assert_eq!(evaluation.summary().fit, Some(expected));
         assert_eq!(
             evaluation.summary().mean.rmse_3d_mm,
             Some((3.0 + 15.0 + 25.0 + 20.0 + 90.0) / 5.0)
         );
-        evaluation.frames.retain(|frame| frame.refinement.is_none());
-        assert_eq!(evaluation.summary().refinement, None);
+        evaluation.frames.retain(|frame| frame.fit.is_none());
+        assert_eq!(evaluation.summary().fit, None);
     }
 }

@@ -1,12 +1,12 @@
 //! The template seen through the registration, differentiable (paper, appendix "Warping with Bilinear Interpolation").
 
 use burn::tensor::{DType, Device, Int, Tensor, TensorData};
-use deepsft_geometry::Picture;
+use deepsft_geometry::{MipLevel, Picture};
 
 /// A template's texture and its successive halvings on a device, intensities 0..=255: level k is [3, h / 2^k, w / 2^k].
 ///
 /// The paper samples the texture map itself; ours is averaged first as far as the image's pixels are coarser than its
-/// texels, as a camera averages it, and as [`deepsft_geometry::photometric_error`] draws it.
+/// texels, as a camera averages it, and as [`deepsft_geometry::photo_consistency_error`] draws it.
 #[derive(Clone, Debug)]
 pub struct TexturePyramid {
     levels: Vec<Texture>,
@@ -23,19 +23,14 @@ struct Texture {
 impl TexturePyramid {
     /// All levels of `texture`.
     pub fn new(texture: &Picture, device: &Device) -> Self {
-        let mut picture = texture.clone();
-        let mut extent = [texture.width() as f64, texture.height() as f64];
-        let mut levels = Vec::new();
-        loop {
-            levels.push(Texture {
-                texels: texels(&picture, device),
-                extent,
-            });
-            if picture.width() == 1 && picture.height() == 1 {
-                return Self { levels };
-            }
-            picture = picture.halved();
-            extent = extent.map(|side| side / 2.0);
+        let levels = std::iter::successors(Some(MipLevel::finest(texture.clone())), MipLevel::coarser);
+        Self {
+            levels: levels
+                .map(|level| Texture {
+                    texels: texels(&level.picture, device),
+                    extent: level.extent.to_array(),
+                })
+                .collect(),
         }
     }
 
@@ -72,14 +67,14 @@ impl TexturePyramid {
         };
         let along_u: Tensor<2> = along_u.reshape([1, pixels]);
         let along_v: Tensor<2> = along_v.reshape([1, pixels]);
-        let between = |a: Tensor<2>, b: Tensor<2>, share: &Tensor<2>| a.clone() + (b - a) * share.clone();
+        let between = |a: Tensor<2>, b: Tensor<2>, fraction: &Tensor<2>| a.clone() + (b - a) * fraction.clone();
         let top = between(at(&above, &left), at(&above, &right), &along_u);
         let bottom = between(at(&below, &left), at(&below, &right), &along_u);
         between(top, bottom, &along_v).reshape([1, 3, rows, columns])
     }
 }
 
-/// Of one coordinate of the registration: both neighbouring texels, clamped, and the share of the second, [H * W] each.
+/// Of one coordinate of the registration: both neighbouring texels, clamped, and the weight of the second, [H * W] each.
 fn neighbours(
     registration: &Tensor<4>,
     coordinate: usize,
@@ -95,8 +90,8 @@ fn neighbours(
     // Far beyond the texture a whole number would not fit its type.
     let first = floor.clone().clamp(-1.0, length as f64).int();
     let last = length as i64 - 1;
-    let share = position - floor;
-    (first.clone().clamp(0, last), (first + 1).clamp(0, last), share)
+    let weight = position - floor;
+    (first.clone().clamp(0, last), (first + 1).clamp(0, last), weight)
 }
 
 fn texels(picture: &Picture, device: &Device) -> Tensor<3> {

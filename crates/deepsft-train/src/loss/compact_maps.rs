@@ -4,9 +4,10 @@
 use crate::data::BatchTensors;
 use burn::tensor::{Tensor, activation};
 use deepsft::{NetworkOutput, cross_entropy};
+use serde::Serialize;
 
 /// Weight of each term, and the width of the quadratic part of the robust loss.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LossWeights {
     /// Refined registration and depth.
     pub refined: f64,

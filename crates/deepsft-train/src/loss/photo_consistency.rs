@@ -2,8 +2,9 @@
 
 use super::bilinear_warp::TexturePyramid;
 use super::total_variation::squared_total_variation;
-use super::{Reduction, RefinementLoss};
+use super::{Reduction, TuningLoss};
 use burn::tensor::Tensor;
+use serde::Serialize;
 
 /// Intensity of white: the images' values are 0..=1, the loss's constants are for 0..=255.
 const WHITE: f64 = 255.0;
@@ -14,7 +15,7 @@ const VARIANCE_FLOOR: f64 = 25.0;
 const GAINS: [f64; 2] = [0.1, 3.0];
 
 /// What the M-estimator is applied to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Residual {
     /// The squared difference of the intensities, as the paper prints it: chi((I' - I)^2). With c = 4 the estimator bends
     /// at a difference of two grey levels.
@@ -24,7 +25,7 @@ pub enum Residual {
 }
 
 /// What is done about light before the comparison.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Light {
     /// Nothing: as the paper, which leaves it to the M-estimator.
     Ignored,
@@ -37,7 +38,7 @@ pub enum Light {
 }
 
 /// Photo-consistency at two scales and total variation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PhotoConsistencyLoss {
     /// Scale c of the Cauchy estimator chi(x) = c^2 / 2 ln(1 + (x / c)^2), for intensities of 0..=255. The paper: 4.
     pub cauchy_scale: f64,
@@ -66,7 +67,7 @@ impl PhotoConsistencyLoss {
         inside: &Tensor<4>,
         texture: &TexturePyramid,
         levels: &[usize],
-    ) -> RefinementLoss {
+    ) -> TuningLoss {
         let drawn = levels.iter().enumerate().map(|(n, &level)| {
             let one = registration.clone().slice(n..n + 1);
             texture.warp(level, one)
@@ -80,7 +81,7 @@ impl PhotoConsistencyLoss {
         let whole = self.robust(drawn.clone() - seen.clone(), inside.clone());
         let half = self.robust(halved(drawn) - halved(seen), all_of_four(inside.clone()));
         let smoothness = squared_total_variation(registration, inside.clone()) * self.total_variation;
-        RefinementLoss::reduced(
+        TuningLoss::reduced(
             whole + half * self.half_size,
             smoothness,
             inside.clone(),

@@ -27,8 +27,9 @@ pub struct SupervisedLosses {
 /// refinement counts its one output twice, which is a factor, too.
 pub fn supervised_maps_loss(maps: &NetworkMaps, depth: &Tensor<4>, registration: &Tensor<4>) -> SupervisedLosses {
     let [n, _, h, w] = depth.dims();
-    let squared =
-        |said: &Tensor<4>, label: &Tensor<4>| (said.clone() - label.clone()).square().sum() / (n * h * w) as f64;
+    let squared = |predicted: &Tensor<4>, label: &Tensor<4>| {
+        (predicted.clone() - label.clone()).square().sum() / (n * h * w) as f64
+    };
     let registration_error = squared(&maps.registration, registration) * 0.5;
     let depth_error = squared(&maps.depth, depth);
     let main_registration = squared(&maps.main_registration, registration) * 0.5;

@@ -1,18 +1,19 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
+use super::fingerprint::Fingerprint;
 use crate::TrainError;
 use crate::device::LossScale;
-use burn::module::Module;
+use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
-use burn::tensor::Bytes;
+use burn::tensor::{Bytes, Tensor};
 use deepsft::Network;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A point of the training curve: the averaged network on the fixed held-out set.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Training samples seen.
     pub samples: u64,
@@ -51,14 +52,14 @@ mod finite_or_null {
 /// Where a training stands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// Steps done.
+    /// Updates of the weights made.
     pub step: u64,
     /// Samples seen.
     pub samples: u64,
     /// Seconds spent training, evaluation left out.
     pub seconds: f64,
-    /// Fingerprint of template, network, configuration and, in steps 2 and 3, the frames.
-    pub fingerprint: String,
+    /// What it belongs to: samples or frames, network, settings.
+    pub fingerprint: Fingerprint,
     /// The seed.
     pub seed: u64,
     /// The curve so far.
@@ -108,24 +109,31 @@ impl CheckpointFolder {
         [self.folder.clone(), self.beside(".old")]
     }
 
-    /// The newest whole checkpoint, if there is one.
-    fn existing(&self) -> Option<PathBuf> {
-        self.places().into_iter().find(|f| f.join(STATE).is_file())
-    }
-
-    /// Where the newest whole checkpoint is, and where its training stands; `None` when there is none.
+    /// Where the newest whole checkpoint is, and where its training stands; `None` when there is none. A state that cannot
+    /// be read does not hide the checkpoint before it.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when its file cannot be read.
+    /// [`TrainError::Checkpoint`] when there are checkpoints and no state of one can be read.
     pub fn state(&self) -> Result<Option<(PathBuf, Checkpoint)>, TrainError> {
-        let Some(folder) = self.existing() else { return Ok(None) };
-        let path = folder.join(STATE);
-        let bytes = fs::read(&path).map_err(|e| failure("cannot read", &e, &path))?;
-        let state = serde_json::from_slice(&bytes).map_err(|e| TrainError::Checkpoint {
-            reason: e.to_string(),
-            path,
-        })?;
-        Ok(Some((folder, state)))
+        let mut unreadable = None;
+        for folder in self.places() {
+            let path = folder.join(STATE);
+            if !path.is_file() {
+                continue;
+            }
+            let bytes = fs::read(&path).map_err(|e| failure("cannot read", &e, &path));
+            let state = bytes.and_then(|bytes| {
+                serde_json::from_slice(&bytes).map_err(|e| TrainError::Checkpoint {
+                    reason: e.to_string(),
+                    path,
+                })
+            });
+            match state {
+                Ok(state) => return Ok(Some((folder, state))),
+                Err(error) => unreadable = unreadable.or(Some(error)),
+            }
+        }
+        unreadable.map_or(Ok(None), Err)
     }
 
     /// Puts the newest whole checkpoint aside, under a name that is free, so that the training it belongs to begins
@@ -134,7 +142,8 @@ impl CheckpointFolder {
     /// # Errors
     /// [`TrainError::Checkpoint`] names the file.
     pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
-        let Some(newest) = self.existing() else { return Ok(None) };
+        let newest = self.places().into_iter().find(|place| place.join(STATE).is_file());
+        let Some(newest) = newest else { return Ok(None) };
         let mut aside = self.beside(".outdated");
         let mut number = 1;
         while aside.exists() {
@@ -150,10 +159,12 @@ impl CheckpointFolder {
         Ok(Some(aside))
     }
 
-    /// Saves a checkpoint; `average` is the average of the weights where there is one.
+    /// Saves a checkpoint; `average` is the average of the weights where there is one. Everything is on the disk before the
+    /// checkpoint takes its place, so that neither a kill nor a power cut leaves half of one.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] names the file.
+    /// [`TrainError::Checkpoint`] names the file; [`TrainError::WeightsNotFinite`] when a weight is no finite number: then
+    /// the checkpoint before stays.
     pub fn save(
         &self,
         state: &Checkpoint,
@@ -161,12 +172,24 @@ impl CheckpointFolder {
         average: Option<&Network>,
         optimizer: &ModuleOptimizer,
     ) -> Result<(), TrainError> {
+        if !std::iter::once(network).chain(average).all(has_finite_weights) {
+            return Err(TrainError::WeightsNotFinite {
+                samples: state.samples,
+                path: self.folder.clone(),
+            });
+        }
         let fresh = self.beside(".new");
         let old = self.beside(".old");
         if fresh.exists() {
             fs::remove_dir_all(&fresh).map_err(|e| failure("cannot remove", &e, &fresh))?;
         }
         fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
+        let write = |path: &Path, bytes: &[u8]| {
+            deepsft_formats::write_file(path, bytes).map_err(|e| TrainError::Checkpoint {
+                reason: e.to_string(),
+                path: path.to_path_buf(),
+            })
+        };
         let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
         let mut files = vec![
             (NETWORK, record(network)),
@@ -179,7 +202,7 @@ impl CheckpointFolder {
                 reason,
                 path: path.clone(),
             })?;
-            fs::write(&path, &bytes[..]).map_err(|e| failure("cannot write", &e, &path))?;
+            write(&path, &bytes)?;
         }
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
@@ -187,14 +210,16 @@ impl CheckpointFolder {
             reason: e.to_string(),
             path: path.clone(),
         })?;
-        fs::write(&path, json).map_err(|e| failure("cannot write", &e, &path))?;
+        write(&path, &json)?;
+        sync_folder(&fresh)?;
         if old.exists() {
             fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
         }
         if self.folder.exists() {
             fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
         }
-        fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))
+        fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))?;
+        sync_folder(self.folder.parent().unwrap_or(Path::new("")))
     }
 
     /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
@@ -208,7 +233,7 @@ impl CheckpointFolder {
         &self,
         make_network: impl Fn() -> Result<Network, TrainError>,
         optimizer: ModuleOptimizer,
-        fingerprint: &str,
+        fingerprint: &Fingerprint,
         seed: u64,
     ) -> Result<Option<Saved>, TrainError> {
         let Some((folder, state)) = self.state()? else {
@@ -222,17 +247,9 @@ impl CheckpointFolder {
             reason,
             path: folder.join(name),
         };
-        if state.fingerprint != fingerprint {
-            return Err(TrainError::CheckpointMismatch {
-                what: "template, network, recording or configuration",
-                path: folder,
-            });
-        }
-        if state.seed != seed {
-            return Err(TrainError::CheckpointMismatch {
-                what: "seed",
-                path: folder,
-            });
+        let seeds = (state.seed != seed).then(|| "seed".to_owned());
+        if let Some(what) = fingerprint.difference(&state.fingerprint).or(seeds) {
+            return Err(TrainError::CheckpointMismatch { what, path: folder });
         }
         let load = |name: &str| -> Result<Network, TrainError> {
             let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
@@ -260,6 +277,35 @@ impl CheckpointFolder {
 pub fn existing_checkpoints(folder: &Path) -> Vec<PathBuf> {
     let places = CheckpointFolder::new(folder).places();
     places.into_iter().filter(|place| place.exists()).collect()
+}
+
+fn has_finite_weights(network: &Network) -> bool {
+    struct Finite(bool);
+    impl ModuleVisitor for Finite {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            let values = param.val().into_data().convert::<f32>();
+            self.0 &= values
+                .as_slice::<f32>()
+                .is_ok_and(|values| values.iter().all(|value| value.is_finite()));
+        }
+    }
+    let mut finite = Finite(true);
+    network.visit(&mut finite);
+    finite.0
+}
+
+/// Waits until the names of the files in `folder` are on the disk, where a folder can be opened as a file (on Unix).
+fn sync_folder(folder: &Path) -> Result<(), TrainError> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    if cfg!(unix) {
+        let synced = fs::File::open(folder).and_then(|folder| folder.sync_all());
+        synced.map_err(|e| failure("cannot write", &e, folder))?;
+    }
+    Ok(())
 }
 
 fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
@@ -294,13 +340,73 @@ mod tests {
             (&["model.checkpoint"], "model.checkpoint", "-3"),
         ] {
             for name in names {
-                write(name, name);
+                let state = Checkpoint {
+                    seed: name.len() as u64,
+                    ..Checkpoint::default()
+                };
+                write(name, &serde_json::to_string(&state).unwrap());
             }
             let aside = checkpoint.set_aside().unwrap().unwrap();
             assert_eq!(aside, folder.path().join(format!("model.checkpoint.outdated{ending}")));
-            assert_eq!(fs::read_to_string(aside.join(STATE)).unwrap(), kept);
-            assert_eq!(checkpoint.existing(), None);
+            let text = fs::read_to_string(aside.join(STATE)).unwrap();
+            assert!(text.contains(&format!("\"seed\":{}", kept.len())), "{text}");
+            assert_eq!(checkpoint.state().unwrap(), None);
         }
+    }
+
+    fn network() -> Network {
+        let camera = deepsft_geometry::training_camera();
+        deepsft::NetworkConfig::compact([297.0, 210.0], &camera).init(&burn::tensor::Device::flex())
+    }
+
+    #[test]
+    fn an_empty_state_does_not_hide_the_checkpoint_before_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
+        let optimizer = || burn::optim::SgdConfig::new().init();
+        let save = |samples| {
+            let state = Checkpoint {
+                samples,
+                ..Checkpoint::default()
+            };
+            checkpoint.save(&state, &network(), None, &optimizer()).unwrap();
+        };
+        save(7);
+        save(14);
+        let state = folder.path().join("model.checkpoint").join(STATE);
+        // As a power cut leaves a file that was renamed before it was written.
+        fs::write(&state, "").unwrap();
+        let load = || checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
+        assert_eq!(load().unwrap().unwrap().state.samples, 7);
+        fs::remove_dir_all(folder.path().join("model.checkpoint.old")).unwrap();
+        assert!(load().err().unwrap().to_string().contains("state.json"));
+    }
+
+    #[test]
+    fn weights_that_are_not_finite_are_not_saved() {
+        struct Spoil;
+        impl burn::module::ModuleMapper for Spoil {
+            fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+                param.map(|weight| weight * f32::INFINITY)
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
+        let optimizer = burn::optim::SgdConfig::new().init();
+        let (good, spoilt) = (network(), network().map(&mut Spoil));
+        let state = |samples| Checkpoint {
+            samples,
+            ..Checkpoint::default()
+        };
+        checkpoint.save(&state(7), &good, None, &optimizer).unwrap();
+        for (network, average) in [(&spoilt, None), (&good, Some(&spoilt))] {
+            let error = checkpoint.save(&state(14), network, average, &optimizer).unwrap_err();
+            assert!(
+                matches!(error, TrainError::WeightsNotFinite { samples: 14, .. }),
+                "{error}"
+            );
+        }
+        assert_eq!(checkpoint.state().unwrap().unwrap().1.samples, 7);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! What a training reports while it runs.
 
+use super::checkpoint::CurvePoint;
 use crate::device::LossScale;
-use crate::run::checkpoint::CurvePoint;
 
-/// What a training tells while it runs.
+/// A report of a training that runs.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Progress {
@@ -14,24 +14,24 @@ pub enum Progress {
         /// Seconds it had trained.
         seconds: f64,
     },
-    /// A step was made.
+    /// The weights were updated.
     Step {
-        /// Share of the budget spent, 0..=1.
-        share: f64,
+        /// Fraction of the budget spent, 0..=1.
+        fraction: f64,
         /// Samples seen.
         samples: u64,
         /// Seconds trained.
         seconds: f64,
-        /// Loss of the step.
+        /// Loss of the batch.
         loss: f64,
     },
-    /// A step in half precision was not made: its gradients were not finite.
+    /// An update in half precision was left out: its gradients were not finite.
     Skipped {
         /// Samples seen.
         samples: u64,
-        /// The scale after it, and the number of such steps.
+        /// The scale after it, and the number of such updates.
         scale: LossScale,
     },
-    /// The held-out set was evaluated and a checkpoint saved.
+    /// The held-out frames were measured; apart from the first time a checkpoint was saved.
     Evaluated(CurvePoint),
 }

@@ -1,4 +1,4 @@
-//! Shares of a batch, one a device, whose losses sum to the loss of the whole.
+//! Parts of a batch of step 1, one per device, whose losses sum to the loss of the whole.
 
 use crate::TrainError;
 use crate::data::{Batch, TrainingBatch};
@@ -7,9 +7,9 @@ use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::Network;
 
-/// A share of a batch of step 1. The losses divide sums over the batch by what counts in it; a share divides by its own,
+/// A part of a batch of step 1. The losses divide sums over the batch by what counts in it; a part divides by its own,
 /// so each of its terms is weighed by the part that is its own.
-pub struct BatchShare {
+pub struct BatchPart {
     pub batch: TrainingBatch,
     /// Weights of the terms of [`crate::step_one_loss`].
     pub terms: LossWeights,
@@ -17,8 +17,8 @@ pub struct BatchShare {
     pub weight: f64,
 }
 
-impl BatchShare {
-    /// `batch` in at most `parts` shares; one is the batch itself with the weights as they are.
+impl BatchPart {
+    /// `batch` in at most `parts` parts; one is the batch itself with the weights as they are.
     pub fn of(batch: TrainingBatch, parts: usize, terms: &LossWeights) -> Vec<Self> {
         let frames = batch.frames();
         let sizes = part_sizes(frames, parts);
@@ -35,10 +35,10 @@ impl BatchShare {
                 batch
                     .split(&sizes)
                     .into_iter()
-                    .map(|share| {
-                        let terms = terms_of_share(&share, whole, terms);
+                    .map(|part| {
+                        let terms = terms_of_part(&part, whole, terms);
                         Self {
-                            batch: TrainingBatch::Cells(share),
+                            batch: TrainingBatch::Cells(part),
                             terms,
                             weight: 1.0,
                         }
@@ -46,10 +46,10 @@ impl BatchShare {
                     .collect()
             }
             TrainingBatch::Maps(batch) => {
-                let shares = batch.split(&sizes).into_iter().zip(&sizes);
-                shares
-                    .map(|(share, &size)| Self {
-                        batch: TrainingBatch::Maps(share),
+                let parts = batch.split(&sizes).into_iter().zip(&sizes);
+                parts
+                    .map(|(part, &size)| Self {
+                        batch: TrainingBatch::Maps(part),
                         terms: *terms,
                         weight: size as f64 / frames as f64,
                     })
@@ -58,7 +58,7 @@ impl BatchShare {
         }
     }
 
-    /// What is minimised, [1], of a share of a batch: ours for the compact network, the paper's for those that say
+    /// What is minimised, [1], of a part of a batch: ours for the compact network, the paper's for those that say
     /// full-resolution maps. The network sees the images in `dtype`, the loss is in single precision.
     pub fn loss(self, network: &Network, device: &Device, dtype: FloatDType) -> Result<Tensor<1>, TrainError> {
         let Self { batch, terms, weight } = self;
@@ -82,9 +82,9 @@ impl BatchShare {
     }
 }
 
-/// `terms` for `share` of a batch whose divisors are `whole`.
-fn terms_of_share(share: &Batch, whole: [f64; 3], terms: &LossWeights) -> LossWeights {
-    let own = share.loss_divisors();
+/// `terms` for `part` of a batch whose divisors are `whole`.
+fn terms_of_part(part: &Batch, whole: [f64; 3], terms: &LossWeights) -> LossWeights {
+    let own = part.loss_divisors();
     let [cells, bins, pixels] = [0, 1, 2].map(|k| own[k] / whole[k]);
     LossWeights {
         refined: terms.refined * cells,
@@ -112,30 +112,34 @@ mod tests {
         (0..count).map(|index| synthesizer.sample(3, index)).collect()
     }
 
-    /// The losses of all shares of `make()`, for 1, 2 and 3 devices, as they count in the whole and as they are.
+    /// The losses of all parts of `make()`, for 1, 2 and 3 devices, as they count in the whole and as they are.
     fn check(network: &Network, make: impl Fn() -> TrainingBatch) {
         let device = Device::flex();
         let terms = LossWeights::default();
-        let loss = |share: BatchShare| -> f64 {
-            let loss = share.loss(network, &device, FloatDType::F32).unwrap();
+        let loss = |part: BatchPart| -> f64 {
+            let loss = part.loss(network, &device, FloatDType::F32).unwrap();
             f64::from(loss.into_scalar::<f32>())
         };
-        let whole: Vec<f64> = BatchShare::of(make(), 1, &terms).into_iter().map(loss).collect();
+        let whole: Vec<f64> = BatchPart::of(make(), 1, &terms).into_iter().map(loss).collect();
         assert_eq!(whole.len(), 1);
-        for parts in [2, 3] {
-            let shares = BatchShare::of(make(), parts, &terms);
-            assert_eq!(shares.len(), parts);
-            let sum: f64 = shares.into_iter().map(loss).sum();
-            assert!((sum / whole[0] - 1.0).abs() < 1e-5, "{parts}: {sum} and {}", whole[0]);
-            // The shares' own losses differ from it: it matters what they count.
-            let as_it_is = |share: BatchShare| BatchShare {
+        for devices in [2, 3] {
+            let parts = BatchPart::of(make(), devices, &terms);
+            assert_eq!(parts.len(), devices);
+            let sum: f64 = parts.into_iter().map(loss).sum();
+            assert!((sum / whole[0] - 1.0).abs() < 1e-5, "{devices}: {sum} and {}", whole[0]);
+            // The parts' own losses differ from it: it matters what they count.
+            let as_it_is = |part: BatchPart| BatchPart {
                 terms,
                 weight: 1.0,
-                ..share
+                ..part
             };
-            let shares = BatchShare::of(make(), parts, &terms);
-            let mean = shares.into_iter().map(|share| loss(as_it_is(share))).sum::<f64>() / parts as f64;
-            assert!((mean / whole[0] - 1.0).abs() > 1e-4, "{parts}: {mean} and {}", whole[0]);
+            let parts = BatchPart::of(make(), devices, &terms);
+            let mean = parts.into_iter().map(|part| loss(as_it_is(part))).sum::<f64>() / devices as f64;
+            assert!(
+                (mean / whole[0] - 1.0).abs() > 1e-4,
+                "{devices}: {mean} and {}",
+                whole[0]
+            );
         }
     }
 
@@ -156,7 +160,7 @@ mod tests {
             samples.iter().for_each(|sample| batch.push(sample, 180, 90));
             TrainingBatch::Cells(batch)
         });
-        // Folded: what batch normalisation does to a share is not what it does to the whole.
+        // Folded: what batch normalisation does to a part is not what it does to the whole.
         let config = NetworkConfig::new(Architecture::R50F(R50FConfig::narrow(32)), SIZE_MM, &training_camera());
         check(&config.init(&device).fold(), || {
             let mut batch = MapBatch::new(samples.len(), config.depth_range);

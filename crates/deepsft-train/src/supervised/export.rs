@@ -20,7 +20,7 @@ pub const ACCURACY_SEED: u64 = 0xca1b;
 const LEAST_CONFIDENCE: f64 = 0.1;
 
 /// Makes a bundle named `name` of a finished training. `command` is recorded as how it came about;
-/// `synthesizer` makes the frames that are measured (a share of them without the template).
+/// `synthesizer` makes the frames that are measured (some of them without the template).
 ///
 /// # Errors
 /// [`TrainError`] when the bundle cannot be put together or the device fails.
@@ -63,7 +63,7 @@ pub fn export_bundle(
 }
 
 /// The confidence that best separates frames with and without the template: the fewest frames on the
-/// wrong side as shares of their kind, the middle of the best interval.
+/// wrong side as fractions of their kind, the middle of the best interval.
 fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
     let confidences = |with: bool| -> Vec<f64> {
         let counted = evaluation.frames.iter().filter(|f| f.has_template == with);
@@ -105,7 +105,8 @@ mod tests {
             },
             metrics: Default::default(),
             photometric_error: None,
-            refinement: None,
+            fit: None,
+            measured_pixels: None,
             seconds: None,
         }
     }

@@ -2,25 +2,22 @@
 
 use crate::config::TrainConfig;
 use crate::data::SampleSource;
+use crate::run::Fingerprint;
 use deepsft::NetworkConfig;
-use sha2::{Digest, Sha256};
 
-/// What the parts of a fingerprint are of, as [`CheckpointMismatch`](crate::TrainError::CheckpointMismatch) says it.
-const PARTS: [&str; 3] = [
-    "template or with other training images",
-    "network",
-    "preset (optimiser, learning rates, batches, loss, averaging or epochs)",
-];
+/// The names of the parts, as [`CheckpointMismatch`](crate::TrainError::CheckpointMismatch) has them.
+const SAMPLES: &str = "template or with other training images";
+const NETWORK: &str = "network";
+const SETTINGS: &str = "preset (optimiser, learning rates, batches, loss, averaging or epochs)";
 
-/// What must be equal for a checkpoint to be continued, as three hashes: of the samples, of the network and of the settings
-/// but for the budget, of which only shares count, and for what changes no more than rounding: devices and precision.
-/// `epoch_samples` are those of an epoch of `source`.
+/// What must be equal for a checkpoint to be continued: the samples, the network and the settings. Of the budget only
+/// fractions count; devices and precision change no more than rounding. `epoch_samples` are those of an epoch of `source`.
 pub(crate) fn fingerprint(
     source: &(impl SampleSource + ?Sized),
     network: &NetworkConfig,
     config: &TrainConfig,
     epoch_samples: Option<u64>,
-) -> String {
+) -> Fingerprint {
     let TrainConfig {
         optimizer,
         schedule,
@@ -28,32 +25,10 @@ pub(crate) fn fingerprint(
         average_decay,
         ..
     } = config;
-    [
-        source.fingerprint(),
-        format!("{network:?}"),
-        format!("{optimizer:?} {schedule:?} {loss:?} {average_decay} {epoch_samples:?}"),
-    ]
-    .map(|text| {
-        Sha256::digest(text)
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect::<String>()
-    })
-    .join("-")
-}
-
-/// In what two fingerprints differ; `None` when they are equal.
-pub(crate) fn difference(saved: &str, now: &str) -> Option<&'static str> {
-    if saved == now {
-        return None;
-    }
-    let (saved, now): (Vec<&str>, Vec<&str>) = (saved.split('-').collect(), now.split('-').collect());
-    let part = saved.iter().zip(&now).position(|(saved, now)| saved != now);
-    // Earlier versions of this program wrote one hash.
-    Some(match part {
-        Some(part) if saved.len() == PARTS.len() => PARTS[part],
-        _ => "version of this program",
-    })
+    Fingerprint::default()
+        .with(SAMPLES, &source.fingerprint())
+        .with(NETWORK, network)
+        .with(SETTINGS, &(optimizer, schedule, loss, average_decay, epoch_samples))
 }
 
 #[cfg(test)]
@@ -75,7 +50,7 @@ mod tests {
         let ours = TrainConfig::ours();
         let now = fingerprint(&here, &compact(200.0), &ours, None);
         let of = |source, width, config: &TrainConfig, epoch| {
-            difference(&fingerprint(source, &compact(width), config, epoch), &now)
+            now.difference(&fingerprint(source, &compact(width), config, epoch))
         };
         let longer = TrainConfig {
             budget: Budget::Samples(7),
@@ -85,9 +60,9 @@ mod tests {
             ..ours.clone()
         };
         assert_eq!(of(&here, 200.0, &longer, None), None);
-        assert_eq!(of(&elsewhere, 200.0, &ours, None), Some(PARTS[0]));
-        assert_eq!(of(&here, 210.0, &ours, None), Some(PARTS[1]));
-        assert_eq!(of(&here, 200.0, &ours, Some(9)), Some(PARTS[2]));
+        assert_eq!(of(&elsewhere, 200.0, &ours, None), Some(SAMPLES.to_owned()));
+        assert_eq!(of(&here, 210.0, &ours, None), Some(NETWORK.to_owned()));
+        assert_eq!(of(&here, 200.0, &ours, Some(9)), Some(SETTINGS.to_owned()));
         let changes: [fn(&mut TrainConfig); 4] = [
             |config| config.optimizer = TrainConfig::paper().optimizer,
             |config| config.schedule.peak *= 2.0,
@@ -97,8 +72,7 @@ mod tests {
         for change in changes {
             let mut config = ours.clone();
             change(&mut config);
-            assert_eq!(of(&here, 200.0, &config, None), Some(PARTS[2]), "{config:?}");
+            assert_eq!(of(&here, 200.0, &config, None), Some(SETTINGS.to_owned()), "{config:?}");
         }
-        assert_eq!(difference("0123456789abcdef", &now), Some("version of this program"));
     }
 }

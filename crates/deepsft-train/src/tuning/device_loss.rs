@@ -1,16 +1,15 @@
-//! Where a share of a batch of steps 2 and 3 is computed, and its loss there.
+//! The loss of a part of a batch of steps 2 and 3, on a device.
 
-use super::frame_part::FrameShare;
-use super::recorded_frames::RefinementStep;
+use super::frame_part::FramePart;
 use super::training_frame::{FrameTensors, TrainingFrame};
-use crate::config::TrainConfig;
+use crate::config::{TrainConfig, TuningStep};
 use crate::loss::TexturePyramid;
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkMaps};
 use deepsft_geometry::Picture;
 
-/// A device and what it needs for its shares.
-pub struct Site {
+/// A device and what it needs for its parts of batches.
+pub struct DeviceLoss {
     /// Differentiable.
     device: Device,
     texture: TexturePyramid,
@@ -18,7 +17,7 @@ pub struct Site {
     dtype: FloatDType,
 }
 
-impl Site {
+impl DeviceLoss {
     /// `device`, a differentiable one, with the template's `texture`; the network sees images in `dtype`.
     pub fn new(texture: &Picture, device: &Device, dtype: FloatDType) -> Self {
         Self {
@@ -28,47 +27,50 @@ impl Site {
         }
     }
 
-    /// What `step` minimises, [1], of a share, said by `network`, which is on this device. It is in single precision.
-    pub fn loss(
-        &self,
-        network: &Network,
-        step: RefinementStep,
-        share: &FrameShare<'_>,
-        config: &TrainConfig,
-    ) -> Tensor<1> {
-        let tensors = FrameTensors::new(&share.frames, &self.device);
+    /// What `step` minimises, [1], of `part`, by `network`, which is on this device. It is in single precision.
+    pub fn of(&self, network: &Network, step: TuningStep, part: &FramePart<'_>, config: &TrainConfig) -> Tensor<1> {
+        let tensors = FrameTensors::new(&part.frames, &self.device);
         let NetworkMaps {
             depth, registration, ..
         } = network.forward_maps(tensors.images.clone().cast(self.dtype));
         let loss = match step {
-            RefinementStep::Depth => {
+            TuningStep::Depth => {
                 let range = network.config().depth_range;
+                // The mask of these networks is read from the depth: it has to stay -1 outside.
+                let outside = network.says_outside().then(|| tensors.outside(&part.frames));
                 let measured = (tensors.depth_mm - range.near_mm) / range.span_mm();
-                config.depth_loss.apply(depth, measured, tensors.depth_counts)
+                config
+                    .depth_loss
+                    .apply(depth, measured, tensors.depth_counts, outside, range)
             }
-            RefinementStep::Registration => {
-                let levels: Vec<usize> = share.frames.iter().map(|frame| frame.level).collect();
+            TuningStep::Registration => {
+                let levels: Vec<usize> = part.frames.iter().map(|frame| frame.level).collect();
                 let images = &tensors.images;
                 config
                     .photo_consistency
                     .apply(registration, images, &tensors.inside, &self.texture, &levels)
             }
         };
-        share.weighed(loss.total)
+        part.weighed(loss.total)
     }
 }
 
-/// The frames of a batch of `step` in shares for so many devices.
-pub fn shares<'a>(
-    step: RefinementStep,
+/// The frames of a batch of `step` in parts for so many devices; `says_outside` as [`Network::says_outside`].
+pub fn parts<'a>(
+    step: TuningStep,
     batch: &[&'a TrainingFrame],
     devices: usize,
     config: &TrainConfig,
-) -> Vec<FrameShare<'a>> {
+    says_outside: bool,
+) -> Vec<FramePart<'a>> {
+    let set = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
     match step {
-        RefinementStep::Depth => FrameShare::of(batch, devices, config.depth_loss.reduction, |f| &f.depth_counts),
-        RefinementStep::Registration => {
-            FrameShare::of(batch, devices, config.photo_consistency.reduction, |f| &f.inside)
-        }
+        TuningStep::Depth => FramePart::of(batch, devices, config.depth_loss.reduction, |frame| {
+            let outside = if says_outside { set(&frame.outside()) } else { 0 };
+            set(&frame.depth_counts) + outside
+        }),
+        TuningStep::Registration => FramePart::of(batch, devices, config.photo_consistency.reduction, |frame| {
+            set(&frame.inside)
+        }),
     }
 }

@@ -5,46 +5,46 @@ use crate::device::{part_sizes, weighed};
 use crate::loss::Reduction;
 use burn::tensor::Tensor;
 
-/// A share of a batch of steps 2 and 3.
-pub struct FrameShare<'a> {
+/// A part of a batch of steps 2 and 3.
+pub struct FramePart<'a> {
     pub frames: Vec<&'a TrainingFrame>,
     /// Weight of its loss.
     weight: f64,
 }
 
-impl<'a> FrameShare<'a> {
+impl<'a> FramePart<'a> {
     /// Its loss as it counts in the whole.
     pub fn weighed(&self, loss: Tensor<1>) -> Tensor<1> {
         weighed(loss, self.weight)
     }
 
-    /// `frames` in at most `parts` shares. `counts`: the pixels of a frame that the loss's sums are divided by, as
-    /// `reduction` says.
+    /// `frames` in at most `parts` parts. `counted`: the number of a frame's pixels that the loss counts.
     pub fn of(
         frames: &[&'a TrainingFrame],
         parts: usize,
         reduction: Reduction,
-        counts: impl Fn(&TrainingFrame) -> &[bool],
+        counted: impl Fn(&TrainingFrame) -> usize,
     ) -> Vec<Self> {
         let sizes = part_sizes(frames.len(), parts);
-        let divisor = |frames: &[&TrainingFrame]| {
-            let counted = |frame: &&TrainingFrame| counts(frame).iter().filter(|&&counts| counts).count();
-            frames.iter().map(counted).sum::<usize>().max(1) as f64
-        };
-        let weight = |share: &[&TrainingFrame]| match reduction {
-            Reduction::Mean if sizes.len() > 1 => divisor(share) / divisor(frames),
-            _ => 1.0,
+        let divisor = |frames: &[&TrainingFrame]| match reduction {
+            Reduction::Sum => 1.0,
+            Reduction::MeanOverImages => frames.len() as f64,
+            Reduction::Mean => frames.iter().map(|frame| counted(frame)).sum::<usize>().max(1) as f64,
         };
         let mut rest = frames;
-        let mut shares = Vec::new();
+        let mut all = Vec::new();
         for &size in &sizes {
-            let (share, after) = rest.split_at(size);
+            let (part, after) = rest.split_at(size);
             rest = after;
-            shares.push(Self {
-                frames: share.to_vec(),
-                weight: weight(share),
+            all.push(Self {
+                frames: part.to_vec(),
+                weight: if sizes.len() > 1 {
+                    divisor(part) / divisor(frames)
+                } else {
+                    1.0
+                },
             });
         }
-        shares
+        all
     }
 }

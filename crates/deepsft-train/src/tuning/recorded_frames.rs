@@ -4,37 +4,10 @@ use super::training_frame::TrainingFrame;
 use crate::TrainError;
 use burn::module::Module;
 use burn::tensor::Device;
-use deepsft::{Block, Network};
+use deepsft::Network;
 use deepsft_geometry::{Camera, ColorMatch, ColorResponse, Picture, Template};
 use deepsft_synth::{Recording, Sample};
 use std::collections::BTreeMap;
-
-/// A training step on a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RefinementStep {
-    /// Step 2: the depth refinement block, against measured depth.
-    Depth,
-    /// Step 3: the registration refinement block, by photo-consistency.
-    Registration,
-}
-
-impl RefinementStep {
-    /// The block that is trained.
-    pub fn block(self) -> Block {
-        match self {
-            Self::Depth => Block::DepthRefinement,
-            Self::Registration => Block::RegistrationRefinement,
-        }
-    }
-
-    /// The paper's number of it.
-    pub fn number(self) -> u8 {
-        match self {
-            Self::Depth => 2,
-            Self::Registration => 3,
-        }
-    }
-}
 
 /// The frames of a recording, those that are trained on and those that are not.
 #[derive(Clone, Debug)]
@@ -43,7 +16,8 @@ pub struct RecordedFrames {
     pub training: Vec<TrainingFrame>,
     /// The end of the recording, never trained on.
     pub held_out: Vec<TrainingFrame>,
-    /// Frames in which the network did not see the object.
+    /// Frames to train on in which the network does not see the object, and frames to measure on in which it does not and
+    /// no mask of the recording does.
     pub left_out: usize,
     /// How the camera shows the template's colours: what brings the template, drawn through the network's registrations of
     /// the frames that are trained on, to their images.
@@ -51,7 +25,7 @@ pub struct RecordedFrames {
 }
 
 impl RecordedFrames {
-    /// Reads `recording` for a network, see [`TrainingFrame::read`]; the last `held_out_share` of it is held out. `each` is
+    /// Reads `recording` for a network, see [`TrainingFrame::read`]; the last `held_out_fraction` of it is held out. `each` is
     /// called after every frame.
     ///
     /// # Errors
@@ -61,13 +35,13 @@ impl RecordedFrames {
         network: &Network,
         template: &Template,
         canonical: &Camera,
-        held_out_share: f64,
+        held_out_fraction: f64,
         device: &Device,
         mut each: impl FnMut(),
     ) -> Result<Self, TrainError> {
         let network = network.clone().fork(device);
         let count = recording.frames();
-        let first_held_out = ((count as f64) * (1.0 - held_out_share)).round() as usize;
+        let first_held_out = ((count as f64) * (1.0 - held_out_fraction)).round() as usize;
         let mut frames = Self {
             training: Vec::new(),
             held_out: Vec::new(),
@@ -77,12 +51,12 @@ impl RecordedFrames {
         let mut colors = ColorMatch::default();
         for index in 0..count {
             match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
-                Some((frame, maps)) if index < first_held_out => {
+                Some((frame, _)) if index >= first_held_out => frames.held_out.push(frame),
+                Some((frame, maps)) if frame.is_trainable() => {
                     colors.add(&frame.image, template.texture(), &maps)?;
                     frames.training.push(frame);
                 }
-                Some((frame, _)) => frames.held_out.push(frame),
-                None => frames.left_out += 1,
+                _ => frames.left_out += 1,
             }
             each();
         }
@@ -99,9 +73,9 @@ impl RecordedFrames {
     }
 }
 
-/// What a refinement learns from and is measured on.
+/// What a tuning learns from and is measured on.
 #[derive(Clone, Copy, Debug)]
-pub struct RefinementData<'a> {
+pub struct TuningSet<'a> {
     /// The frames.
     pub frames: &'a RecordedFrames,
     /// The template.
@@ -112,7 +86,7 @@ pub struct RefinementData<'a> {
     pub truth: &'a BTreeMap<usize, Sample>,
 }
 
-impl RefinementData<'_> {
+impl TuningSet<'_> {
     /// The template's texture in the colours in which the recording's camera shows it, see [`RecordedFrames::colors`].
     pub fn texture_as_recorded(&self) -> Picture {
         self.frames.colors.apply(self.template.texture())

@@ -1,7 +1,7 @@
 //! Frames of an RGB-D recording made ready for training: which pixels count, and at which resolution the template is seen.
 
 use crate::TrainError;
-use crate::evaluation::depth_counts;
+use crate::evaluation::{comparable_depth, eroded, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{Network, pictures_to_tensor};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, mipmap_level};
@@ -19,9 +19,11 @@ pub struct TrainingFrame {
     pub image: Picture,
     /// Measured depth, mm; 0 where there is none.
     pub depth_mm: Vec<f32>,
-    /// Where the object is seen: the recording's mask if it has one, and the network's.
+    /// Where the object is: the recording's mask if it has one, else the network's.
+    pub object: Vec<bool>,
+    /// Where the object is trained on: in the recording's mask, if it has one, and in the network's.
     pub inside: Vec<bool>,
-    /// Where its depth is compared with the measured one.
+    /// Where its depth is trained on.
     pub depth_counts: Vec<bool>,
     /// Level of the template's texture, see [`crate::TexturePyramid`].
     pub level: usize,
@@ -29,12 +31,11 @@ pub struct TrainingFrame {
 
 impl TrainingFrame {
     /// Reads frame `index` of `recording` for `network`, which is on the plain `device`, and returns with it what the
-    /// network says there; `None` when it does not see the object.
+    /// network says there; `None` when neither it nor the recording's mask has the object.
     ///
-    /// The object is where the network's mask has it before the refinement, which is trained together with the main block
-    /// and frozen here, and where the recording's own mask has it, if it comes with masks. Depth counts two pixels further
-    /// in, where the sensor measured something within 15 % of what the network says (our choice; the paper segments by
-    /// the same network).
+    /// The object is where the network's mask has it before the tuning, and where the recording's own mask has it, if it
+    /// comes with masks. Depth is trained on two pixels further in, where the sensor measured something within 15 % of what
+    /// the network says (our choice; the paper segments by the same network).
     ///
     /// # Errors
     /// [`TrainError::Synth`] names a file that cannot be read, [`TrainError::Core`] when the device fails.
@@ -49,50 +50,67 @@ impl TrainingFrame {
         let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
         let mut found = pollster::block_on(network.infer(&[&image], device))?;
         let Some(mut maps) = found.pop() else { return Ok(None) };
-        if let Some(mask) = mask {
-            for pixel in (0..mask.len()).filter(|&pixel| !mask[pixel]) {
-                maps.clear(pixel);
-            }
+        for pixel in mask
+            .iter()
+            .flat_map(|mask| (0..mask.len()).filter(|&pixel| !mask[pixel]))
+        {
+            maps.clear(pixel);
         }
-        if maps.area() < FEWEST_PIXELS {
+        let object = mask.unwrap_or_else(|| maps.mask());
+        if object.iter().filter(|&&object| object).count() < FEWEST_PIXELS {
             return Ok(None);
         }
-        let depth_counts = depth_counts(&maps, &depth_mm);
+        let level = if maps.area() > 0 {
+            mipmap_level(texture, &maps) as usize
+        } else {
+            0
+        };
         let frame = Self {
             index,
-            level: mipmap_level(texture, &maps) as usize,
+            level,
             inside: maps.mask(),
-            depth_counts,
+            depth_counts: trusted_depth(&maps, &depth_mm),
+            object,
             image,
             depth_mm,
         };
         Ok(Some((frame, maps)))
     }
 
-    /// The pixels on which networks are measured and compared: where the object is, and where it is by the `truth`, if
-    /// that is known.
+    /// Whether the network sees enough of the object to train on it.
+    pub fn is_trainable(&self) -> bool {
+        self.inside.iter().filter(|&&inside| inside).count() >= FEWEST_PIXELS
+    }
+
+    /// The pixels on which networks are measured and compared: where the object is by the `truth`, if that is known, else by
+    /// the recording's mask, if it has one. Only without either the network that the frame was read for has a say.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when the truth is not of the image's size.
-    pub fn seen(&self, truth: Option<&Maps>) -> Result<Vec<bool>, GeometryError> {
+    pub fn measured_region(&self, truth: Option<&Maps>) -> Result<Vec<bool>, GeometryError> {
         let expected = (self.image.width(), self.image.height());
-        if let Some(actual) = truth.map(|truth| (truth.width(), truth.height()))
-            && actual != expected
-        {
-            return Err(GeometryError::MapSize { actual, expected });
+        match truth.map(|truth| (truth.width(), truth.height())) {
+            Some(actual) if actual != expected => Err(GeometryError::MapSize { actual, expected }),
+            _ => Ok(truth.map_or_else(|| self.object.clone(), Maps::mask)),
         }
-        let known = |pixel: usize| truth.is_none_or(|truth| truth.inside(pixel));
-        let seen = (0..self.inside.len()).map(|pixel| self.inside[pixel] && known(pixel));
-        Ok(seen.collect())
     }
 
-    /// The measured depth as maps with no registration, inside where it counts.
-    pub fn measured(&self) -> Maps {
-        let mut maps = Maps::empty(self.image.width(), self.image.height());
-        for pixel in (0..self.depth_mm.len()).filter(|&pixel| self.depth_counts[pixel]) {
+    /// The measured depth as maps with no registration, inside where it is compared with that of networks: in `region`, two
+    /// pixels away from its edge and from jumps of the measured depth.
+    pub fn measured(&self, region: &[bool]) -> Maps {
+        let width = self.image.width();
+        let mut maps = Maps::empty(width, self.image.height());
+        let compared = comparable_depth(region, &self.depth_mm, width);
+        for pixel in (0..compared.len()).filter(|&pixel| compared[pixel]) {
             maps.set(pixel, self.depth_mm[pixel], [0.5; 2]);
         }
         maps
+    }
+
+    /// Where the object surely is not: two pixels and more from where it is.
+    pub fn outside(&self) -> Vec<bool> {
+        let not_object: Vec<bool> = self.object.iter().map(|object| !object).collect();
+        eroded(&not_object, self.image.width(), true)
     }
 }
 
@@ -113,18 +131,28 @@ impl FrameTensors {
         let pictures: Vec<&Picture> = frames.iter().map(|frame| &frame.image).collect();
         let images = pictures_to_tensor(&pictures, device);
         let [n, _, h, w] = images.dims();
-        let map = |values: Vec<f32>| Tensor::<4>::from_data(TensorData::new(values, [n, 1, h, w]), device);
-        let flags = |of: fn(&TrainingFrame) -> &Vec<bool>| {
-            let all = frames
-                .iter()
-                .flat_map(|frame| of(frame).iter().map(|&flag| f32::from(u8::from(flag))));
-            map(all.collect())
-        };
+        let depth_mm: Vec<f32> = frames.iter().flat_map(|frame| frame.depth_mm.iter().copied()).collect();
         Self {
             images,
-            depth_mm: map(frames.iter().flat_map(|frame| frame.depth_mm.iter().copied()).collect()),
-            depth_counts: flags(|frame| &frame.depth_counts),
-            inside: flags(|frame| &frame.inside),
+            depth_mm: Tensor::from_data(TensorData::new(depth_mm, [n, 1, h, w]), device),
+            depth_counts: flags(frames.iter().map(|frame| &frame.depth_counts[..]), [n, 1, h, w], device),
+            inside: flags(frames.iter().map(|frame| &frame.inside[..]), [n, 1, h, w], device),
         }
     }
+
+    /// Where the object surely is not in `frames`, which these are, [N, 1, H, W], 0 or 1.
+    pub(crate) fn outside(&self, frames: &[&TrainingFrame]) -> Tensor<4> {
+        let outside: Vec<Vec<bool>> = frames.iter().map(|frame| frame.outside()).collect();
+        flags(
+            outside.iter().map(Vec::as_slice),
+            self.inside.dims(),
+            &self.inside.device(),
+        )
+    }
+}
+
+/// Flags as 0 and 1.
+fn flags<'a>(frames: impl Iterator<Item = &'a [bool]>, shape: [usize; 4], device: &Device) -> Tensor<4> {
+    let values: Vec<f32> = frames.flatten().map(|&flag| f32::from(u8::from(flag))).collect();
+    Tensor::from_data(TensorData::new(values, shape), device)
 }

@@ -1,164 +1,173 @@
-//! Training steps 2 and 3 (paper, section 4): one refinement block, on a recording, everything else frozen.
+//! Training steps 2 and 3: one refinement block, on a recording, everything else frozen.
 
-use super::device_loss::{Site, shares};
+use super::device_loss::{DeviceLoss, parts};
 use super::fingerprint::fingerprint;
-use super::recorded_frames::{RefinementData, RefinementStep};
-use super::recording_metrics::{MeanMedian, RecordingFigures};
+use super::frame_part::FramePart;
+use super::recorded_frames::TuningSet;
+use super::recording_metrics::{MeanMedian, RecordingMetrics};
 use super::training_frame::TrainingFrame;
 use crate::TrainError;
-use crate::config::{RefinementSteps, TrainConfig};
-use crate::device::{Step, Stepper, WeightAverage};
+use crate::config::{TrainConfig, TuningSettings, TuningStep};
+use crate::device::Stepper;
 use crate::loss::Light;
-use crate::run::{Checkpoint, CheckpointFolder, CurvePoint, Progress};
+use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::module::Module;
 use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device};
+use burn::tensor::{Bytes, Device, Tensor};
 use deepsft::Network;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use std::time::Instant;
 
-/// A refined network.
-pub struct Refined {
+/// A tuned network.
+pub struct Tuned {
     /// On the plain device; all weights but those of the step's block are bit for bit what they were.
     pub network: Network,
-    /// Steps, epochs' figures.
+    /// Samples, seconds and the curve.
     pub state: Checkpoint,
-    /// How the network did on the held-out frames before.
-    pub before: RecordingFigures,
-    /// How it does after.
-    pub after: RecordingFigures,
+    /// The errors on the held-out frames before.
+    pub before: RecordingMetrics,
+    /// The errors after.
+    pub after: RecordingMetrics,
 }
 
-/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched on here)
-/// and [`TrainConfig::more_devices`], and reports through
-/// `report`. After every epoch the held-out frames are measured and a checkpoint is saved, from which a training that
-/// was stopped goes on exactly as it would have.
+/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched
+/// on here) and [`TrainConfig::more_devices`], and reports through `report`. After every epoch the held-out frames are
+/// measured and a checkpoint is saved, from which a training that was stopped goes on exactly as it would have.
 ///
 /// # Errors
-/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss that is no longer finite, or a
-/// device that fails.
-pub fn refine(
+/// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss or weights that are no longer finite, or
+/// a device that fails.
+pub fn tune(
     network: &Network,
-    step: RefinementStep,
-    data: RefinementData<'_>,
+    step: TuningStep,
+    set: TuningSet<'_>,
     config: &TrainConfig,
     device: &Device,
-    mut report: impl FnMut(Progress),
-) -> Result<Refined, TrainError> {
-    let frames = data.frames;
-    let steps = match step {
-        RefinementStep::Depth => config.depth_steps,
-        RefinementStep::Registration => config.registration_steps,
-    };
-    let mut stepper = Stepper::new(device, &config.more_devices, config.precision)?;
-    let differentiable = device.clone().autodiff();
-    let measure = |network: &Network| RecordingFigures::measure(network, data, device);
-    let network = &network.clone().fork(device);
-    let before = measure(network)?;
-    let make_network =
-        || -> Result<Network, TrainError> { Ok(copy_of(network, &differentiable)?.train_only(&[step.block()])) };
-    let mut trained = make_network()?;
-    let mut optimizer = steps.optimizer.init();
-    let mut average = WeightAverage::new(&trained, steps.average_decay);
-    let dtype = stepper.dtype();
+    report: impl FnMut(Progress),
+) -> Result<Tuned, TrainError> {
+    let stepper = Stepper::new(device, &config.more_devices, config.precision)?;
+    let start = network.clone().fork(device);
     let texture = match config.photo_consistency.light {
-        Light::Recorded => data.texture_as_recorded(),
-        Light::Ignored | Light::Fitted => data.template.texture().clone(),
+        Light::Recorded => set.texture_as_recorded(),
+        Light::Ignored | Light::Fitted => set.template.texture().clone(),
     };
-    let sites: Vec<Site> = (stepper.devices().iter())
-        .map(|device| Site::new(&texture, device, dtype))
-        .collect();
-    let folder = CheckpointFolder::new(&config.checkpoint);
-    let fingerprint = fingerprint(network, step, &data, config);
-    let mut state = Checkpoint {
-        fingerprint: fingerprint.clone(),
-        seed: config.seed,
-        ..Checkpoint::default()
+    let devices = stepper.devices().iter();
+    let tuning = Tuning {
+        step,
+        settings: config.tuning(step),
+        set,
+        config,
+        device,
+        losses: devices
+            .map(|device| DeviceLoss::new(&texture, device, stepper.dtype()))
+            .collect(),
+        start: &start,
     };
-    if config.resume
-        && let Some(saved) = folder.load(make_network, steps.optimizer.init(), &fingerprint, config.seed)?
-    {
-        let averaged = saved.average.as_ref().unwrap_or(&saved.network);
-        average = WeightAverage::resume(averaged, steps.average_decay, saved.state.step);
-        (state, trained, optimizer) = (saved.state, saved.network, saved.optimizer);
-        stepper.resume(state.loss_scale);
-        report(Progress::Resumed {
-            samples: state.samples,
-            seconds: state.seconds,
-        });
-    }
-    if state.curve.is_empty() {
-        state.curve.push(curve_point(&state, f64::NAN, &before, steps));
-    }
-    let total = steps.epochs * frames.training.len() as u64;
-    let mut after = before;
-    while state.samples < total {
-        let epoch = state.samples / frames.training.len() as u64;
-        let (mut sum, mut count) = (0.0, 0_u64);
-        for batch in order(frames.training.len(), config.seed, epoch).chunks(steps.batch.max(1)) {
-            let clock = Instant::now();
-            let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames.training[index]).collect();
-            let Step { network, loss, made } = stepper.step(
-                trained,
-                &mut optimizer,
-                steps.learning_rate.at(state.step),
-                shares(step, &batch, sites.len(), config),
-                state.samples,
-                |network, share, number| Ok(sites[number].loss(network, step, &share, config)),
-            )?;
-            trained = network;
-            if made {
-                average.update(&trained);
-                state.step += 1;
-            }
-            state.samples += batch.len() as u64;
-            state.seconds += clock.elapsed().as_secs_f64();
-            if loss.is_finite() {
-                (sum, count) = (sum + loss, count + 1);
-            }
-            if let (false, Some(scale)) = (made, stepper.scale()) {
-                let samples = state.samples;
-                report(Progress::Skipped { samples, scale });
-                continue;
-            }
-            report(Progress::Step {
-                share: state.samples as f64 / total as f64,
-                samples: state.samples,
-                seconds: state.seconds,
-                loss,
-            });
-        }
-        let averaged = average.apply(trained.valid());
-        after = measure(&averaged)?;
-        // Not a number where nothing was summed.
-        let point = curve_point(&state, sum / count as f64, &after, steps);
-        state.curve.push(point);
-        state.loss_scale = stepper.scale();
-        let averaged = (steps.average_decay > 0.0).then_some(&averaged);
-        folder.save(&state, &trained.valid(), averaged, &optimizer)?;
-        report(Progress::Evaluated(point));
-    }
-    let refined = average.apply(trained.valid());
-    if state.samples > 0 && after == before {
+    let before = tuning.measure(&start)?;
+    let settings = RunSettings {
+        config,
+        fingerprint: fingerprint(&start, step, &set, config),
+        optimizer: tuning.settings.optimizer,
+        average_decay: tuning.settings.average_decay,
+    };
+    let batches = |state: &Checkpoint, _: f64| {
+        let batch = tuning.batch(state.samples);
+        let parts = parts(step, &batch, tuning.losses.len(), config, start.says_outside());
+        Ok((batch.len() as u64, parts))
+    };
+    let finished = run(&tuning, settings, stepper, Some(before), batches, report)?;
+    let Finished {
+        network,
+        state,
+        metrics,
+    } = finished;
+    let after = match metrics {
+        Some(metrics) => metrics,
         // Everything came from the checkpoint.
-        after = measure(&refined)?;
-    }
-    Ok(Refined {
-        network: refined,
+        None => tuning.measure(&network)?,
+    };
+    Ok(Tuned {
+        network,
         state,
         before,
         after,
     })
 }
 
-/// The frames of an epoch in their order, a function of seed and epoch.
-fn order(frames: usize, seed: u64, epoch: u64) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..frames).collect();
-    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ (epoch + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    order.shuffle(&mut rng);
-    order
+/// Step 2 or 3, as the loop sees it.
+struct Tuning<'a> {
+    step: TuningStep,
+    settings: TuningSettings,
+    set: TuningSet<'a>,
+    config: &'a TrainConfig,
+    /// Plain.
+    device: &'a Device,
+    /// One per device.
+    losses: Vec<DeviceLoss>,
+    /// The network that the step starts from, on the plain device.
+    start: &'a Network,
+}
+
+impl<'a> Tuning<'a> {
+    fn frames_per_epoch(&self) -> u64 {
+        self.set.frames.training.len() as u64
+    }
+
+    /// The batch after `samples` frames: the frames of an epoch come in an order that is a function of seed and epoch.
+    fn batch(&self, samples: u64) -> Vec<&'a TrainingFrame> {
+        let frames = &self.set.frames.training;
+        let (epoch, first) = (samples / self.frames_per_epoch(), samples % self.frames_per_epoch());
+        let mut order: Vec<usize> = (0..frames.len()).collect();
+        let mut rng = Pcg64Mcg::seed_from_u64(self.config.seed ^ (epoch + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        order.shuffle(&mut rng);
+        let rest = order.into_iter().skip(first as usize);
+        rest.take(self.settings.batch.max(1))
+            .map(|index| &frames[index])
+            .collect()
+    }
+}
+
+impl<'a> TrainingStep for Tuning<'a> {
+    type Part = FramePart<'a>;
+    type Metrics = RecordingMetrics;
+
+    fn make_network(&self) -> Result<Network, TrainError> {
+        let copy = copy_of(self.start, &self.device.clone().autodiff())?;
+        Ok(copy.train_only(&[self.step.block()]))
+    }
+
+    fn progress(&self, state: &Checkpoint) -> f64 {
+        match self.settings.epochs * self.frames_per_epoch() {
+            0 => 1.0,
+            samples => state.samples as f64 / samples as f64,
+        }
+    }
+
+    fn learning_rate(&self, iteration: u64, _: f64) -> f64 {
+        self.settings.learning_rate.at(iteration)
+    }
+
+    fn is_measurement_due(&self, state: &Checkpoint, _: f64) -> bool {
+        state.samples.is_multiple_of(self.frames_per_epoch())
+    }
+
+    fn loss(&self, network: &Network, part: FramePart<'a>, device: usize) -> Result<Tensor<1>, TrainError> {
+        Ok(self.losses[device].of(network, self.step, &part, self.config))
+    }
+
+    fn measure(&self, network: &Network) -> Result<RecordingMetrics, TrainError> {
+        RecordingMetrics::measure(network, self.set, self.device)
+    }
+
+    fn fill(&self, point: &mut CurvePoint, metrics: &RecordingMetrics) {
+        let median = |metric: Option<MeanMedian>| metric.map(|m| m.median);
+        point.registration_rmse_px = median(metrics.registration_rmse_px);
+        // Against the truth where there is one, else against the sensor.
+        point.depth_rmse_mm = median(metrics.depth_rmse_mm.or(metrics.measured_depth_rmse_mm));
+        point.mask_iou = metrics.mask_iou.map(|m| m.mean);
+        point.photometric_error = median(metrics.photometric_error);
+    }
 }
 
 /// A network of its own with the same weights, for training on `device`. The weights of bundles are folded, and so are
@@ -173,19 +182,4 @@ fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
     let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| failure(e.to_string()))?;
     let fresh = network.config().init(device).fold();
     Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
-}
-
-fn curve_point(state: &Checkpoint, loss: f64, figures: &RecordingFigures, steps: RefinementSteps) -> CurvePoint {
-    let median = |figure: Option<MeanMedian>| figure.map(|f| f.median);
-    CurvePoint {
-        samples: state.samples,
-        seconds: state.seconds,
-        loss,
-        learning_rate: steps.learning_rate.at(state.step),
-        registration_rmse_px: median(figures.registration_rmse_px),
-        // Against the truth where there is one, else against the sensor.
-        depth_rmse_mm: median(figures.depth_rmse_mm.or(figures.measured_depth_rmse_mm)),
-        mask_iou: None,
-        photometric_error: median(figures.photometric_error),
-    }
 }

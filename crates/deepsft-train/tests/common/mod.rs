@@ -61,6 +61,7 @@ pub fn frame_of(index: usize, maps: &Maps) -> TrainingFrame {
         index,
         image: draw_template(template().texture(), maps),
         depth_mm: maps.depth().iter().map(|&depth| depth.max(0.0)).collect(),
+        object: maps.mask(),
         inside: maps.mask(),
         depth_counts: maps.mask(),
         level: 0,

@@ -3,7 +3,7 @@
 use super::resnet::Making;
 use super::{CompactConfig, CompactNetwork, Network, PaperConfig, PaperNetwork, R50FConfig, R50FNetwork};
 use burn::tensor::Device;
-use deepsft_geometry::Camera;
+use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -57,12 +57,15 @@ impl DepthRange {
     }
 }
 
+/// Relative difference by which a length may change when it is written as text and read again.
+const ROUNDING: f64 = 1e-6;
+
 /// Layers of a network.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "architecture", rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Architecture {
-    /// The network that ships: the paper's structure at a hundredth of its cost.
+    /// The network that ships: the paper's structure with a 68th of its parameters and a 250th of its operations.
     Compact(CompactConfig),
     /// The paper's network.
     Paper(PaperConfig),
@@ -220,6 +223,37 @@ impl NetworkConfig {
         }
         if !(self.depth_range.far_mm.is_finite() && self.depth_range.far_mm > self.depth_range.near_mm) {
             return Err("depth_range ends before it begins".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Whether the network is for this template and this training camera. A network of another size or focal length
+    /// computes as well, and its depths are wrong.
+    ///
+    /// # Errors
+    /// A sentence that names the field.
+    pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), String> {
+        let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
+        let ([width, height], size) = (self.template_size_mm, template.size_mm());
+        if !(same(width, size.x) && same(height, size.y)) {
+            let (x, y) = (size.x, size.y);
+            return Err(format!(
+                "template_size_mm is {width} x {height}, the template has {x} x {y} mm"
+            ));
+        }
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        if !(same(self.focal, focal.x) && same(self.focal, focal.y)) {
+            return Err(format!(
+                "focal is {}, the training camera has {} and {}",
+                self.focal, focal.x, focal.y
+            ));
+        }
+        let [x, y] = self.principal_point;
+        if !(same(x, principal.x) && same(y, principal.y)) {
+            let (cx, cy) = (principal.x, principal.y);
+            return Err(format!(
+                "principal_point is ({x}, {y}), the training camera has ({cx}, {cy})"
+            ));
         }
         Ok(())
     }

@@ -161,7 +161,8 @@ mod tests {
                 ..FrameMetrics::default()
             },
             photometric_error: None,
-            refinement: None,
+            measured_pixels: None,
+            fit: None,
             seconds: None,
         };
         let camera = training_camera();

@@ -1,7 +1,7 @@
 //! What `deepsft eval` found, as JSON.
 
 use deepsft::Stage;
-use deepsft_train::{Evaluation, EvaluationSummary, FrameResult};
+use deepsft_train::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use serde::Serialize;
 
 /// A row of the table: a model, or a stage of it, on a data set.
@@ -38,12 +38,14 @@ pub struct FrameReport {
     mask_iou: Option<f64>,
     coverage: Option<f64>,
     photometric_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured_pixels: Option<MeasuredPixels>,
     #[serde(flatten)]
-    refinement: Option<RefinementReport>,
+    fit: Option<FitReport>,
 }
 
 #[derive(Serialize)]
-struct RefinementReport {
+struct FitReport {
     mesh_taken: bool,
     network_depth_rmse_mm: Option<f64>,
     network_registration_rmse_px: Option<f64>,
@@ -88,12 +90,13 @@ impl FrameReport {
             mask_iou: metrics.mask_iou,
             coverage: metrics.coverage,
             photometric_error: result.photometric_error,
-            refinement: result.refinement.map(|refinement| RefinementReport {
-                mesh_taken: refinement.mesh_taken,
-                network_depth_rmse_mm: refinement.network.depth_rmse_mm,
-                network_registration_rmse_px: refinement.network.registration_rmse_px,
-                network_rmse_3d_mm: refinement.network.points_rmse_mm,
-                photometric_cost: refinement.photometric_cost,
+            measured_pixels: result.measured_pixels,
+            fit: result.fit.map(|fit| FitReport {
+                mesh_taken: fit.mesh_taken,
+                network_depth_rmse_mm: fit.network.depth_rmse_mm,
+                network_registration_rmse_px: fit.network.registration_rmse_px,
+                network_rmse_3d_mm: fit.network.points_rmse_mm,
+                photometric_cost: fit.photometric_cost,
             }),
         }
     }

@@ -1,11 +1,11 @@
 //! The one table of `deepsft eval`, as text.
 
 use super::report::Report;
-use deepsft_train::Figures;
+use deepsft_train::SetMetrics;
 use std::fmt::Write;
 
 /// A figure of a row.
-type Figure = fn(&Figures) -> Option<f64>;
+type Figure = fn(&SetMetrics) -> Option<f64>;
 
 /// The columns of figures: the two lines above them, what stands in them and with how many digits.
 const COLUMNS: [([&str; 2], Figure, usize); 8] = [
@@ -46,7 +46,7 @@ pub fn table(rows: &[Report]) -> String {
     line("model", "data set", "", COLUMNS.map(|(title, ..)| title[0].to_owned()));
     line("", "", "", COLUMNS.map(|(title, ..)| title[1].to_owned()));
     for row in rows {
-        let cells = |figures: &Figures| COLUMNS.map(|(_, figure, digits)| number(figure(figures), digits));
+        let cells = |figures: &SetMetrics| COLUMNS.map(|(_, figure, digits)| number(figure(figures), digits));
         line(&name(row), &row.set, "mean", cells(&row.summary.mean));
         line("", "", "median", cells(&row.summary.median));
     }
@@ -64,16 +64,16 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
 /// Of how many frames a row is, and where the model does not answer as it should.
 fn remarks(row: &Report) -> String {
     let summary = &row.summary;
-    let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 1) + " %";
+    let percent = |fraction: Option<f64>| number(fraction.map(|fraction| 100.0 * fraction), 1) + " %";
     let mut parts = vec![format!(
         "{} of {} frames show the object",
         summary.frames_with_template, summary.frames
     )];
-    if summary.found_share.is_some() {
-        parts.push(format!("it is found in {} of them", percent(summary.found_share)));
+    if summary.found_fraction.is_some() {
+        parts.push(format!("it is found in {} of them", percent(summary.found_fraction)));
     }
-    if summary.empty_flagged_share.is_some() {
-        let flagged = percent(summary.empty_flagged_share);
+    if summary.empty_flagged_fraction.is_some() {
+        let flagged = percent(summary.empty_flagged_fraction);
         parts.push(format!("not found in {flagged} of those without it"));
     }
     if summary.frames_without_answer > 0 {
@@ -82,13 +82,19 @@ fn remarks(row: &Report) -> String {
             summary.frames_without_answer
         ));
     }
-    if let Some(refinement) = &summary.refinement {
+    if let Some(pixels) = summary.measured_pixels {
         parts.push(format!(
-            "refined: {}, of which the network's maps stay in {} and are worse than they were in registration {}, in 3D {}",
-            refinement.frames,
-            percent(Some(refinement.fallback_share)),
-            percent(Some(refinement.worse_registration_share)),
-            percent(Some(refinement.worse_3d_share)),
+            "its depth is compared at {} of the {} pixels that the depth camera has for comparison",
+            pixels.compared, pixels.measured
+        ));
+    }
+    if let Some(fit) = &summary.fit {
+        parts.push(format!(
+            "a mesh was fitted to {}: in {} of them the network's maps stay, {} are worse than these in registration, {} in 3D",
+            fit.frames,
+            percent(Some(fit.rejected_fraction)),
+            percent(Some(fit.worse_registration_fraction)),
+            percent(Some(fit.worse_3d_fraction)),
         ));
     }
     parts.join("; ")
@@ -116,7 +122,8 @@ mod tests {
                 ..FrameMetrics::default()
             },
             photometric_error: Some(0.125),
-            refinement: None,
+            measured_pixels: None,
+            fit: None,
             seconds: Some(0.25),
         };
         let evaluation = Evaluation {

@@ -177,7 +177,8 @@ mod tests {
                 judgement,
                 metrics,
                 photometric_error: None,
-                refinement: None,
+                measured_pixels: None,
+                fit: None,
                 seconds: None,
             };
             worst.offer(&frame, &estimate, &result);

@@ -5,7 +5,6 @@ use crate::track_errors::TRACKED_PX;
 use deepsft::video::{Detection, FrameTimes};
 use deepsft_geometry::metrics::Summary;
 use serde::Serialize;
-use std::fmt::Write;
 
 /// The content of `track.json`.
 #[derive(Serialize)]
@@ -13,6 +12,9 @@ pub struct Report {
     pub video: String,
     pub model: String,
     pub frames: usize,
+    /// Why the track ends before the video does; absent when it does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended_early: Option<String>,
     pub frames_per_s: f64,
     /// Frames in which the object was found.
     pub found: usize,
@@ -57,7 +59,7 @@ pub struct StageTimes {
 /// What the truth says of a frame.
 #[derive(Clone, Copy, Serialize)]
 pub struct FrameTruth {
-    /// Share of the print that is in view and not covered.
+    /// Fraction of the template that is in view and not covered.
     pub print_in_view: f64,
     pub registration_rmse_px: Option<f64>,
     pub points_rmse_mm: Option<f64>,
@@ -69,7 +71,7 @@ pub struct Errors {
     pub frames_in_view: usize,
     /// Those of them with a registration RMSE of at most 2 px.
     pub tracked: usize,
-    /// Frames without any of the object that were said to show it.
+    /// Frames without any of the object in which it was found all the same.
     pub found_where_it_is_not: usize,
     pub registration_rmse_px: Option<MeanMedian>,
     pub points_rmse_mm: Option<MeanMedian>,
@@ -135,34 +137,31 @@ impl Errors {
     }
 }
 
-/// The frames as comma-separated values; a cell is empty where there is nothing to tell.
-pub fn table(frames: &[FrameReport]) -> String {
-    let mut text = "frame,time_s,found,agreement,iterations,network_of_frame,network_found,network_effect,decode_ms,\
-                    canonical_warp_ms,follow_ms,catch_up_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n"
-        .to_owned();
+/// The first line of `track.csv`: the names of its columns.
+pub const TABLE_HEADER: &str = "frame,time_s,found,agreement,iterations,network_of_frame,network_found,network_effect,decode_ms,\
+                                canonical_warp_ms,follow_ms,catch_up_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n";
+
+/// A frame's line of `track.csv`; a cell is empty where the frame has no such value.
+pub fn table_row(frame: &FrameReport) -> String {
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    for frame in frames {
-        let (ms, network, truth) = (&frame.ms, frame.network, frame.truth);
-        let cells = [
-            frame.frame.to_string(),
-            format!("{:.6}", frame.time_s),
-            frame.found.to_string(),
-            cell(Some(frame.agreement)),
-            frame.iterations.to_string(),
-            network.map_or_else(String::new, |detection| detection.of_frame.to_string()),
-            network.map_or_else(String::new, |detection| detection.found.to_string()),
-            network.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
-            cell(ms.decode),
-            cell(ms.canonical_warp),
-            cell(ms.follow),
-            cell(ms.catch_up),
-            cell(ms.network),
-            cell(truth.map(|truth| truth.print_in_view)),
-            cell(truth.and_then(|truth| truth.registration_rmse_px)),
-            cell(truth.and_then(|truth| truth.points_rmse_mm)),
-        ];
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "{}", cells.join(","));
-    }
-    text
+    let (ms, network, truth) = (&frame.ms, frame.network, frame.truth);
+    let cells = [
+        frame.frame.to_string(),
+        format!("{:.6}", frame.time_s),
+        frame.found.to_string(),
+        cell(Some(frame.agreement)),
+        frame.iterations.to_string(),
+        network.map_or_else(String::new, |detection| detection.of_frame.to_string()),
+        network.map_or_else(String::new, |detection| detection.found.to_string()),
+        network.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
+        cell(ms.decode),
+        cell(ms.canonical_warp),
+        cell(ms.follow),
+        cell(ms.catch_up),
+        cell(ms.network),
+        cell(truth.map(|truth| truth.print_in_view)),
+        cell(truth.and_then(|truth| truth.registration_rmse_px)),
+        cell(truth.and_then(|truth| truth.points_rmse_mm)),
+    ];
+    cells.join(",") + "\n"
 }

@@ -45,8 +45,8 @@ work on the compact network in the time of a CPU.
 are for a large GPU: `deepsft network describe paper` lists what they cost. --width-divisor 8 or 16 makes
 narrow ones (ours, not the paper's) that a CPU can train to see that everything works.
 
---devices N gives each of N devices a share of every batch, in a thread of its own; gradients are summed on the first.
-The loss is that of the whole batch; batch normalisation (paper, r50f) sees each share alone. On the cpu a device is a
+--devices N gives each of N devices a part of every batch, in a thread of its own; gradients are summed on the first.
+The loss is that of the whole batch; batch normalisation (paper, r50f) sees each part alone. On the cpu a device is a
 thread. --precision f16 or bf16 is mixed precision: layers in half precision; weights, optimiser, batch normalisation
 and loss in single precision. f16 scales the loss: steps that overflow are told, not made, and halve the scale. On the
 cpu both cost time; prefer bf16 there.
@@ -56,11 +56,11 @@ Examples:
   deepsft train --template cover --out cover-model --minutes 180 --resume
   deepsft synth --template cover --count 5000 --seed 5 --images paper --out cover-data
   deepsft train --template cover --data cover-data --images paper --out cover-model --minutes 60
-  deepsft train --stages 2,3 --model cover-model --recording recording --out cover-refined
-  deepsft train --stages 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
+  deepsft train --steps 2,3 --model cover-model --recording recording --out cover-refined
+  deepsft train --steps 2,3 --model cover-model --recording recording --total-variation 0 --out cover-without-tv
   deepsft train --network paper --width-divisor 16 --images paper --template cover --out cover-narrow --minutes 60
   deepsft train --network paper --images paper --template cover --out cover-paper --device vulkan
-  deepsft train --stages 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
+  deepsft train --steps 1,2,3 --template cover --recording recording --minutes 60 --out cover-model"
 )]
 pub struct TrainArguments {
     /// Folder of the template, for step 1
@@ -76,9 +76,9 @@ pub struct TrainArguments {
     #[arg(long, value_name = "DIR")]
     pub data: Vec<PathBuf>,
     /// Steps to train, in their order
-    #[arg(long, alias = "stage", value_name = "1,2,3", value_delimiter = ',', default_value = "1",
+    #[arg(long, aliases = ["stages", "stage"], value_name = "1,2,3", value_delimiter = ',', default_value = "1",
           value_parser = clap::value_parser!(u8).range(1..=3))]
-    pub stages: Vec<u8>,
+    pub steps: Vec<u8>,
     /// Folder of the RGB-D recording for steps 2 and 3 (its layout: `deepsft recording simulate --help`)
     #[arg(long, value_name = "DIR")]
     pub recording: Option<PathBuf>,
@@ -106,8 +106,8 @@ pub struct TrainArguments {
     /// What step 3 does about light and colours before it compares [default: recorded; with the paper's preset ignored]
     #[arg(long, value_name = "LIGHT", value_enum)]
     pub light: Option<LightChoice>,
-    /// Share of the recording, its end, that steps 2 and 3 are measured on and not trained on
-    #[arg(long, value_name = "SHARE", default_value_t = TrainConfig::ours().held_out_share, value_parser = share)]
+    /// Fraction of the recording, its end, that steps 2 and 3 are measured on and not trained on
+    #[arg(long, value_name = "FRACTION", default_value_t = TrainConfig::ours().held_out_fraction, value_parser = fraction)]
     pub held_out: f64,
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
     #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
@@ -121,7 +121,7 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     pub device: DeviceKind,
-    /// Devices of that kind that share each batch; on the cpu threads, each with its share
+    /// Devices of that kind among which each batch is divided; on the cpu threads
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub devices: u16,
     /// What the network's layers compute in (beyond the paper): f32, f16 or bf16 where the device has it
@@ -158,7 +158,7 @@ pub enum Preset {
 pub enum LightChoice {
     /// Nothing, as the paper: for a template in the colours of the camera that recorded
     Ignored,
-    /// The template in the camera's colours: a gain and an offset a colour, found once for the recording
+    /// The template in the camera's colours: a gain and an offset per colour, found once for the recording
     Recorded,
     /// A gain and an offset fitted to each image and colour
     Fitted,
@@ -188,11 +188,11 @@ fn weight(text: &str) -> Result<f64, String> {
         .ok_or("expected a number of 0 or more".into())
 }
 
-fn share(text: &str) -> Result<f64, String> {
+fn fraction(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|value: &f64| (0.01..=0.99).contains(value))
-        .ok_or("expected a share of 0.01 to 0.99".into())
+        .ok_or("expected a fraction of 0.01 to 0.99".into())
 }
 
 #[cfg(test)]
@@ -206,7 +206,7 @@ pub mod tests {
             model: None,
             out: out.into(),
             data: Vec::new(),
-            stages: vec![1],
+            steps: vec![1],
             recording: None,
             preset: None,
             network: NetworkChoice::Compact,

@@ -4,8 +4,9 @@ use crate::dataset;
 use crate::failure::BlameInput;
 use crate::progress;
 use anyhow::{Result, anyhow};
+use deepsft_formats::FormatError;
 use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards, SynthError};
+use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards};
 use deepsft_train::{ACCURACY_SEED, SampleSource, StoredSamples, TrainError};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -94,7 +95,7 @@ fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
 /// Lays what is wrong with a shard at its door, also when it is met while training.
 pub fn blame_shard<T>(result: Result<T, TrainError>) -> Result<T> {
     match result {
-        Err(TrainError::Synth(SynthError::ShardFile { reason, path })) => Err(anyhow!(reason)).blame("shard", &path),
+        Err(TrainError::Format(FormatError::File { reason, path })) => Err(anyhow!(reason)).blame("shard", &path),
         other => Ok(other?),
     }
 }

@@ -4,7 +4,7 @@ use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
 use crate::network_choice::NetworkChoice;
 use anyhow::Result;
-use deepsft_train::{ACCURACY_SEED, Budget, RefinementStep, TrainConfig};
+use deepsft_train::{ACCURACY_SEED, Budget, TrainConfig, TuningStep};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -12,18 +12,18 @@ use std::path::{Path, PathBuf};
 pub struct Plan<'a> {
     pub config: TrainConfig,
     pub synthetic: bool,
-    pub steps: Vec<RefinementStep>,
+    pub steps: Vec<TuningStep>,
     pub recording: Option<&'a Path>,
     pub out: &'a Path,
 }
 
 impl<'a> Plan<'a> {
     pub fn new(arguments: &'a TrainArguments) -> Result<Self> {
-        let stages = &arguments.stages;
-        if stages.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(usage("--stages are to be in their order, each once"));
+        let numbers = &arguments.steps;
+        if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(usage("--steps are to be in their order, each once"));
         }
-        let synthetic = stages.contains(&1);
+        let synthetic = numbers.contains(&1);
         if synthetic != arguments.template.is_some() {
             return Err(usage(if synthetic {
                 "step 1 starts from --template"
@@ -34,16 +34,16 @@ impl<'a> Plan<'a> {
         if !arguments.data.is_empty() && !synthetic {
             return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
         }
-        let steps: Vec<RefinementStep> = [RefinementStep::Depth, RefinementStep::Registration]
+        let steps: Vec<TuningStep> = [TuningStep::Depth, TuningStep::Registration]
             .into_iter()
-            .filter(|step| stages.contains(&step.number()))
+            .filter(|step| numbers.contains(&step.number()))
             .collect();
         if synthetic && !steps.is_empty() && arguments.network == NetworkChoice::R50f {
             return Err(usage("steps 2 and 3 train refinement blocks: --network r50f has none"));
         }
         if steps.is_empty() == arguments.recording.is_some() {
             return Err(usage(if steps.is_empty() {
-                "--recording is for steps 2 and 3: add them to --stages"
+                "--recording is for steps 2 and 3: add them to --steps"
             } else {
                 "steps 2 and 3 need --recording"
             }));
@@ -65,23 +65,23 @@ impl<'a> Plan<'a> {
     }
 
     /// The checkpoint of a step on a recording.
-    pub fn checkpoint(&self, step: RefinementStep) -> PathBuf {
+    pub fn checkpoint(&self, step: TuningStep) -> PathBuf {
         beside(self.out, &format!(".step-{}.checkpoint", step.number()))
     }
 
     /// Epochs of a step on a recording.
-    pub fn epochs(&self, step: RefinementStep) -> u64 {
+    pub fn epochs(&self, step: TuningStep) -> u64 {
         match step {
-            RefinementStep::Depth => self.config.depth_steps.epochs,
-            RefinementStep::Registration => self.config.registration_steps.epochs,
+            TuningStep::Depth => self.config.depth_tuning.epochs,
+            TuningStep::Registration => self.config.registration_tuning.epochs,
         }
     }
 
     /// Whether the checkpoint of a step on a recording may have begun with a network that is gone, because a step before
     /// it, which is part of this training, has gone on. Of the first step it is not so: another --model is another
     /// training.
-    pub fn may_be_outdated(&self, step: RefinementStep) -> bool {
-        let earlier = |other: &RefinementStep| other.number() < step.number();
+    pub fn may_be_outdated(&self, step: TuningStep) -> bool {
+        let earlier = |other: &TuningStep| other.number() < step.number();
         self.config.resume && (self.synthetic || self.steps.iter().any(earlier))
     }
 
@@ -126,13 +126,13 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         resume: arguments.resume,
         evaluate_every: arguments.evaluate_every,
         checkpoint: beside(&arguments.out, ".checkpoint"),
-        held_out_share: arguments.held_out,
+        held_out_fraction: arguments.held_out,
         precision: arguments.precision,
         ..defaults
     };
     if let Some(epochs) = arguments.epochs {
-        config.depth_steps.epochs = epochs;
-        config.registration_steps.epochs = epochs;
+        config.depth_tuning.epochs = epochs;
+        config.registration_tuning.epochs = epochs;
     }
     if let Some(lambda) = arguments.total_variation {
         config.depth_loss.total_variation = lambda;
@@ -167,7 +167,7 @@ mod tests {
         }
         assert!(config(&arguments("..")).is_err());
         let all = TrainArguments {
-            stages: vec![1, 2, 3],
+            steps: vec![1, 2, 3],
             recording: Some("r".into()),
             ..arguments("models/cover")
         };
@@ -178,8 +178,8 @@ mod tests {
 
     #[test]
     fn the_first_step_of_a_training_does_not_become_outdated() {
-        use RefinementStep::{Depth, Registration};
-        for (stages, resume, outdated) in [
+        use TuningStep::{Depth, Registration};
+        for (numbers, resume, outdated) in [
             (&[1, 2, 3][..], true, &[Depth, Registration][..]),
             (&[1, 2, 3], false, &[]),
             (&[1, 3], true, &[Registration]),
@@ -187,8 +187,8 @@ mod tests {
             (&[3], true, &[]),
         ] {
             let arguments = TrainArguments {
-                stages: stages.to_vec(),
-                template: stages.contains(&1).then(|| "t".into()),
+                steps: numbers.to_vec(),
+                template: numbers.contains(&1).then(|| "t".into()),
                 recording: Some("r".into()),
                 resume,
                 ..arguments("a")
@@ -197,15 +197,15 @@ mod tests {
             let found: Vec<_> = (plan.steps.iter().copied())
                 .filter(|&step| plan.may_be_outdated(step))
                 .collect();
-            assert_eq!(found, outdated, "{stages:?} {resume}");
+            assert_eq!(found, outdated, "{numbers:?} {resume}");
         }
     }
 
     #[test]
-    fn stages_and_what_they_need_belong_together() {
+    fn steps_and_what_they_need_belong_together() {
         let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
-        let steps = |stages: &[u8]| TrainArguments {
-            stages: stages.to_vec(),
+        let steps = |numbers: &[u8]| TrainArguments {
+            steps: numbers.to_vec(),
             ..arguments("a")
         };
         assert!(message(steps(&[2, 1])).contains("in their order"));
@@ -216,7 +216,7 @@ mod tests {
         assert!(message(without_blocks).contains("r50f has none"));
         let mut unused = steps(&[1]);
         unused.recording = Some("r".into());
-        assert!(message(unused).contains("add them to --stages"));
+        assert!(message(unused).contains("add them to --steps"));
     }
 
     #[test]
@@ -228,8 +228,8 @@ mod tests {
         };
         let config = config(&paper).unwrap();
         assert_eq!(config.budget, Budget::Samples(40 * 47_000));
-        assert_eq!((config.depth_steps.epochs, config.registration_steps.epochs), (3, 3));
-        assert_eq!((config.depth_steps.batch, config.registration_steps.batch), (7, 6));
+        assert_eq!((config.depth_tuning.epochs, config.registration_tuning.epochs), (3, 3));
+        assert_eq!((config.depth_tuning.batch, config.registration_tuning.batch), (7, 6));
     }
 
     #[test]
@@ -258,7 +258,7 @@ mod tests {
         let without_step_one = TrainArguments {
             template: None,
             model: Some("m".into()),
-            stages: vec![2],
+            steps: vec![2],
             recording: Some("r".into()),
             data: vec!["d".into()],
             ..arguments("a")

@@ -11,15 +11,15 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
             bar.suspend(|| println!("going on after {samples} samples and {:.1} minutes", seconds / 60.0));
         }
         Progress::Step {
-            share,
+            fraction,
             samples,
             seconds,
             loss,
         } => {
-            bar.set_position((share * progress::SHARE_LENGTH as f64) as u64);
-            let left = seconds / share.max(1e-6) * (1.0 - share).max(0.0);
+            bar.set_position((fraction * progress::SHARE_LENGTH as f64) as u64);
+            let left = seconds / fraction.max(1e-6) * (1.0 - fraction).max(0.0);
             bar.set_message(format!(
-                "{samples} samples, {:.1} a second, loss {}, {} left",
+                "{samples} samples, {:.1} per second, loss {}, {} left",
                 samples as f64 / seconds,
                 number(loss),
                 duration(left)
@@ -27,7 +27,7 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
         }
         Progress::Skipped { samples, scale } => bar.suspend(|| {
             println!(
-                "{samples:22} samples  a step overflowed in {} and was not made ({} so far); loss scale now {}",
+                "{samples:22} samples  an update overflowed in {} and was left out ({} so far); loss scale now {}",
                 scale.precision, scale.skipped_steps, scale.scale
             );
         }),

@@ -12,8 +12,8 @@ use deepsft::{ModelBundle, Network, encode_png};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
-    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingFigures, RefinementData, RefinementStep,
-    TrainConfig, refine, set_aside_outdated,
+    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep,
+    set_aside_outdated, tune,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         &network,
         bundle.template(),
         &canonical,
-        plan.config.held_out_share,
+        plan.config.held_out_fraction,
         device,
         || bar.inc(1),
     );
@@ -64,7 +64,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         frames.left_out
     );
     println!("{}", colors_line(&frames.colors));
-    let data = RefinementData {
+    let set = TuningSet {
         frames: &frames,
         template: bundle.template(),
         canonical: &canonical,
@@ -85,7 +85,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
             ..plan.config.clone()
         };
         if plan.may_be_outdated(step)
-            && let Some(kept) = set_aside_outdated(&network, step, data, &config)?
+            && let Some(kept) = set_aside_outdated(&network, step, set, &config)?
         {
             println!(
                 "step {} begins anew: it had started from a network that has been trained further since; its checkpoint is kept as {}",
@@ -95,7 +95,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         }
         let (asked, frames_an_epoch) = (plan.epochs(step), frames.training.len() as u64);
         let bar = progress::share();
-        let done = refine(&network, step, data, &config, device, |told| {
+        let done = tune(&network, step, set, &config, device, |told| {
             let begun = match told {
                 Progress::Resumed { samples, .. } => samples / frames_an_epoch,
                 _ => 0,
@@ -115,7 +115,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         refined.add(step, &done.state)?;
         network = done.network;
     }
-    if let Some(exact) = RecordingFigures::of_truth(data)? {
+    if let Some(exact) = RecordingMetrics::of_truth(set)? {
         rows.push(("the truth itself".to_owned(), exact));
     }
     refined.network = network;
@@ -127,7 +127,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
 }
 
 impl RefinedBundle {
-    fn add(&mut self, step: RefinementStep, state: &Checkpoint) -> Result<()> {
+    fn add(&mut self, step: TuningStep, state: &Checkpoint) -> Result<()> {
         self.samples += state.samples;
         self.seconds += state.seconds;
         let name = |ending: &str| format!("step-{}.{ending}", step.number());
@@ -168,27 +168,29 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
 }
 
 /// Figure of a row, means and medians.
-type Figure = fn(&RecordingFigures) -> Option<MeanMedian>;
+type Figure = fn(&RecordingMetrics) -> Option<MeanMedian>;
 
 /// The figures by their names, with their digits.
-const FIGURES: [(&str, Figure, usize); 6] = [
+const FIGURES: [(&str, Figure, usize); 7] = [
     ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
     ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
     ("E_pr", |f| f.photometric_error, 4),
     ("E_pr, camera's colours", |f| f.recorded_colors_photometric_error, 4),
     ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
     ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
+    ("mask IoU", |f| f.mask_iou, 3),
 ];
 
 /// The table of figures in Markdown; those that no frame has are left out.
-fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingFigures)]) -> String {
+fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingMetrics)]) -> String {
     let known: Vec<_> = FIGURES
         .iter()
         .filter(|(_, figure, _)| rows.iter().any(|(_, row)| figure(row).is_some()))
         .collect();
     let mut table = format!("Held-out end of the {kind}: {held_out} of {all} frames, mean / median\n\n|");
-    for (name, ..) in &known {
-        table += &format!(" | {name}");
+    for (name, figure, _) in &known {
+        let counted = rows.iter().find_map(|(_, row)| figure(row));
+        table += &format!(" | {name} ({} frames)", counted.map_or(0, |counted| counted.frames));
     }
     table += &format!(" |\n|{}\n", "---|".repeat(known.len() + 1));
     for (name, row) in rows {
@@ -196,16 +198,21 @@ fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingFigu
         for (_, figure, digits) in &known {
             table += &figure(row).map_or_else(
                 || " | -".to_owned(),
-                |MeanMedian { mean, median }| format!(" | {mean:.digits$} / {median:.digits$}"),
+                |MeanMedian { mean, median, .. }| format!(" | {mean:.digits$} / {median:.digits$}"),
             );
         }
         table += " |\n";
+    }
+    if let Some((_, row)) = rows.first() {
+        let pixels = row.measured_depth_pixels;
+        table +=
+            &format!("\nThe depth RMSE to the sensor is over {pixels} pixels of these frames, the same in every row\n");
     }
     table
 }
 
 /// The figures as JSON.
-fn figures(kind: &str, frames: &RecordedFrames, rows: &[(String, RecordingFigures)]) -> Result<Vec<u8>> {
+fn figures(kind: &str, frames: &RecordedFrames, rows: &[(String, RecordingMetrics)]) -> Result<Vec<u8>> {
     let rows: Vec<Value> = rows
         .iter()
         .map(|(name, row)| Ok(json!({"when": name, "figures": serde_json::to_value(row)?})))
@@ -226,16 +233,19 @@ mod tests {
 
     #[test]
     fn the_table_leaves_out_what_a_recording_without_truth_does_not_know() {
-        let row = |mean: f64| RecordingFigures {
-            measured_depth_rmse_mm: Some(MeanMedian { mean, median: 2.0 }),
+        let row = |mean: f64| RecordingMetrics {
+            measured_depth_rmse_mm: Some(MeanMedian {
+                mean,
+                median: 2.0,
+                frames: 2,
+            }),
+            measured_depth_pixels: 4321,
             photometric_error: Some(MeanMedian {
                 mean: 0.125,
                 median: 0.1,
+                frames: 1,
             }),
-            recorded_colors_photometric_error: None,
-            relit_photometric_error: None,
-            depth_rmse_mm: None,
-            registration_rmse_px: None,
+            ..RecordingMetrics::default()
         };
         let table = table(
             "recording",
@@ -245,7 +255,11 @@ mod tests {
         );
         let lines: Vec<&str> = table.lines().collect();
         assert_eq!(lines[0], "Held-out end of the recording: 2 of 8 frames, mean / median");
-        assert_eq!(lines[2], "| | depth RMSE to the sensor, mm | E_pr |");
+        assert_eq!(
+            lines[2],
+            "| | depth RMSE to the sensor, mm (2 frames) | E_pr (1 frames) |"
+        );
+        assert!(table.ends_with("to the sensor is over 4321 pixels of these frames, the same in every row\n"));
         assert_eq!(lines[4], "| before | 12.50 / 2.00 | 0.1250 / 0.1000 |");
         assert!(lines[5].starts_with("| after step 2 | 9.00"));
     }

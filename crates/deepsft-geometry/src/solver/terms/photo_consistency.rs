@@ -1,7 +1,7 @@
 //! The template's texture against the image.
 
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size};
 use crate::image::NormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
 use crate::solver::checked::{check_scale, check_weight};
@@ -24,7 +24,7 @@ pub struct TexturePoint {
 /// paper's photometric loss trains its network; as a fit of the mesh it is the direct method of
 /// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
-pub struct Photometric<'a> {
+pub struct PhotoConsistency<'a> {
     image: &'a NormalizedImage,
     camera: Camera,
     points: Vec<(AnchoredPoint, f64)>,
@@ -33,7 +33,7 @@ pub struct Photometric<'a> {
     robust: Robust,
 }
 
-impl<'a> Photometric<'a> {
+impl<'a> PhotoConsistency<'a> {
     /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
     /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
     /// Converges from about the blur's width in pixels: solve from coarse to fine.
@@ -49,15 +49,11 @@ impl<'a> Photometric<'a> {
         weight: f64,
         robust: Robust,
     ) -> Result<Self, GeometryError> {
-        check_weight("photometric", weight)?;
+        check_weight("photo-consistency", weight)?;
         if let Some(scale) = robust.scale() {
-            check_scale("photometric", scale)?;
+            check_scale("photo-consistency", scale)?;
         }
-        let expected = (camera.width() as usize, camera.height() as usize);
-        let actual = (image.width(), image.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected });
-        }
+        check_size((image.width(), image.height()), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             if let Some(anchored) = AnchoredPoint::new(template, point.point)?
@@ -89,9 +85,9 @@ impl<'a> Photometric<'a> {
     }
 }
 
-impl Energy for Photometric<'_> {
+impl Energy for PhotoConsistency<'_> {
     fn name(&self) -> &'static str {
-        "photometric"
+        "photo-consistency"
     }
 
     fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {

@@ -153,7 +153,7 @@ impl Condition {
             canonical.principal_point(),
         );
         let mut config = SynthConfig {
-            empty_share: 0.0,
+            empty_probability: 0.0,
             camera: Camera::pinhole(
                 canonical.width(),
                 canonical.height(),
@@ -166,10 +166,10 @@ impl Condition {
         };
         if let Some(blur) = self.blur_px {
             config.effects.defocus_px = [blur; 2];
-            config.effects.motion_share = 0.0;
+            config.effects.motion_probability = 0.0;
         }
         if self.hidden.is_some() {
-            config.occluder_share = 0.0;
+            config.occluder_probability = 0.0;
         }
         Ok(Synthesizer::new(&shown, config)?)
     }

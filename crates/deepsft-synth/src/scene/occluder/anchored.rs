@@ -2,7 +2,7 @@
 
 use crate::render::figure::Figure;
 use crate::render::value_noise::ValueNoise;
-use crate::scene::occluder::body::{Part, Placed};
+use crate::scene::occluder::body::{ImageOccluder, Part};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec3, Vec2};
 
@@ -23,12 +23,12 @@ pub enum OccluderKind {
 /// Where an occluder sits on the sheet.
 #[derive(Clone, Debug)]
 pub(super) enum Anchor {
-    /// On outline vertex number `share` of the outline; x points inwards, turned by `turn` radians.
-    Outline { share: f32, turn: f32 },
-    /// At a place of the image, shares of its width and height.
+    /// On outline vertex number `fraction` of the outline; x points inwards, turned by `turn` radians.
+    Outline { fraction: f32, turn: f32 },
+    /// At a place of the image, fractions of its width and height.
     Image(Vec2),
-    /// On any vertex, by its number's share of all; x points along `direction`.
-    Inside { share: f32, direction: Vec2 },
+    /// On any vertex, by its number's fraction of all; x points along `direction`.
+    Inside { fraction: f32, direction: Vec2 },
 }
 
 /// Something in front of the sheet, with what it has behind it (the hand of a thumb). It moves with the sheet.
@@ -45,13 +45,13 @@ pub(crate) struct Occluder {
 }
 
 /// A sheet as occluders see it: vertices of its outline in order, all vertices, the camera.
-pub(crate) struct Held<'a> {
+pub(crate) struct SheetInImage<'a> {
     pub(crate) outline: &'a [usize],
     pub(crate) vertices_camera: &'a [DVec3],
     pub(crate) camera: &'a Camera,
 }
 
-impl Held<'_> {
+impl SheetInImage<'_> {
     /// Pixel position and pixels per mm at a vertex.
     fn pixel(&self, vertex: usize) -> Option<(Vec2, f32)> {
         let p_camera = self.vertices_camera[vertex];
@@ -73,20 +73,20 @@ impl Occluder {
     }
 
     /// Lays the occluder into the image of `sheet`; `None` when its anchor is behind the camera.
-    pub(crate) fn place(&self, sheet: &Held<'_>) -> Option<Placed> {
+    pub(crate) fn place(&self, sheet: &SheetInImage<'_>) -> Option<ImageOccluder> {
         let (origin, axis, scale) = match self.anchor {
-            Anchor::Outline { share, turn } => {
-                let number = (share * sheet.outline.len() as f32) as usize;
+            Anchor::Outline { fraction, turn } => {
+                let number = (fraction * sheet.outline.len() as f32) as usize;
                 let (origin, scale) = sheet.pixel(*sheet.outline.get(number)?)?;
                 let inwards = (sheet.centre() - origin).normalize_or(Vec2::X);
                 (origin, Vec2::from_angle(turn).rotate(inwards), scale)
             }
-            Anchor::Image(share) => {
+            Anchor::Image(fraction) => {
                 let size = Vec2::new(sheet.camera.width() as f32, sheet.camera.height() as f32);
-                (share * size, Vec2::X, 1.0)
+                (fraction * size, Vec2::X, 1.0)
             }
-            Anchor::Inside { share, direction } => {
-                let number = (share * sheet.vertices_camera.len() as f32) as usize;
+            Anchor::Inside { fraction, direction } => {
+                let number = (fraction * sheet.vertices_camera.len() as f32) as usize;
                 let (origin, scale) = sheet.pixel(number.min(sheet.vertices_camera.len().checked_sub(1)?))?;
                 (origin, direction, scale)
             }
@@ -99,7 +99,7 @@ impl Occluder {
             };
             parts.iter().map(place).collect()
         };
-        Some(Placed {
+        Some(ImageOccluder {
             behind: lay(&self.behind),
             front: lay(&self.front),
             scale,

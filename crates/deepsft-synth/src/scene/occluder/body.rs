@@ -32,7 +32,7 @@ pub(crate) struct Part {
 }
 
 /// An occluder's parts laid into the image: figures in pixels.
-pub(crate) struct Placed {
+pub(crate) struct ImageOccluder {
     pub(super) behind: Vec<Part>,
     pub(super) front: Vec<Part>,
     pub(super) scale: f32,
@@ -42,7 +42,7 @@ pub(crate) struct Placed {
     pub(super) noise: ValueNoise,
 }
 
-impl Placed {
+impl ImageOccluder {
     /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels a mm.
     pub(crate) fn in_front(front: Vec<Part>, scale: f32, noise: ValueNoise) -> Self {
         Self {

@@ -7,7 +7,7 @@ mod passing_arm;
 mod sampling;
 
 pub use anchored::OccluderKind;
-pub(crate) use anchored::{Held, Occluder};
-pub(crate) use body::Placed;
+pub(crate) use anchored::{Occluder, SheetInImage};
+pub(crate) use body::ImageOccluder;
 pub(crate) use passing_arm::PassingArm;
 pub(crate) use sampling::sample_occluders;

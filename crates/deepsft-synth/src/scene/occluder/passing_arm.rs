@@ -4,7 +4,7 @@ use crate::random::uniform;
 use crate::render::color::any_color;
 use crate::render::figure::Figure;
 use crate::render::value_noise::ValueNoise;
-use crate::scene::occluder::body::{Part, Placed, Surface};
+use crate::scene::occluder::body::{ImageOccluder, Part, Surface};
 use crate::scene::occluder::hand::skin_color;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::Vec2;
@@ -15,13 +15,13 @@ const WRIST_MM: [f64; 2] = [30.0, 38.0];
 const ELBOW_MM: [f64; 2] = [45.0, 55.0];
 const FIST_MM: [f64; 2] = [42.0, 50.0];
 
-/// Distance of the arm, shares of the sheet's.
+/// Distance of the arm, fractions of the sheet's.
 const NEARER: [f64; 2] = [0.72, 0.9];
 
-/// Row of the fist, share of the image's height: the arm comes from below.
+/// Row of the fist, fraction of the image's height: the arm comes from below.
 const FIST_ROW: [f64; 2] = [0.15, 0.4];
 
-/// The elbow's column less the fist's, shares of the image's height.
+/// The elbow's column less the fist's, fractions of the image's height.
 const SLANT: [f64; 2] = [-0.35, 0.35];
 
 /// The arm of one clip. It does not touch the sheet: it moves across the image at a steady pace.
@@ -53,16 +53,16 @@ impl PassingArm {
         }
     }
 
-    /// The arm in the image at `share` of its way (0: still outside on one side, 1: outside on the other), before a
+    /// The arm in the image at `progress` of its way (0: still outside on one side, 1: outside on the other), before a
     /// sheet at `depth_mm`.
-    pub(crate) fn place(&self, share: f64, camera: &Camera, depth_mm: f64) -> Placed {
+    pub(crate) fn place(&self, progress: f64, camera: &Camera, depth_mm: f64) -> ImageOccluder {
         let scale = camera.focal().x as f32 / (depth_mm as f32 * self.nearer);
         let image = Vec2::new(camera.width() as f32, camera.height() as f32);
         let slant = self.slant * image.y;
         // Fist and elbow, with their radii, are outside at both ends of the way.
         let reach = self.fist_mm.max(self.elbow_mm) * scale + slant.abs() + 2.0;
-        let share = if self.from_left { share } else { 1.0 - share } as f32;
-        let fist = Vec2::new(-reach + share * (image.x + 2.0 * reach), self.fist_row * image.y);
+        let progress = if self.from_left { progress } else { 1.0 - progress } as f32;
+        let fist = Vec2::new(-reach + progress * (image.x + 2.0 * reach), self.fist_row * image.y);
         let elbow = Vec2::new(fist.x + slant, image.y + self.elbow_mm * scale);
         let [sleeve, skin] = self.parts.clone();
         let arm = Figure::Capsule {
@@ -79,6 +79,6 @@ impl PassingArm {
                 surface: skin,
             },
         ];
-        Placed::in_front(parts, scale, self.noise)
+        ImageOccluder::in_front(parts, scale, self.noise)
     }
 }

@@ -15,9 +15,9 @@ use rand::{Rng, RngExt};
 const MOST_DISCS: usize = 4;
 const DISC_RADIUS_PX: [f64; 2] = [1.0, 10.0];
 
-/// Draws the occluders of a scene: `share` of the scenes have any.
-pub(crate) fn sample_occluders<R: Rng + ?Sized>(share: f64, kind: OccluderKind, rng: &mut R) -> Vec<Occluder> {
-    if !rng.random_bool(share) {
+/// Draws the occluders of a scene, which has any with the given probability.
+pub(crate) fn sample_occluders<R: Rng + ?Sized>(probability: f64, kind: OccluderKind, rng: &mut R) -> Vec<Occluder> {
+    if !rng.random_bool(probability) {
         return Vec::new();
     }
     if let OccluderKind::Discs { most, diameter_px } = kind {
@@ -61,7 +61,7 @@ fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> O
     let Hand { behind, front } = Hand::sample(skin, sleeve, rng);
     Occluder {
         anchor: Anchor::Outline {
-            share: place,
+            fraction: place,
             turn: uniform(rng, [-0.7, 0.7]),
         },
         behind,
@@ -135,7 +135,7 @@ fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     };
     Occluder {
         anchor: Anchor::Inside {
-            share: rng.random(),
+            fraction: rng.random(),
             direction: unit_vector(rng),
         },
         behind: Vec::new(),
@@ -152,7 +152,7 @@ fn disc_on_sheet<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     let color = (matrix * any_color(rng) + offset).max(Vec3::ZERO);
     let radius_px = uniform(rng, DISC_RADIUS_PX);
     let anchor = Anchor::Inside {
-        share: rng.random(),
+        fraction: rng.random(),
         direction: Vec2::X,
     };
     disc(color, radius_px, anchor, rng)
@@ -179,7 +179,7 @@ mod tests {
     use crate::random::{Stream, generator};
     use crate::render::frame::Frame;
     use crate::render::shading::Lighting;
-    use crate::scene::occluder::anchored::Held;
+    use crate::scene::occluder::anchored::SheetInImage;
     use deepsft_geometry::glam::DVec3;
     use deepsft_geometry::{Maps, Picture, Template, training_camera};
 
@@ -194,7 +194,7 @@ mod tests {
             .collect();
         let camera = training_camera();
         let outline: Vec<usize> = (0..template.grid().unwrap().0).collect();
-        let sheet = Held {
+        let sheet = SheetInImage {
             outline: &outline,
             vertices_camera: &vertices,
             camera: &camera,
@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn the_papers_discs_lie_anywhere_in_the_image_in_one_colour_and_have_the_papers_sizes() {
         let camera = training_camera();
-        let sheet = Held {
+        let sheet = SheetInImage {
             outline: &[],
             vertices_camera: &[],
             camera: &camera,

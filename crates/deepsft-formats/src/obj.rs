@@ -1,6 +1,6 @@
 //! Meshes as text: the part of Wavefront OBJ that templates need.
 
-use crate::DeepSftError;
+use crate::FormatError;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::fmt::Write;
@@ -29,9 +29,9 @@ pub fn mesh_to_obj(mesh: &TriangleMesh) -> String {
 /// programs there is `deepsft template import`.
 ///
 /// # Errors
-/// [`DeepSftError::TemplateMesh`] names the line that is not understood; [`DeepSftError::Geometry`] when the arrays do not
+/// [`FormatError::TemplateMesh`] names the line that is not understood; [`FormatError::Geometry`] when the arrays do not
 /// fit together.
-pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, DeepSftError> {
+pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
     let (mut vertices, mut texture_coordinates, mut faces) = (Vec::new(), Vec::new(), Vec::new());
     for (number, line) in obj.split(|&byte| byte == b'\n').enumerate() {
         let mut read = || -> Option<()> {
@@ -59,7 +59,7 @@ pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, DeepSftError> {
             }
             words.next().is_none().then_some(())
         };
-        read().ok_or(DeepSftError::TemplateMesh { line: number + 1 })?;
+        read().ok_or(FormatError::TemplateMesh { line: number + 1 })?;
     }
     Ok(TriangleMesh::new(vertices, texture_coordinates, faces)?)
 }
@@ -105,24 +105,24 @@ mod tests {
         ] {
             let error = mesh_from_obj(GOOD.replace(from, to).as_bytes()).unwrap_err();
             assert!(
-                matches!(error, DeepSftError::TemplateMesh { line: l } if l == line),
+                matches!(error, FormatError::TemplateMesh { line: l } if l == line),
                 "{to}: {error}"
             );
         }
         let missing = mesh_from_obj(GOOD.replace("vt 1 0\n", "").as_bytes()).unwrap_err();
         assert!(matches!(
             missing,
-            DeepSftError::Geometry(GeometryError::TextureCoordinates { actual: 2, expected: 3 })
+            FormatError::Geometry(GeometryError::TextureCoordinates { actual: 2, expected: 3 })
         ));
         let far = mesh_from_obj(GOOD.replace("3/3", "4/4").as_bytes()).unwrap_err();
         assert!(matches!(
             far,
-            DeepSftError::Geometry(GeometryError::FaceIndex { vertex: 3, .. })
+            FormatError::Geometry(GeometryError::FaceIndex { vertex: 3, .. })
         ));
         let nan = mesh_from_obj(GOOD.replace("v 4 5 6", "v 4 NaN 6").as_bytes()).unwrap_err();
         assert!(matches!(
             nan,
-            DeepSftError::Geometry(GeometryError::VertexNotFinite { vertex: 1 })
+            FormatError::Geometry(GeometryError::VertexNotFinite { vertex: 1 })
         ));
     }
 }

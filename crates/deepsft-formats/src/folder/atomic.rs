@@ -1,38 +1,44 @@
 //! Files and folders that are there whole or not at all: written beside their place, then renamed.
 
-use anyhow::{Context, Result, bail};
+use crate::FormatError;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes a file. Folders above it are made as needed; an older file of the name is replaced.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let write = || -> Result<()> {
+///
+/// # Errors
+/// [`FormatError::Write`]; what was there before is still there then.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
+    let write = || -> io::Result<()> {
         let folder = parent(path);
         fs::create_dir_all(folder)?;
         let mut beside = tempfile::NamedTempFile::new_in(folder)?;
         beside.write_all(bytes)?;
         beside.as_file().sync_all()?;
-        share(beside.path(), 0o644)?;
+        let_all_read(beside.path(), 0o644)?;
         beside.persist(path)?;
         Ok(())
     };
-    write().with_context(|| format!("could not write {}", path.display()))
+    write().map_err(|error| unwritten(&error, path))
 }
 
 /// Writes a folder of `files` as [`StagedFolder`] does.
-pub fn write_folder(path: &Path, markers: &[&str], files: &BTreeMap<String, Vec<u8>>) -> Result<()> {
+///
+/// # Errors
+/// As [`StagedFolder::new`] and [`StagedFolder::commit`].
+pub fn write_folder(path: &Path, markers: &[&str], files: &BTreeMap<String, Vec<u8>>) -> Result<(), FormatError> {
     let staged = StagedFolder::new(path, markers)?;
     for (name, bytes) in files {
         let file = staged.path().join(name);
-        let write = || -> Result<()> {
+        let write = || -> io::Result<()> {
             fs::create_dir_all(parent(&file))?;
             let mut file = fs::File::create(&file)?;
             file.write_all(bytes)?;
-            Ok(file.sync_all()?)
+            file.sync_all()
         };
-        write().with_context(|| format!("could not write {name} for {}", path.display()))?;
+        write().map_err(|error| unwritten(&error, &path.join(name)))?;
     }
     staged.commit()
 }
@@ -42,6 +48,7 @@ pub fn write_folder(path: &Path, markers: &[&str], files: &BTreeMap<String, Vec<
 ///
 /// A folder that stands there already is replaced if it holds one of some `markers`, files by which its
 /// kind is known, or nothing; anything else is somebody's own and stays as it is.
+#[derive(Debug)]
 pub struct StagedFolder {
     place: PathBuf,
     beside: tempfile::TempDir,
@@ -49,16 +56,18 @@ pub struct StagedFolder {
 
 impl StagedFolder {
     /// Begins the folder that is to stand at `place`.
-    pub fn new(place: &Path, markers: &[&str]) -> Result<Self> {
+    ///
+    /// # Errors
+    /// [`FormatError::ForeignFolder`] for a folder of another kind, [`FormatError::Write`].
+    pub fn new(place: &Path, markers: &[&str]) -> Result<Self, FormatError> {
         check_folder(place, markers)?;
-        let begin = || -> Result<tempfile::TempDir> {
+        let begin = || -> io::Result<tempfile::TempDir> {
             fs::create_dir_all(parent(place))?;
-            Ok(tempfile::Builder::new().prefix(".partial-").tempdir_in(parent(place))?)
+            tempfile::Builder::new().prefix(".partial-").tempdir_in(parent(place))
         };
-        let beside = begin().with_context(|| format!("could not write {}", place.display()))?;
         Ok(Self {
+            beside: begin().map_err(|error| unwritten(&error, place))?,
             place: place.to_path_buf(),
-            beside,
         })
     }
 
@@ -68,22 +77,28 @@ impl StagedFolder {
     }
 
     /// Puts the folder in its place.
-    pub fn commit(self) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`FormatError::Write`]; what was there before is still there then.
+    pub fn commit(self) -> Result<(), FormatError> {
         replace_folder(self.beside.path(), &self.place)
     }
 }
 
 /// Renames the folder `beside` to `place`, both in one folder; an older one there is removed.
-pub fn replace_folder(beside: &Path, place: &Path) -> Result<()> {
-    let replace = || -> Result<()> {
-        share(beside, 0o755)?;
+///
+/// # Errors
+/// [`FormatError::Write`]; what was there before is still there then, or the error names where it is.
+pub fn replace_folder(beside: &Path, place: &Path) -> Result<(), FormatError> {
+    let replace = || -> io::Result<()> {
+        let_all_read(beside, 0o755)?;
         // A folder cannot be renamed over a full one: the old one steps aside first.
         let aside = tempfile::Builder::new()
             .prefix(".replaced-")
             .tempdir_in(parent(place))?;
         let old = aside.path().join("old");
         match fs::rename(place, &old) {
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error.into()),
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
         }
         let Err(error) = fs::rename(beside, place) else {
@@ -92,27 +107,41 @@ pub fn replace_folder(beside: &Path, place: &Path) -> Result<()> {
         // The old one is put back.
         if old.exists() && fs::rename(&old, place).is_err() {
             let kept = aside.keep().join("old");
-            return Err(error).context(format!("what was there before is now {}", kept.display()));
+            let reason = format!("{error}; what was there before is now {}", kept.display());
+            return Err(io::Error::new(error.kind(), reason));
         }
-        Err(error.into())
+        Err(error)
     };
-    replace().with_context(|| format!("could not write {}", place.display()))
+    replace().map_err(|error| unwritten(&error, place))
 }
 
 /// Whether [`StagedFolder`] would take this place: asked before work that takes long.
-pub fn check_folder(path: &Path, markers: &[&str]) -> Result<()> {
+///
+/// # Errors
+/// [`FormatError::ForeignFolder`] when it would not, [`FormatError::File`] when it cannot be told.
+pub fn check_folder(path: &Path, markers: &[&str]) -> Result<(), FormatError> {
+    let unreadable = |error: io::Error| FormatError::File {
+        reason: format!("could not look into the folder: {error}"),
+        path: path.to_path_buf(),
+    };
     let mut entries = match fs::read_dir(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        entries => entries.with_context(|| format!("could not look into {}", path.display()))?,
+        entries => entries.map_err(unreadable)?,
     };
     if entries.next().is_some() && !markers.iter().any(|marker| path.join(marker).is_file()) {
-        bail!(
-            "{} exists and holds no {}: choose another folder, or remove it",
-            path.display(),
-            markers.join(" or ")
-        );
+        return Err(FormatError::ForeignFolder {
+            markers: markers.join(" or "),
+            path: path.to_path_buf(),
+        });
     }
     Ok(())
+}
+
+fn unwritten(error: &io::Error, path: &Path) -> FormatError {
+    FormatError::Write {
+        reason: error.to_string(),
+        path: path.to_path_buf(),
+    }
 }
 
 fn parent(path: &Path) -> &Path {
@@ -124,13 +153,13 @@ fn parent(path: &Path) -> &Path {
 
 /// Temporary files are for their owner alone; what we write is as readable as any new file.
 #[cfg(unix)]
-fn share(path: &Path, mode: u32) -> Result<()> {
+fn let_all_read(path: &Path, mode: u32) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
-    Ok(fs::set_permissions(path, fs::Permissions::from_mode(mode))?)
+    fs::set_permissions(path, fs::Permissions::from_mode(mode))
 }
 
 #[cfg(not(unix))]
-fn share(_path: &Path, _mode: u32) -> Result<()> {
+fn let_all_read(_path: &Path, _mode: u32) -> io::Result<()> {
     Ok(())
 }
 

@@ -1,7 +1,6 @@
 //! Template files: `template.json`, and beside it the texture and, of a template that is no sheet, the mesh.
 
-use crate::mesh_file::{mesh_from_obj, mesh_to_obj};
-use crate::{DeepSftError, decode_picture, encode_png};
+use crate::{FormatError, decode_picture, encode_png, mesh_from_obj, mesh_to_obj};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -24,7 +23,7 @@ const FORMAT_VERSION: u32 = 1;
 /// * `mesh`: any textured surface, the mesh in the OBJ file `mesh` (see [`crate::mesh_to_obj`]).
 ///
 /// ```
-/// use deepsft::{TemplateFile, encode_png};
+/// use deepsft_formats::{TemplateFile, encode_png};
 /// use deepsft_geometry::Picture;
 ///
 /// let json = br#"{"format_version": 1, "kind": "thin-shell", "width_mm": 297, "height_mm": 210, "texture": "art.png"}"#;
@@ -32,7 +31,7 @@ const FORMAT_VERSION: u32 = 1;
 /// assert_eq!(file.texture(), "art.png");
 /// let art = encode_png(&Picture::from_fn(4, 3, |_, _| [200; 3]))?; // the bytes of art.png
 /// assert_eq!(file.template(&art, None)?.size_mm().x, 297.0);
-/// # Ok::<(), deepsft::DeepSftError>(())
+/// # Ok::<(), deepsft_formats::FormatError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct TemplateFile {
@@ -59,16 +58,16 @@ impl TemplateFile {
     /// Reads and checks the content of a `template.json`.
     ///
     /// # Errors
-    /// * [`DeepSftError::TemplateFile`] when it is not JSON, lacks a field, is of an unknown kind or
+    /// * [`FormatError::TemplateFile`] when it is not JSON, lacks a field, is of an unknown kind or
     ///   names a file outside its own folder.
-    /// * [`DeepSftError::TemplateVersion`] when it was written by a newer version.
-    pub fn parse(json: &[u8]) -> Result<Self, DeepSftError> {
-        let malformed = |error: serde_json::Error| DeepSftError::TemplateFile {
+    /// * [`FormatError::TemplateVersion`] when it was written by a newer version.
+    pub fn parse(json: &[u8]) -> Result<Self, FormatError> {
+        let malformed = |error: serde_json::Error| FormatError::TemplateFile {
             reason: error.to_string(),
         };
         let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
         if actual != FORMAT_VERSION {
-            return Err(DeepSftError::TemplateVersion {
+            return Err(FormatError::TemplateVersion {
                 actual,
                 expected: FORMAT_VERSION,
             });
@@ -78,7 +77,7 @@ impl TemplateFile {
             let Some(name) = name else { continue };
             if name.is_empty() || name.contains(['/', '\\', ':']) || name.starts_with('.') {
                 let reason = format!("{field} must be a file in the template's own folder, not {name:?}");
-                return Err(DeepSftError::TemplateFile { reason });
+                return Err(FormatError::TemplateFile { reason });
             }
         }
         Ok(file)
@@ -100,14 +99,14 @@ impl TemplateFile {
     /// The template, given the bytes of the texture's file (PNG or JPEG) and of the mesh's, if there is one.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] when a sheet's size is not positive and finite or a mesh is not fit to be a template
+    /// [`FormatError::Geometry`] when a sheet's size is not positive and finite or a mesh is not fit to be a template
     /// ([`Template::of_mesh`]), or an error of [`decode_picture`] or [`crate::mesh_from_obj`].
-    pub fn template(&self, texture: &[u8], mesh: Option<&[u8]>) -> Result<Template, DeepSftError> {
+    pub fn template(&self, texture: &[u8], mesh: Option<&[u8]>) -> Result<Template, FormatError> {
         let picture = decode_picture(texture)?;
         Ok(match &self.surface {
             Surface::ThinShell { width_mm, height_mm } => Template::thin_shell(picture, *width_mm, *height_mm)?,
             Surface::Mesh { mesh: name } => {
-                let missing = || DeepSftError::TemplateFile {
+                let missing = || FormatError::TemplateFile {
                     reason: format!("the mesh {name:?} was not read"),
                 };
                 Template::of_mesh(mesh_from_obj(mesh.ok_or_else(missing)?)?, picture)?
@@ -119,8 +118,8 @@ impl TemplateFile {
 /// The files of a template by name: `template.json`, `texture.png` and, of a template that is no sheet, `mesh.obj`.
 ///
 /// # Errors
-/// [`DeepSftError::PictureFile`] when the texture cannot be encoded.
-pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
+/// [`FormatError::PictureFile`] when the texture cannot be encoded.
+pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>>, FormatError> {
     let surface = if template.is_sheet() {
         Surface::ThinShell {
             width_mm: template.size_mm().x,
@@ -136,7 +135,7 @@ pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>
         surface,
         texture: TEXTURE_FILE.to_owned(),
     };
-    let json = serde_json::to_vec_pretty(&file).map_err(|e| DeepSftError::TemplateFile { reason: e.to_string() })?;
+    let json = serde_json::to_vec_pretty(&file).map_err(|e| FormatError::TemplateFile { reason: e.to_string() })?;
     let mut files = BTreeMap::from([
         (TEMPLATE_FILE.to_owned(), json),
         (TEXTURE_FILE.to_owned(), encode_png(template.texture())?),
@@ -156,7 +155,7 @@ mod tests {
     const GOOD: &str =
         r#"{"format_version":1,"kind":"thin-shell","width_mm":297,"height_mm":210,"texture":"texture.png"}"#;
 
-    fn error(json: &str) -> DeepSftError {
+    fn error(json: &str) -> FormatError {
         TemplateFile::parse(json.as_bytes()).unwrap_err()
     }
 
@@ -205,7 +204,7 @@ mod tests {
         let newer = r#"{"format_version":2,"rig":"bones.glb"}"#;
         assert!(matches!(
             error(newer),
-            DeepSftError::TemplateVersion { actual: 2, expected: 1 }
+            FormatError::TemplateVersion { actual: 2, expected: 1 }
         ));
     }
 
@@ -222,7 +221,7 @@ mod tests {
         assert!(
             matches!(
                 refused,
-                DeepSftError::Geometry(GeometryError::TemplateSize { side: "width", .. })
+                FormatError::Geometry(GeometryError::TemplateSize { side: "width", .. })
             ),
             "{refused}"
         );

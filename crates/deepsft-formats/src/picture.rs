@@ -1,6 +1,6 @@
 //! Picture files: PNG and JPEG bytes to pictures and back.
 
-use crate::DeepSftError;
+use crate::FormatError;
 use deepsft_geometry::Picture;
 use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits, RgbImage, Rgba};
@@ -16,24 +16,24 @@ const MOST_BYTES: u64 = 512 << 20;
 /// transparent parts become white as on paper, 16-bit values are rounded to 8 bits, grey becomes RGB.
 ///
 /// # Errors
-/// * [`DeepSftError::PictureFileEmpty`] for a file of 0 bytes.
-/// * [`DeepSftError::PictureTooLarge`] above [`LONGEST_SIDE`] or 512 MiB of pixels; nothing of that
+/// * [`FormatError::PictureFileEmpty`] for a file of 0 bytes.
+/// * [`FormatError::PictureTooLarge`] above [`LONGEST_SIDE`] or 512 MiB of pixels; nothing of that
 ///   size is allocated.
-/// * [`DeepSftError::PictureFile`] when the file is of another kind, cut short or corrupt.
-pub fn decode_picture(bytes: &[u8]) -> Result<Picture, DeepSftError> {
+/// * [`FormatError::PictureFile`] when the file is of another kind, cut short or corrupt.
+pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     if bytes.is_empty() {
-        return Err(DeepSftError::PictureFileEmpty);
+        return Err(FormatError::PictureFileEmpty);
     }
-    let failure = |error: image::ImageError| DeepSftError::PictureFile {
+    let failure = |error: image::ImageError| FormatError::PictureFile {
         reason: error.to_string(),
     };
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(|error| DeepSftError::PictureFile {
+        .map_err(|error| FormatError::PictureFile {
             reason: error.to_string(),
         })?;
     if reader.format().is_none() {
-        return Err(DeepSftError::PictureFile {
+        return Err(FormatError::PictureFile {
             reason: "it is neither PNG nor JPEG".to_owned(),
         });
     }
@@ -44,7 +44,7 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, DeepSftError> {
     let mut decoder = reader.into_decoder().map_err(failure)?;
     let (width, height) = decoder.dimensions();
     if width.max(height) > LONGEST_SIDE || decoder.total_bytes() > MOST_BYTES {
-        return Err(DeepSftError::PictureTooLarge {
+        return Err(FormatError::PictureTooLarge {
             width,
             height,
             longest_side: LONGEST_SIDE,
@@ -65,11 +65,11 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, DeepSftError> {
 /// The bytes of a PNG file of `picture` (8-bit RGB).
 ///
 /// # Errors
-/// [`DeepSftError::PictureFile`] when the picture is too large for the format (2^31 pixels a side).
-pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, DeepSftError> {
+/// [`FormatError::PictureFile`] when the picture is too large for the format (2^31 pixels a side).
+pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Vec::new();
     let side = |pixels: usize| {
-        u32::try_from(pixels).map_err(|_| DeepSftError::PictureFile {
+        u32::try_from(pixels).map_err(|_| FormatError::PictureFile {
             reason: format!("{pixels} pixels on a side"),
         })
     };
@@ -80,7 +80,7 @@ pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, DeepSftError> {
             side(picture.height())?,
             ExtendedColorType::Rgb8,
         )
-        .map_err(|error| DeepSftError::PictureFile {
+        .map_err(|error| FormatError::PictureFile {
             reason: error.to_string(),
         })?;
     Ok(bytes)
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn a_file_of_no_bytes_is_called_empty() {
-        assert!(matches!(decode_picture(&[]), Err(DeepSftError::PictureFileEmpty)));
+        assert!(matches!(decode_picture(&[]), Err(FormatError::PictureFileEmpty)));
     }
 
     #[test]
@@ -138,7 +138,7 @@ mod tests {
         assert!(
             matches!(
                 error,
-                DeepSftError::PictureTooLarge {
+                FormatError::PictureTooLarge {
                     width: 20_000,
                     height: 20_000,
                     ..
@@ -150,7 +150,7 @@ mod tests {
         // 15,000 x 15,000 RGB has short enough sides but 675 million bytes.
         assert!(matches!(
             decode_picture(&png_header(15_000, 15_000)),
-            Err(DeepSftError::PictureTooLarge { .. })
+            Err(FormatError::PictureTooLarge { .. })
         ));
     }
 
@@ -161,7 +161,7 @@ mod tests {
         let png = encode_png(&Picture::from_fn(64, 64, |x, y| [(x * y) as u8; 3])).unwrap();
         assert!(matches!(
             decode_picture(&png[..png.len() / 2]),
-            Err(DeepSftError::PictureFile { .. })
+            Err(FormatError::PictureFile { .. })
         ));
     }
 

@@ -1,10 +1,10 @@
 //! `dataset.json`: what a data set is, beside its shards.
 
-use crate::dataset::{DEPTH_UNITS_PER_MM, UV_ONE};
-use crate::fingerprint::template_fingerprint;
-use crate::{EdgeLengthChange, EdgeLengthHistogram, SynthConfig, SynthError};
+use super::{DEPTH_UNITS_PER_MM, EdgeLengthChange, EdgeLengthHistogram, UV_ONE};
+use crate::{FormatError, fingerprint, template_fingerprint};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// Version of the layout of the shards (see [`crate::write_shard`]), written into `dataset.json`.
 const FORMAT_VERSION: u32 = 1;
@@ -31,18 +31,18 @@ pub struct DatasetDescription {
     pub shard_bytes: Vec<u64>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
-    /// Differs when the template's mesh or texture does, in hexadecimal; empty in sets of earlier versions.
+    /// [`template_fingerprint`] of the template; empty in sets of earlier versions, which had another.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub template_fingerprint: String,
+    pub template_sha256: String,
     /// Unit of the depth files, mm.
     pub depth_unit_mm: f64,
     /// What 1 of u and v is in the registration files.
     pub uv_one: u32,
-    /// [`SynthConfig::fingerprint`] in hexadecimal.
+    /// Differs when a setting of the synthesis does.
     pub configuration_fingerprint: String,
-    /// [`SynthConfig::description`]: every setting as text.
-    pub configuration: String,
-    /// [`crate::Synthesizer::fingerprint`] in hexadecimal: template, configuration and photographs.
+    /// Every setting of the synthesis.
+    pub configuration: Value,
+    /// Differs when template, configuration or photographs do: with seed and index it determines a sample.
     #[serde(default)]
     pub fingerprint: String,
     /// How isometric the deformations are.
@@ -53,8 +53,7 @@ pub struct DatasetDescription {
     pub handle_shapes: Option<HandleShapeCounts>,
 }
 
-/// How many of a data set's shapes that handles made ([`crate::HandleDeformation`]) are what was drawn, of the
-/// samples that show the object.
+/// How many of a data set's shapes that handles made are what was drawn, of the samples that show the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HandleShapeCounts {
     /// All of them.
@@ -66,7 +65,7 @@ pub struct HandleShapeCounts {
 }
 
 impl HandleShapeCounts {
-    /// Counts a shape by its [`crate::HandleShape::strength`].
+    /// Counts a shape by its strength: 1 as drawn, 0 at rest.
     pub fn count(&mut self, strength: f64) {
         self.shapes += 1;
         self.weakened += u64::from(strength > 0.0 && strength < 1.0);
@@ -101,14 +100,10 @@ impl EdgeLengthSummary {
     }
 }
 
-/// See [`DatasetDescription::template_fingerprint`].
-fn template_fingerprint_text(template: &Template) -> String {
-    format!("{:016x}", template_fingerprint(0, template))
-}
-
 impl DatasetDescription {
-    /// The description of `samples` samples of `template`, made with `config` and `seed`, in `shards`.
-    pub fn new(template: &Template, config: &SynthConfig, seed: u64, samples: u64, shards: Vec<String>) -> Self {
+    /// The description of `samples` samples of `template`, made with `seed` and the settings `configuration`, in
+    /// `shards`.
+    pub fn new(template: &Template, configuration: Value, seed: u64, samples: u64, shards: Vec<String>) -> Self {
         Self {
             format_version: FORMAT_VERSION,
             seed,
@@ -118,11 +113,11 @@ impl DatasetDescription {
             shards,
             shard_bytes: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
-            template_fingerprint: template_fingerprint_text(template),
+            template_sha256: template_fingerprint(template),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,
-            configuration_fingerprint: format!("{:016x}", config.fingerprint()),
-            configuration: config.description(),
+            configuration_fingerprint: fingerprint(&configuration),
+            configuration,
             fingerprint: String::new(),
             edge_length_change: None,
             handle_shapes: None,
@@ -132,16 +127,16 @@ impl DatasetDescription {
     /// Whether the set is of `template`, as far as it says: its size, and its mesh and texture unless an earlier version
     /// wrote it.
     pub fn is_of(&self, template: &Template) -> bool {
-        let known = [String::new(), template_fingerprint_text(template)];
-        self.template_size_mm == template.size_mm().to_array() && known.contains(&self.template_fingerprint)
+        let known = [String::new(), template_fingerprint(template)];
+        self.template_size_mm == template.size_mm().to_array() && known.contains(&self.template_sha256)
     }
 
     /// The text of `dataset.json`.
     ///
     /// # Errors
-    /// [`SynthError::Json`] when a number is not finite.
-    pub fn to_json(&self) -> Result<String, SynthError> {
-        serde_json::to_string_pretty(self).map_err(|source| SynthError::Json {
+    /// [`FormatError::Json`] when a number is not finite.
+    pub fn to_json(&self) -> Result<String, FormatError> {
+        serde_json::to_string_pretty(self).map_err(|source| FormatError::Json {
             name: "dataset.json".into(),
             source,
         })
@@ -150,12 +145,12 @@ impl DatasetDescription {
     /// Reads the text of `dataset.json`.
     ///
     /// # Errors
-    /// [`SynthError::Json`] when it is not such a text, [`SynthError::EntryContent`] when its version or its units are
+    /// [`FormatError::Json`] when it is not such a text, [`FormatError::EntryContent`] when its version or its units are
     /// not ours.
-    pub fn from_json(text: &str) -> Result<Self, SynthError> {
+    pub fn from_json(text: &str) -> Result<Self, FormatError> {
         let name = || "dataset.json".to_owned();
         let description: Self =
-            serde_json::from_str(text).map_err(|source| SynthError::Json { name: name(), source })?;
+            serde_json::from_str(text).map_err(|source| FormatError::Json { name: name(), source })?;
         let units = |d: &Self| {
             format!(
                 "format version {}, depth unit {} mm, uv one {}",
@@ -169,7 +164,7 @@ impl DatasetDescription {
             ..description.clone()
         };
         if units(&description) != units(&ours) {
-            return Err(SynthError::EntryContent {
+            return Err(FormatError::EntryContent {
                 name: name(),
                 actual: units(&description),
                 expected: units(&ours),

@@ -8,12 +8,12 @@ use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use common::{SIZE, copy, frame_of, plane, small_camera, small_compact, template};
 use deepsft::Network;
-use deepsft_geometry::{ColorResponse, photometric_error};
+use deepsft_geometry::{ColorResponse, photo_consistency_error};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Refined,
-    RefinementData, RefinementStep, RefinementSteps, Schedule, TrainConfig, TrainError, TrainingFrame, refine,
-    set_aside_outdated, train,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Schedule,
+    TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated, train,
+    tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -54,7 +54,7 @@ fn frame(index: usize, shift: f32) -> TrainingFrame {
 }
 
 fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
-    let steps = |rate| RefinementSteps {
+    let steps = |rate| TuningSettings {
         epochs,
         batch: 2,
         optimizer: Optimizer::Adam { betas: [0.9, 0.999] },
@@ -66,8 +66,8 @@ fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
     };
     let mut config = TrainConfig {
         checkpoint: checkpoint.to_path_buf(),
-        depth_steps: steps(5e-3),
-        registration_steps: steps(5e-3),
+        depth_tuning: steps(5e-3),
+        registration_tuning: steps(5e-3),
         ..TrainConfig::ours()
     };
     config.photo_consistency.light = Light::Ignored;
@@ -75,37 +75,32 @@ fn config(checkpoint: &Path, epochs: u64) -> TrainConfig {
 }
 
 fn run(
-    step: RefinementStep,
+    step: TuningStep,
     frames: &RecordedFrames,
     config: &TrainConfig,
     report: impl FnMut(Progress),
-) -> Result<Refined, TrainError> {
+) -> Result<Tuned, TrainError> {
     run_from(&network(), step, frames, config, report)
 }
 
 fn run_from(
     network: &Network,
-    step: RefinementStep,
+    step: TuningStep,
     frames: &RecordedFrames,
     config: &TrainConfig,
     report: impl FnMut(Progress),
-) -> Result<Refined, TrainError> {
-    let data = RefinementData {
+) -> Result<Tuned, TrainError> {
+    let set = TuningSet {
         frames,
         template: &template(),
         canonical: &small_camera(),
         truth: &BTreeMap::new(),
     };
-    refine(network, step, data, config, &Device::flex(), report)
+    tune(network, step, set, config, &Device::flex(), report)
 }
 
-/// The losses of all steps of a refinement, and what it ended with.
-fn losses_of(
-    network: &Network,
-    step: RefinementStep,
-    frames: &RecordedFrames,
-    config: &TrainConfig,
-) -> (Vec<f64>, Refined) {
+/// The losses of all updates of a tuning, and what it ended with.
+fn losses_of(network: &Network, step: TuningStep, frames: &RecordedFrames, config: &TrainConfig) -> (Vec<f64>, Tuned) {
     let mut losses = Vec::new();
     let refined = run_from(network, step, frames, config, |progress| {
         if let Progress::Step { loss, .. } = progress {
@@ -192,9 +187,9 @@ fn step_one_learns_a_sample_by_heart() {
 }
 
 /// The steps, and the names of their blocks in a network.
-const STEPS: [(RefinementStep, &str); 2] = [
-    (RefinementStep::Depth, "depth_refinement"),
-    (RefinementStep::Registration, "registration_refinement"),
+const STEPS: [(TuningStep, &str); 2] = [
+    (TuningStep::Depth, "depth_refinement"),
+    (TuningStep::Registration, "registration_refinement"),
 ];
 
 /// Checks that of two networks the `block` alone differs, in the weights and biases of its three convolutions.
@@ -238,7 +233,7 @@ fn step_three_can_compare_with_the_template_in_the_cameras_colours() {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 120);
         config.photo_consistency.light = light;
-        let refined = run(RefinementStep::Registration, &frames, &config, |_| {});
+        let refined = run(TuningStep::Registration, &frames, &config, |_| {});
         refined.unwrap().after
     };
     let of = |figure: Option<MeanMedian>| figure.unwrap().mean;
@@ -308,7 +303,7 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
     let refined = |step| {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 60);
-        for steps in [&mut config.depth_steps, &mut config.registration_steps] {
+        for steps in [&mut config.depth_tuning, &mut config.registration_tuning] {
             steps.batch = 4;
             steps.learning_rate.decay = 0.01;
             steps.average_decay = 0.9;
@@ -316,17 +311,17 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
         run(step, &frames, &config, |_| {}).unwrap()
     };
     let mean = |figure: Option<MeanMedian>| figure.unwrap().mean;
-    let Refined { before, after, .. } = refined(RefinementStep::Depth);
+    let Tuned { before, after, .. } = refined(TuningStep::Depth);
     let [before, after] = [before, after].map(|figures| mean(figures.measured_depth_rmse_mm));
     assert!(after < before / 4.0, "depth RMSE {before} -> {after} mm");
-    let Refined { before, after, .. } = refined(RefinementStep::Registration);
+    let Tuned { before, after, .. } = refined(TuningStep::Registration);
     let [before, after] = [before, after].map(|figures| mean(figures.photometric_error));
     assert!(after < before / 4.0, "E_pr {before} -> {after}");
     // The one registration that is in the middle of all frames does not do that.
     let middle = plane(0.15, [0; 2]);
     let texture = template();
     let errors = frames.held_out.iter().map(|frame| {
-        let error = photometric_error(&frame.image, texture.texture(), &middle);
+        let error = photo_consistency_error(&frame.image, texture.texture(), &middle);
         error.unwrap()
     });
     let same_for_all = errors.sum::<f64>() / frames.held_out.len() as f64;
@@ -346,7 +341,7 @@ fn step_three_learns_a_frame_by_heart_under_a_light_that_is_fitted() {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 120);
         config.photo_consistency.light = light;
-        let (losses, _) = losses_of(&network(), RefinementStep::Registration, &frames, &config);
+        let (losses, _) = losses_of(&network(), TuningStep::Registration, &frames, &config);
         losses[losses.len() - 1] / losses[0]
     };
     let fitted = share_left(Light::Fitted);
@@ -359,19 +354,19 @@ fn step_three_learns_a_frame_by_heart_under_a_light_that_is_fitted() {
 fn the_papers_optimiser_lowers_the_loss_too() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(folder.path(), 20);
-    config.registration_steps.optimizer = Optimizer::Sgd { momentum: 0.9 };
-    config.registration_steps.learning_rate = LearningRate {
+    config.registration_tuning.optimizer = Optimizer::Sgd { momentum: 0.9 };
+    config.registration_tuning.learning_rate = LearningRate {
         initial: 1e-5,
         decay: 1e-9,
     };
     config.photo_consistency.reduction = Reduction::Mean;
-    let (losses, _) = losses_of(&network(), RefinementStep::Registration, &frames(2), &config);
+    let (losses, _) = losses_of(&network(), TuningStep::Registration, &frames(2), &config);
     assert!(losses[losses.len() - 1] < losses[0], "{losses:?}");
 }
 
 #[test]
-fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_same_weights() {
-    for step in [RefinementStep::Depth, RefinementStep::Registration] {
+fn a_tuning_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_same_weights() {
+    for step in [TuningStep::Depth, TuningStep::Registration] {
         let folder = tempfile::tempdir().unwrap();
         let (whole, half) = (folder.path().join("whole"), folder.path().join("half"));
         let mut losses = Vec::new();
@@ -417,20 +412,20 @@ fn a_refinement_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_
 #[test]
 fn a_checkpoint_of_another_network_alone_is_set_aside() {
     let folder = tempfile::tempdir().unwrap();
-    let step = RefinementStep::Depth;
+    let step = TuningStep::Depth;
     let config = TrainConfig {
         resume: true,
         ..config(&folder.path().join("checkpoint"), 1)
     };
     run(step, &frames(2), &config, |_| {}).unwrap();
     let set_aside = |network: &Network, step, frames: &RecordedFrames, config: &TrainConfig| {
-        let data = RefinementData {
+        let set = TuningSet {
             frames,
             template: &template(),
             canonical: &small_camera(),
             truth: &BTreeMap::new(),
         };
-        set_aside_outdated(network, step, data, config).unwrap()
+        set_aside_outdated(network, step, set, config).unwrap()
     };
     let other = another_network();
     let mut settings = config.clone();
@@ -442,10 +437,7 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
     assert_eq!(set_aside(&network(), step, &frames(2), &config), None);
     assert_eq!(set_aside(&network(), step, &frames(3), &config), None);
     assert_eq!(set_aside(&other, step, &frames(3), &config), None);
-    assert_eq!(
-        set_aside(&other, RefinementStep::Registration, &frames(2), &config),
-        None
-    );
+    assert_eq!(set_aside(&other, TuningStep::Registration, &frames(2), &config), None);
     assert_eq!(set_aside(&other, step, &frames(2), &settings), None);
     assert_eq!(set_aside(&other, step, &frames(2), &seed), None);
     // What differs is refused, and stays where it is.
@@ -453,7 +445,7 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
     assert!(matches!(error, TrainError::CheckpointMismatch { .. }), "{error}");
     // More epochs are no other settings; another network may see the object in other pixels.
     let mut longer = config.clone();
-    longer.depth_steps.epochs = 3;
+    longer.depth_tuning.epochs = 3;
     let mut seen_elsewhere = frames(2);
     seen_elsewhere.training[0].inside[0] ^= true;
     let kept = set_aside(&other, step, &seen_elsewhere, &longer).unwrap();

@@ -35,7 +35,11 @@ pub fn textured_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
         json!({"componentType": FLOAT, "count": count, "type": "VEC3", "min": low.to_array(), "max": high.to_array()}),
     );
     let normal = chunk.accessor(
-        &floats(normals(mesh).into_iter().flat_map(|n| to_gltf(n).as_vec3().to_array())),
+        &floats(
+            mesh.normals_at(mesh.vertices())
+                .into_iter()
+                .flat_map(|n| to_gltf(n).as_vec3().to_array()),
+        ),
         ARRAY_BUFFER,
         json!({"componentType": FLOAT, "count": count, "type": "VEC3"}),
     );
@@ -141,22 +145,6 @@ fn to_gltf(p_camera: DVec3) -> DVec3 {
 
 fn floats(values: impl Iterator<Item = f32>) -> Vec<u8> {
     values.flat_map(f32::to_le_bytes).collect()
-}
-
-/// Unit normals, each the area-weighted mean over the faces around its vertex.
-fn normals(mesh: &TriangleMesh) -> Vec<DVec3> {
-    let vertices = mesh.vertices();
-    let mut normals = vec![DVec3::ZERO; vertices.len()];
-    for &[a, b, c] in mesh.faces() {
-        let normal = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
-        for corner in [a, b, c] {
-            normals[corner] += normal;
-        }
-    }
-    normals
-        .into_iter()
-        .map(|normal| normal.normalize_or(DVec3::NEG_Z))
-        .collect()
 }
 
 #[cfg(test)]

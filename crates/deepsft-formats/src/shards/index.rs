@@ -1,7 +1,8 @@
 //! Shards read out of order: where each sample lies is found once, the samples are read when they are asked for.
 
-use crate::shard_reader::{PendingSample, ShardReader};
-use crate::{SampleRecord, SynthError};
+use super::reader::PendingSample;
+use super::{SampleRecord, ShardReader};
+use crate::FormatError;
 use deepsft_geometry::Camera;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -12,18 +13,19 @@ use std::path::{Path, PathBuf};
 /// be larger than memory. Threads may read at once.
 ///
 /// ```
-/// use deepsft_geometry::{Picture, Template};
-/// use deepsft_synth::{IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
-/// let template = Template::thin_shell(Picture::from_fn(8, 6, |x, y| [30 * x as u8, 40 * y as u8, 0]), 200.0, 150.0)?;
-/// let synthesizer = Synthesizer::new(&template, SynthConfig::default())?;
+/// use deepsft_formats::{IndexedShards, Sample, SampleRecord, write_shard};
+/// use deepsft_geometry::{Maps, Picture, glam::DVec3, training_camera};
+/// // A picture without the object.
+/// let image = Picture::from_fn(480, 270, |x, y| [x as u8, y as u8, 9]);
+/// let sample = Sample::new(image, Maps::empty(480, 270), Vec::new(), training_camera(), DVec3::NEG_Z);
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("shard-000000.tar");
-/// let records = (0..3).map(|index| SampleRecord { seed: 1, index, sample: synthesizer.sample(1, index) });
+/// let records = (0..3).map(|index| SampleRecord { seed: 1, index, sample: sample.clone() });
 /// write_shard(std::fs::File::create(&path)?, records)?;
-/// let mut shards = IndexedShards::new(synthesizer.config().camera);
+/// let mut shards = IndexedShards::new(training_camera());
 /// assert_eq!(shards.add(path)?, 3);
-/// assert_eq!(shards.record(2)?.sample.image, synthesizer.sample(1, 2).image);
-/// # Ok::<(), deepsft_synth::SynthError>(())
+/// assert_eq!(shards.record(2)?.index, 2);
+/// # Ok::<(), deepsft_formats::FormatError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct IndexedShards {
@@ -52,9 +54,9 @@ impl IndexedShards {
     /// entries are checked; its first sample is read.
     ///
     /// # Errors
-    /// [`SynthError::ShardFile`] when the file cannot be read, is cut, holds what is no sample, or its first sample cannot be
+    /// [`FormatError::File`] when the file cannot be read, is cut, holds what is no sample, or its first sample cannot be
     /// decoded or was taken by another camera.
-    pub fn add(&mut self, path: impl Into<PathBuf>) -> Result<u64, SynthError> {
+    pub fn add(&mut self, path: impl Into<PathBuf>) -> Result<u64, FormatError> {
         let path = path.into();
         let samples = positions(&path).map_err(|error| blamed(&error, &path))?;
         let (first, count) = (self.samples(), samples.len() as u64);
@@ -79,9 +81,9 @@ impl IndexedShards {
     /// [`crate::write_shard`]).
     ///
     /// # Errors
-    /// [`SynthError::NoSuchSample`]; [`SynthError::ShardFile`] when the shard can no longer be read, the sample cannot be
+    /// [`FormatError::NoSuchSample`]; [`FormatError::File`] when the shard can no longer be read, the sample cannot be
     /// decoded or was taken by another camera.
-    pub fn record(&self, number: u64) -> Result<SampleRecord, SynthError> {
+    pub fn record(&self, number: u64) -> Result<SampleRecord, FormatError> {
         let after = self.shards.partition_point(|shard| shard.first <= number);
         let found = after.checked_sub(1).and_then(|at| {
             let shard = &self.shards[at];
@@ -89,11 +91,11 @@ impl IndexedShards {
             Some((&shard.path, shard.samples.get(within)?))
         });
         let samples = self.samples();
-        let (path, bytes) = found.ok_or(SynthError::NoSuchSample { number, samples })?;
+        let (path, bytes) = found.ok_or(FormatError::NoSuchSample { number, samples })?;
         let record = read(path, bytes).map_err(|error| blamed(&error, path))?;
         if record.sample.camera != self.camera {
             let index = record.index;
-            return Err(SynthError::ShardFile {
+            return Err(FormatError::File {
                 reason: format!("sample {index} was taken by another camera than the one expected"),
                 path: path.clone(),
             });
@@ -103,7 +105,7 @@ impl IndexedShards {
 }
 
 /// Where the samples of the shard at `path` lie: from the header of the first entry of each to the end of its last.
-fn positions(path: &Path) -> Result<Vec<Range<u64>>, SynthError> {
+fn positions(path: &Path) -> Result<Vec<Range<u64>>, FormatError> {
     let file = File::open(path)?;
     let length = file.metadata()?.len();
     let mut archive = tar::Archive::new(file);
@@ -114,7 +116,7 @@ fn positions(path: &Path) -> Result<Vec<Range<u64>>, SynthError> {
             let (content, expected) = (entry.raw_file_position(), entry.size());
             let actual = length.saturating_sub(content);
             if actual < expected {
-                return Err(SynthError::TruncatedEntry { name, actual, expected });
+                return Err(FormatError::TruncatedEntry { name, actual, expected });
             }
             Ok(entry.raw_header_position()..content + expected)
         })?;
@@ -130,7 +132,7 @@ fn positions(path: &Path) -> Result<Vec<Range<u64>>, SynthError> {
 }
 
 /// The sample in `bytes` of the shard at `path`: they are a shard of one sample.
-fn read(path: &Path, bytes: &Range<u64>) -> Result<SampleRecord, SynthError> {
+fn read(path: &Path, bytes: &Range<u64>) -> Result<SampleRecord, FormatError> {
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(bytes.start))?;
     let mut reader = ShardReader::new(file.take(bytes.end - bytes.start));
@@ -140,8 +142,8 @@ fn read(path: &Path, bytes: &Range<u64>) -> Result<SampleRecord, SynthError> {
 }
 
 /// An error of the shard at `path`, which names it.
-fn blamed(error: &SynthError, path: &Path) -> SynthError {
-    SynthError::ShardFile {
+fn blamed(error: &FormatError, path: &Path) -> FormatError {
+    FormatError::File {
         reason: error.to_string(),
         path: path.to_path_buf(),
     }

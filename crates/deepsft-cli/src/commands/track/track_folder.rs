@@ -1,0 +1,105 @@
+//! The folder of a track, written frame by frame.
+
+use super::TRACK_FILE;
+use super::report::{self, FrameReport, Report};
+use crate::clip_folder::frame_name;
+use crate::output::atomic::{self, StagedFolder};
+use crate::output::npy;
+use anyhow::{Context, Result};
+use deepsft_geometry::glam::DVec3;
+use std::fs::{self, File};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Files of a track, written beside their place while the video lasts. Dropped before [`TrackFolder::commit`], nothing of
+/// them stays.
+pub struct TrackFolder {
+    folder: StagedFolder,
+    table: BufWriter<File>,
+    vertices: BufWriter<File>,
+    vertices_per_frame: usize,
+    frames: usize,
+}
+
+impl TrackFolder {
+    /// Begins the folder that is to stand at `path`, for a mesh of so many vertices.
+    pub fn new(path: &Path, vertices_per_frame: usize) -> Result<Self> {
+        let folder = StagedFolder::new(path, &[TRACK_FILE])?;
+        let create = |name: &str| {
+            let path = folder.path().join(name);
+            let file = File::create(&path).with_context(|| format!("could not write {}", path.display()));
+            file.map(BufWriter::new)
+        };
+        let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
+        table.write_all(report::TABLE_HEADER.as_bytes())?;
+        vertices.write_all(&npy::f32_npy(&[0, vertices_per_frame, 3], []))?;
+        Ok(Self {
+            folder,
+            table,
+            vertices,
+            vertices_per_frame,
+            frames: 0,
+        })
+    }
+
+    /// Adds a frame to table and vertices; `vertices_camera` is `None` where the object was not found.
+    pub fn add(&mut self, frame: &FrameReport, vertices_camera: Option<&[DVec3]>) -> Result<()> {
+        let mut write = || -> Result<()> {
+            self.table.write_all(report::table_row(frame).as_bytes())?;
+            match vertices_camera {
+                Some(vertices) => {
+                    for value in vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
+                        self.vertices.write_all(&value.to_le_bytes())?;
+                    }
+                }
+                None => {
+                    for _ in 0..3 * self.vertices_per_frame {
+                        self.vertices.write_all(&f32::NAN.to_le_bytes())?;
+                    }
+                }
+            }
+            Ok(())
+        };
+        write().context("could not write the track")?;
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Writes a file of the frame `number` into the folder `kind`.
+    pub fn write(&self, kind: &str, number: usize, ending: &str, bytes: &[u8]) -> Result<()> {
+        let folder = self.folder.path().join(kind);
+        fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
+        Ok(atomic::write_file(&folder.join(frame_name(number, ending)), bytes)?)
+    }
+
+    /// Writes the report and puts the folder in its place.
+    pub fn commit(mut self, report: &Report) -> Result<()> {
+        let mut finish = || -> Result<()> {
+            self.table.flush()?;
+            self.table.get_ref().sync_all()?;
+            // The number of frames is known only now; the header has the same length whatever it is.
+            self.vertices.seek(SeekFrom::Start(0))?;
+            let header = npy::f32_npy(&[self.frames, self.vertices_per_frame, 3], []);
+            self.vertices.write_all(&header)?;
+            self.vertices.flush()?;
+            Ok(self.vertices.get_ref().sync_all()?)
+        };
+        finish().context("could not write the track")?;
+        let path = self.folder.path().join(TRACK_FILE);
+        atomic::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
+        Ok(self.folder.commit()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_of_the_vertices_has_one_length_for_any_number_of_frames() {
+        for vertices in [4, 1271, 10_000_000] {
+            let length = |frames| npy::f32_npy(&[frames, vertices, 3], []).len();
+            assert_eq!(length(0), length(usize::MAX));
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! `camera.json`: a camera's intrinsics as a file.
+
+use crate::FormatError;
+use deepsft_geometry::Camera;
+use serde::{Deserialize, Serialize};
+
+/// The fields of a `camera.json`. Unknown ones are passed over: recordings keep more about their sensors there.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct CameraFile {
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pixel_centers: Option<PixelCenters>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    distortion: Option<[f64; 5]>,
+}
+
+/// Where a file's `cx` and `cy` have the centres of pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PixelCenters {
+    /// At 0.5, 1.5, ...: the image's corner is (0, 0) and its middle (width / 2, height / 2). So are our cameras.
+    #[default]
+    Half,
+    /// At 0, 1, ...: the centre of the first pixel is (0, 0), as in OpenCV, ROS and the TUM data sets. Reading adds half
+    /// a pixel to `cx` and `cy`.
+    Integer,
+}
+
+impl CameraFile {
+    /// The fields of `camera`.
+    pub fn new(camera: &Camera) -> Self {
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        Self {
+            width: camera.width(),
+            height: camera.height(),
+            fx: focal.x,
+            fy: focal.y,
+            cx: principal.x,
+            cy: principal.y,
+            pixel_centers: None,
+            distortion: Some(camera.distortion()),
+        }
+    }
+
+    /// The camera of these fields.
+    ///
+    /// # Errors
+    /// [`FormatError::Geometry`] when a value is none a camera can have.
+    pub fn camera(&self) -> Result<Camera, FormatError> {
+        let corner = match self.pixel_centers.unwrap_or_default() {
+            PixelCenters::Half => 0.0,
+            PixelCenters::Integer => 0.5,
+        };
+        let (cx, cy) = (self.cx + corner, self.cy + corner);
+        let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, cx, cy)?;
+        Ok(camera.with_distortion(self.distortion.unwrap_or_default())?)
+    }
+}
+
+/// Reads the content of a `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels and, if the lens distorts,
+/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3). The image's corner is (0, 0) unless the file says
+/// `"pixel_centers": "integer"` (see [`PixelCenters`]), which calibrations by OpenCV need.
+///
+/// ```
+/// let json = br#"{"width": 1280, "height": 720, "fx": 1010.5, "fy": 1008.0, "cx": 639.7, "cy": 358.6,
+///     "pixel_centers": "integer"}"#;
+/// let camera = deepsft_formats::parse_camera(json)?;
+/// assert_eq!((camera.focal().x, camera.principal_point().x), (1010.5, 640.2));
+/// # Ok::<(), deepsft_formats::FormatError>(())
+/// ```
+///
+/// # Errors
+/// [`FormatError::CameraFile`] when it is not JSON or lacks a field (NaN is not JSON),
+/// [`FormatError::Geometry`] when a value is none a camera can have.
+pub fn parse_camera(json: &[u8]) -> Result<Camera, FormatError> {
+    let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile {
+        reason: error.to_string(),
+    })?;
+    file.camera()
+}
+
+/// The content of a `camera.json` that [`parse_camera`] reads as `camera`; `distortion` is left out for
+/// a lens without.
+pub fn camera_to_json(camera: &Camera) -> String {
+    let mut file = CameraFile::new(camera);
+    file.distortion = file.distortion.filter(|distortion| *distortion != [0.0; 5]);
+    // Numbers and fixed keys: there is nothing in it that JSON could not say.
+    serde_json::to_string_pretty(&file).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"{"width": 640, "height": 480, "fx": 528.25, "fy": 527.5, "cx": 320.5, "cy": 239.75,
+        "distortion": [0.1, -0.2, 0.001, 0.002, 0.3], "depth_scale": 1000}"#;
+
+    fn message(json: &str) -> String {
+        parse_camera(json.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_camera_comes_back_as_it_was() {
+        let camera = parse_camera(GOOD.as_bytes()).unwrap();
+        assert_eq!(camera.distortion()[4], 0.3);
+        assert_eq!(parse_camera(camera_to_json(&camera).as_bytes()).unwrap(), camera);
+        let plain = camera.with_distortion([0.0; 5]).unwrap();
+        assert!(!camera_to_json(&plain).contains("distortion"));
+        assert_eq!(parse_camera(camera_to_json(&plain).as_bytes()).unwrap(), plain);
+    }
+
+    #[test]
+    fn pixel_centres_at_integers_move_the_principal_point_by_half_a_pixel() {
+        // What cv2.calibrateCamera gives of an ideal camera of 640 x 480: the middle of the image is (319.5, 239.5).
+        let opencv = r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5"#;
+        let principal = |more: &str| parse_camera(format!("{opencv}{more}}}").as_bytes()).map(|c| c.principal_point());
+        let middle = principal(r#", "pixel_centers": "integer""#).unwrap();
+        assert_eq!(middle.to_array(), [320.0, 240.0]);
+        for ours in ["", r#", "pixel_centers": "half""#] {
+            assert_eq!(principal(ours).unwrap().to_array(), [319.5, 239.5]);
+        }
+        let unknown = principal(r#", "pixel_centers": "corner""#).unwrap_err().to_string();
+        assert!(unknown.contains("corner") && unknown.contains("integer"), "{unknown}");
+    }
+
+    #[test]
+    fn a_focal_length_of_zero_is_named() {
+        assert!(message(&GOOD.replace("528.25", "0")).contains("fx is 0"));
+    }
+
+    #[test]
+    fn a_number_that_is_no_number_is_refused_with_its_place() {
+        for bad in ["NaN", "1e999", "\"528\"", "null"] {
+            let message = message(&GOOD.replace("528.25", bad));
+            assert!(message.contains("line 1 column"), "{bad}: {message}");
+        }
+    }
+
+    #[test]
+    fn a_missing_field_and_a_truncated_file_are_refused() {
+        assert!(message(&GOOD.replace("\"cy\"", "\"cz\"")).contains("missing field `cy`"));
+        assert!(message(&GOOD[..40]).contains("EOF"));
+        assert!(message("").contains("EOF"));
+        assert!(message(&GOOD.replace("640", "-640")).contains("-640"));
+    }
+}

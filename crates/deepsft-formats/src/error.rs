@@ -1,0 +1,157 @@
+//! The one error type of this crate.
+
+use deepsft_geometry::GeometryError;
+use std::path::PathBuf;
+
+/// What can go wrong between bytes and cameras, meshes, pictures, templates and samples.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormatError {
+    /// Geometry refused a camera, mesh, map, picture or template.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The content of a `camera.json` cannot be read.
+    #[error("camera description cannot be read: {reason}")]
+    CameraFile {
+        /// What the reader met, and where.
+        reason: String,
+    },
+    /// The content of a `template.json` cannot be read.
+    #[error("template description cannot be read: {reason}")]
+    TemplateFile {
+        /// What the reader met, and where.
+        reason: String,
+    },
+    /// The mesh of a template cannot be read.
+    #[error("line {line} of the template's mesh is not understood")]
+    TemplateMesh {
+        /// Number of the line, from 1.
+        line: usize,
+    },
+    /// A template was written in another version of the format.
+    #[error("template has format version {actual}, this program reads version {expected}")]
+    TemplateVersion {
+        /// Version met.
+        actual: u32,
+        /// Version this crate reads.
+        expected: u32,
+    },
+    /// A picture's file has 0 bytes.
+    #[error("picture file is empty (0 bytes)")]
+    PictureFileEmpty,
+    /// A picture has more pixels than is decoded.
+    #[error("picture of {width} x {height} pixels is too large: at most {longest_side} a side and 512 MiB decoded")]
+    PictureTooLarge {
+        /// Columns met.
+        width: u32,
+        /// Rows met.
+        height: u32,
+        /// Longest side that is decoded.
+        longest_side: u32,
+    },
+    /// A picture's file is of an unknown kind, cut short or corrupt.
+    #[error("picture cannot be read: {reason}")]
+    PictureFile {
+        /// What the decoder met.
+        reason: String,
+    },
+    /// A shard could not be read or written.
+    #[error("shard: {0}")]
+    Io(#[from] std::io::Error),
+    /// A picture in a shard could not be coded or decoded.
+    #[error("shard entry {name}: {source}")]
+    EntryPicture {
+        /// Name of the entry.
+        name: String,
+        /// The codec's error.
+        source: image::ImageError,
+    },
+    /// The description of a sample or a data set is not the JSON it should be.
+    #[error("{name}: {source}")]
+    Json {
+        /// Name of the entry or file.
+        name: String,
+        /// The parser's error.
+        source: serde_json::Error,
+    },
+    /// A shard holds something that is no part of a sample.
+    #[error("shard entry {name} is not NNNNNN.rgb.png, .depth.png, .uv.png or .json")]
+    ForeignEntry {
+        /// Name of the entry.
+        name: String,
+    },
+    /// A shard holds the same part of a sample twice.
+    #[error("shard entry {name} is there twice")]
+    RepeatedEntry {
+        /// Name of the entry.
+        name: String,
+    },
+    /// A sample in a shard is not complete.
+    #[error("sample {key} of the shard has no {part}")]
+    MissingPart {
+        /// Number of the sample within the shard.
+        key: String,
+        /// Ending of the missing entry.
+        part: &'static str,
+    },
+    /// A shard ends within an entry.
+    #[error("shard entry {name} has {actual} bytes, expected {expected}")]
+    TruncatedEntry {
+        /// Name of the entry.
+        name: String,
+        /// Bytes that were there.
+        actual: u64,
+        /// Bytes that its header announces.
+        expected: u64,
+    },
+    /// An entry of a shard can be decoded but is not what it should be.
+    #[error("shard entry {name} is {actual}, expected {expected}")]
+    EntryContent {
+        /// Name of the entry.
+        name: String,
+        /// What was found.
+        actual: String,
+        /// What should be there.
+        expected: String,
+    },
+    /// A sample was asked for that the shards do not have.
+    #[error("there is no sample {number}, only {samples}")]
+    NoSuchSample {
+        /// Number asked for, from 0.
+        number: u64,
+        /// Samples of all shards.
+        samples: u64,
+    },
+    /// A depth that the 16-bit file format cannot hold.
+    #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
+    DepthRange {
+        /// The depth, mm.
+        depth_mm: f32,
+        /// Index of the sample.
+        index: u64,
+    },
+    /// A file or folder cannot be used.
+    #[error("{reason}: {path}")]
+    File {
+        /// What is wrong with it.
+        reason: String,
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// A file or folder could not be written.
+    #[error("could not write {path}: {reason}")]
+    Write {
+        /// What the system says.
+        reason: String,
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// A folder is in the way.
+    #[error("{path} exists and holds no {markers}: choose another folder, or remove it")]
+    ForeignFolder {
+        /// The files by which a folder of the wanted kind is known.
+        markers: String,
+        /// The folder.
+        path: PathBuf,
+    },
+}

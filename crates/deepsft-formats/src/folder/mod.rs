@@ -1,0 +1,5 @@
+//! Files and folders of the disk.
+
+mod atomic;
+
+pub use atomic::{StagedFolder, check_folder, replace_folder, write_file, write_folder};

@@ -1,0 +1,132 @@
+//! How the lengths of a mesh's edges change over a data set: how far its deformations are from isometries.
+
+use serde::{Deserialize, Serialize};
+
+/// Bins of an [`EdgeLengthHistogram`] for each doubling of the change.
+const BINS_AN_OCTAVE: f64 = 16.0;
+
+/// Changes below this are counted as this: a thousandth of what matters.
+const LEAST_CHANGE: f64 = 1e-6;
+
+/// Relative change |l / l0 - 1| of a mesh's edge lengths under a deformation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeLengthChange {
+    /// Median over the edges, each counted once.
+    pub median: f64,
+    /// 95th percentile over the edges.
+    pub p95: f64,
+}
+
+impl EdgeLengthChange {
+    /// Median and 95th percentile (nearest rank) of the given changes; zeros when there are none.
+    pub fn of(mut changes: Vec<f64>) -> Self {
+        Self {
+            median: percentile(&mut changes, 0.5),
+            p95: percentile(&mut changes, 0.95),
+        }
+    }
+}
+
+/// How often edge lengths changed how much, over any number of samples: what is made in parts can be added up. Bins are
+/// even in the logarithm, 16 a doubling, so that a percentile is found to about 1 % of itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EdgeLengthHistogram {
+    /// Samples that were counted: those that show the object.
+    pub samples: u64,
+    /// Edges in each bin; bin k holds changes from 1e-6 * 2^(k / 16) on, the first all smaller ones too.
+    pub bins: Vec<u64>,
+}
+
+impl EdgeLengthHistogram {
+    /// Counts the edges of a sample.
+    pub fn count(&mut self, changes: impl IntoIterator<Item = f64>) {
+        self.samples += 1;
+        for change in changes {
+            let bin = (BINS_AN_OCTAVE * (change.max(LEAST_CHANGE) / LEAST_CHANGE).log2()) as usize;
+            if self.bins.len() <= bin {
+                self.bins.resize(bin + 1, 0);
+            }
+            self.bins[bin] += 1;
+        }
+    }
+
+    /// Adds the counts of other samples.
+    pub fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        if self.bins.len() < other.bins.len() {
+            self.bins.resize(other.bins.len(), 0);
+        }
+        for (sum, count) in self.bins.iter_mut().zip(&other.bins) {
+            *sum += count;
+        }
+    }
+
+    /// Median and 95th percentile over all edges of all samples; zeros when there are none.
+    pub fn change(&self) -> EdgeLengthChange {
+        EdgeLengthChange {
+            median: self.percentile(0.5),
+            p95: self.percentile(0.95),
+        }
+    }
+
+    fn percentile(&self, share: f64) -> f64 {
+        let wanted = share * self.bins.iter().sum::<u64>() as f64;
+        let mut below = 0.0;
+        for (bin, &count) in self.bins.iter().enumerate() {
+            if count > 0 && below + count as f64 >= wanted {
+                let within = (wanted - below) / count as f64;
+                return LEAST_CHANGE * ((bin as f64 + within) / BINS_AN_OCTAVE).exp2();
+            }
+            below += count as f64;
+        }
+        0.0
+    }
+}
+
+fn percentile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let rank = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len()) - 1;
+    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_of_parts_finds_the_percentiles_of_the_whole() {
+        let changes: Vec<f64> = (0..4000).map(|k| 1e-4 * (1.0 + 0.05 * f64::from(k))).collect();
+        let (mut first, mut second) = (EdgeLengthHistogram::default(), EdgeLengthHistogram::default());
+        for (k, some) in changes.chunks(500).enumerate() {
+            let part = if k % 3 == 0 { &mut first } else { &mut second };
+            part.count(some.iter().copied());
+        }
+        first.add(&second);
+        assert_eq!(first.samples, 8);
+        let (found, exact) = (first.change(), EdgeLengthChange::of(changes));
+        assert!(
+            (found.median / exact.median - 1.0).abs() < 0.01,
+            "{found:?}, exact {exact:?}"
+        );
+        assert!((found.p95 / exact.p95 - 1.0).abs() < 0.01, "{found:?}, exact {exact:?}");
+        assert_eq!(EdgeLengthHistogram::default().change().p95, 0.0);
+    }
+
+    #[test]
+    fn the_95th_of_a_hundred_changes_is_the_nearest_rank() {
+        let change = EdgeLengthChange::of((1..=100).rev().map(f64::from).collect());
+        assert_eq!(
+            change,
+            EdgeLengthChange {
+                median: 50.0,
+                p95: 95.0
+            }
+        );
+        assert_eq!(
+            EdgeLengthChange::of(Vec::new()),
+            EdgeLengthChange { median: 0.0, p95: 0.0 }
+        );
+    }
+}

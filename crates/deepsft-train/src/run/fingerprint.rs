@@ -1,0 +1,59 @@
+//! What a checkpoint belongs to.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// What must be equal for a checkpoint to be continued: by the name of each part the SHA-256 of what it consists of.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "Value")]
+pub struct Fingerprint(BTreeMap<String, String>);
+
+/// Earlier versions of this program wrote a text: it is read as a fingerprint without parts, which equals no other.
+impl From<Value> for Fingerprint {
+    fn from(value: Value) -> Self {
+        Self(serde_json::from_value(value).unwrap_or_default())
+    }
+}
+
+impl Fingerprint {
+    /// The same with the part `name`, the hash of `content` as JSON.
+    #[must_use]
+    pub fn with(mut self, name: &str, content: &impl Serialize) -> Self {
+        self.0.insert(name.to_owned(), deepsft_formats::fingerprint(content));
+        self
+    }
+
+    /// The first part, by name, in which `saved` differs; `None` when both are equal.
+    pub fn difference(&self, saved: &Self) -> Option<String> {
+        if self.0.len() != saved.0.len() {
+            return Some("version of this program".to_owned());
+        }
+        let differs = |(name, hash): &(&String, &String)| saved.0.get(*name) != Some(*hash);
+        self.0.iter().find(differs).map(|(name, _)| name.clone())
+    }
+
+    /// Whether `saved` has the same part `name`.
+    pub fn agrees_in(&self, saved: &Self, name: &str) -> bool {
+        self.0.get(name).is_some_and(|hash| saved.0.get(name) == Some(hash))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fingerprint_comes_back_from_a_file_and_names_what_differs() {
+        let now = Fingerprint::default().with("network", &[1, 2]).with("samples", &"a");
+        let saved: Fingerprint = serde_json::from_str(&serde_json::to_string(&now).unwrap()).unwrap();
+        assert_eq!(now.difference(&saved), None);
+        let other = Fingerprint::default().with("network", &[1, 2]).with("samples", &"b");
+        assert_eq!(now.difference(&other), Some("samples".to_owned()));
+        assert!(now.agrees_in(&other, "network") && !now.agrees_in(&other, "samples"));
+        // Of an earlier version of this program.
+        let older: Fingerprint = serde_json::from_str("\"01-23-45\"").unwrap();
+        assert_eq!(now.difference(&older), Some("version of this program".to_owned()));
+        assert!(!now.agrees_in(&older, "network"));
+    }
+}
