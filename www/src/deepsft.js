@@ -11,7 +11,7 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
 /** @import { LoadProgress } from "./engine/bundle.js" */
-/** @import { EngineInfo, EngineTemplate, MeshTopology, RefineRequest, StartRequest } from "./engine/engine-worker.js" */
+/** @import { EngineInfo, EngineTemplate, MeshRequest, MeshTopology, StartRequest } from "./engine/engine-worker.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
 /** @import { CameraOption } from "./camera/intrinsics.js" */
 /** @import { TrackedFrame } from "./results/tracked-frame.js" */
@@ -32,8 +32,8 @@ import { Tracking } from "./tracking/tracking.js";
 /**
  * @typedef {object} EstimateOptions
  * @property {CameraOption} [camera] estimated when absent
- * @property {"none" | "physics"} [refine] `physics` fits the template's mesh to the image, starting from the network's maps,
- *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+ * @property {boolean} [fit] fits the template's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
  */
 
 /**
@@ -251,7 +251,7 @@ export class DeepSft {
    * @param {number} began
    * @returns {Promise<Estimate>}
    */
-  async #run(image, { camera: cameraOption, refine = "none" }, began) {
+  async #run(image, { camera: cameraOption, fit = false }, began) {
     const { raw, camera, grabMs } = await this.#onEngine(async (worker) => {
       const grabbing = performance.now();
       const grabbed = await transferableFrame(image);
@@ -259,7 +259,7 @@ export class DeepSft {
       const { frame } = grabbed;
       try {
         const camera = cameraForFrame(cameraOption, grabbed);
-        const request = { frame, intrinsics: intrinsicsOf(camera), refine: refine === "physics" };
+        const request = { frame, intrinsics: intrinsicsOf(camera), fit };
         return { raw: await worker.estimate(request), camera, grabMs };
       } catch (error) {
         closeFrame(frame);
@@ -269,11 +269,11 @@ export class DeepSft {
     const times = {
       captureMs: grabMs + raw.readMs,
       ...raw.times,
-      refineMs: raw.refined?.refineMs ?? 0,
+      fitMs: raw.fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
-    const complete = (/** @type {RefineRequest} */ maps) => this.#onEngine((worker) => worker.refine(maps));
-    return new Estimate(raw, camera, times, this.#template.mesh, complete);
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#onEngine((worker) => worker.mesh(maps));
+    return new Estimate(raw, camera, times, this.#template.mesh, makeMesh);
   }
 
   /**

@@ -39,10 +39,10 @@ export type EstimateOptions = {
      */
     camera?: CameraOption;
     /**
-     * `physics` fits the template's mesh to the image, starting from the network's maps,
-     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+     * fits the template's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
      */
-    refine?: "none" | "physics";
+    fit?: boolean;
 };
 export type TrackMeshOptions = {
     /**

@@ -38,19 +38,19 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
- * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
+ * @property {RawMesh | null} fitted when a fit was asked for and the template found: what came of it
  */
 
 /**
- * One frame after physics refinement.
+ * The whole mesh in one frame.
  *
- * @typedef {object} RawRefined
+ * @typedef {object} RawMesh
  * @property {boolean} accepted whether the mesh explains the image better than the network's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
  * @property {Float32Array} registration
- * @property {number} refineMs
+ * @property {number} solveMs
  */
 
 /**
@@ -63,11 +63,11 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /**
- * With the canonical image: physics refinement. Without: ARAP completion.
+ * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
 /**
@@ -143,11 +143,11 @@ export class EngineWorker extends WorkerCalls {
   }
 
   /**
-   * @param {RefineRequest} request
-   * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
+   * @param {MeshRequest} request
+   * @returns {Promise<RawMesh | null>} null when the maps show too little of the template
    */
-  refine(request) {
-    return this.call("refine", request);
+  mesh(request) {
+    return this.call("mesh", request);
   }
 }
 
