@@ -333,6 +333,8 @@ export class DeepSft {
 }
 
 /**
+ * Refuses settings that are no numbers; the tracker itself has the defaults of those that are absent.
+ *
  * @param {Smoothing} smooth
  * @returns {Smoothing}
  */

@@ -232,18 +232,20 @@ mod tests {
     fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let samples: Vec<Sample> = synthesis::samples(
+        let samples: Vec<Sample> = deepsft_synth::samples(
             synthesis::synthesizer(&template, &synthesis::SynthesisOptions::default()).unwrap(),
             3,
             0..count,
         )
-        .collect();
+        .collect::<Result<_, _>>()
+        .unwrap();
         let records = (0..)
             .zip(samples.clone())
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
-        let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
+        let folder = StagedFolder::new(place, &deepsft_formats::FolderKind::DATASET).unwrap();
         let shards = write_shards(&folder, records, 2).unwrap();
-        let description = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, described, shards);
+        let description =
+            DatasetDescription::new(&template, SynthConfig::default().description(), 3, described, shards);
         fs::write(folder.path().join(DATASET_FILE), description.to_json().unwrap()).unwrap();
         folder.commit().unwrap();
         samples
@@ -290,7 +292,7 @@ mod tests {
             let mut first = 0;
             for (number, (samples, handle_shapes)) in (1..).zip(shapes) {
                 let mut part =
-                    deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, samples, Vec::new());
+                    DatasetDescription::new(&template, SynthConfig::default().description(), 3, samples, Vec::new());
                 (part.first, part.handle_shapes) = (first, handle_shapes);
                 first += samples;
                 let place = folder.path().join(part_name(number, 2));

@@ -137,7 +137,7 @@ export class Hud {
    *
    * @param {Estimate} estimate
    * @param {boolean} tracked whether the tracker has the sheet anyway
-   * @param {number} fps answers a second
+   * @param {number} fps answers per second
    */
   showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
     const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;

@@ -11,6 +11,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 const DESCRIPTION: &str = "network.json";
+
+/// The folder.
+const KIND: atomic::FolderKind = atomic::FolderKind {
+    known_by: &[DESCRIPTION],
+    files: &[DESCRIPTION, VALUES, FRAME, "clip-#.png"],
+};
 const VALUES: &str = "arrays.f32";
 const FRAME: &str = "frame.png";
 
@@ -98,7 +104,7 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     for (k, picture) in workload::clip(bundle)?.iter().enumerate() {
         files.insert(format!("clip-{k:02}.png"), encode_png(picture)?);
     }
-    atomic::write_folder(folder, &[DESCRIPTION], &files)?;
+    atomic::write_folder(folder, &KIND, &files)?;
     println!(
         "{} weights in {} arrays: {}",
         estimator.parameters(),

@@ -23,7 +23,7 @@ const HEAVY: f64 = 1e6;
 /// Iterations of both programs.
 const ITERATIONS: usize = 10;
 
-/// Share by which our energy may be above the other program's and still count as reaching it: both end at
+/// Fraction by which our energy may be above the other program's and still count as reaching it: both end at
 /// the same minimum where frames are easy, and there rounding decides.
 const SAME_ENERGY: f64 = 1e-6;
 

@@ -1,5 +1,6 @@
 //! `deepsft-lab study fit`: how a method's errors grow with what makes a frame hard.
 
+mod disturbance;
 mod measurement;
 mod outcome;
 mod plan;
@@ -39,7 +40,7 @@ Each series varies one thing on synthetic frames and compares the fitted mesh wi
   mesh                         that the frames are rendered from: as fine as the fitted one, or twice as fine
 All frames but those of \"mesh 1\" are rendered from a mesh of twice the resolution of the fitted one.
 
-Printed and drawn are medians over the frames in which the object was found; the JSON has means too:
+The table and the plot show medians over the frames in which the object was found. The JSON file has means too:
   {\"series\": [{\"name\", \"unit\", \"start\", \"rows\": [{\"level\", \"frames\", \"found\", \"fallback_fraction\",
     \"start\": {\"median\": {\"rmse_3d_mm\", \"depth_rmse_mm\", \"registration_rmse_px\", ...}, \"mean\": {...}},
     \"fitted\": {...}, ...}]}]}

@@ -1,12 +1,11 @@
 //! Exact maps of a deformed object of which a part is hidden, for measuring completion.
 
-use crate::deform::RodBend;
-use crate::random::{Stream, generator};
-use crate::random::{between, sign};
-use crate::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
+use super::rod_bend::RodBend;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
+use deepsft_synth::random::{Stream, between, generator, sign};
+use deepsft_synth::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
 use rand::{Rng, RngExt};
 
 /// Poses are drawn until at least this fraction of the vertices is in view.
@@ -149,9 +148,9 @@ fn cover(maps: &mut Maps, seen: &[DVec2], occluder: Occluder, count: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capsule;
     use deepsft_geometry::solver::VertexPoint;
     use deepsft_geometry::{Picture, Template, VisibleVertices, training_camera};
+    use deepsft_synth::capsule;
 
     /// Fraction of vertices that the maps do not show, and the RMSE of the found ones, mm.
     fn hidden_and_error(mesh: &TriangleMesh, view: &PartialView) -> (f64, f64) {
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wanted_share_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
+    fn the_wanted_fraction_of_a_sheet_is_hidden_and_the_rest_is_found_where_it_is() {
         let template = Template::thin_shell(Picture::from_fn(8, 8, |x, _| [30 * x as u8; 3]), 297.0, 210.0).unwrap();
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
         for index in 0..20 {

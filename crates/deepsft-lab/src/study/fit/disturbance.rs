@@ -1,14 +1,11 @@
 //! Disturbances of a known size: what a method is put to the test with.
 
-use crate::Sample;
-use crate::random::between;
-use crate::random::{Stream, generator};
-use crate::render::color::any_color;
-use crate::render::color::srgb8_from_linear;
-use crate::render::value_noise::ValueNoise;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_synth::Sample;
+use deepsft_synth::painting::{ValueNoise, any_color, srgb8_from_linear};
+use deepsft_synth::random::{Stream, between, generator};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
@@ -201,8 +198,8 @@ pub fn faded(picture: &Picture, contrast: f64) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SynthConfig, Synthesizer};
     use deepsft_geometry::Template;
+    use deepsft_synth::{SynthConfig, Synthesizer};
 
     fn sheet() -> Template {
         let art = Picture::from_fn(60, 45, |x, y| [(4 * x) as u8, (5 * y) as u8, ((x * y) % 200) as u8]);
@@ -241,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cover_hides_the_share_asked_for_and_only_there_the_picture_changes() {
+    fn a_cover_hides_the_fraction_asked_for_and_only_there_the_picture_changes() {
         let sample = sample();
         let area = sample.truth.area();
         for fraction in [0.0, 0.3, 0.6] {

@@ -5,7 +5,7 @@
 /// decreasing height). `None` when one is too wide.
 ///
 /// ```
-/// use deepsft_synth::pack_rectangles;
+/// use deepsft_formats::pack_rectangles;
 /// let (corners, height) = pack_rectangles(&[(30, 10), (30, 20), (50, 10)], 64, 1).unwrap();
 /// assert_eq!(corners, [(32, 1), (1, 1), (1, 22)]);
 /// assert_eq!(height, 33);
