@@ -79,8 +79,8 @@ test("completeMesh() and fit: true give what the native program gives", { timeou
     [pictures, CAMERA],
   );
   const camera = { ...CAMERA, distortion: [0, 0, 0, 0, 0] };
-  const native = await nativeEstimates(join(folder, "native"), frames, camera, "physics");
-  const completions = await nativeEstimates(join(folder, "arap"), frames, camera, "arap");
+  const native = await nativeEstimates(join(folder, "native"), frames, camera, "fit");
+  const completions = await nativeEstimates(join(folder, "completion"), frames, camera, "complete");
   let meshes = 0;
   for (const [i, { name }] of frames.entries()) {
     const [answer, theirs] = [answers[i], native.get(name)];

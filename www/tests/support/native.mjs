@@ -116,7 +116,7 @@ export function readTruth(files, name) {
  * @param {string} folder to work in
  * @param {{ name: string, png: Buffer }[]} pictures
  * @param {object} camera
- * @param {"none" | "physics" | "arap"} [recovery] of the mesh
+ * @param {"none" | "fit" | "complete"} [recovery] of the mesh
  * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number, fitted: boolean, mesh: Float32Array | null }>>}
  */
 export async function nativeEstimates(folder, pictures, camera, recovery = "none") {
@@ -129,7 +129,7 @@ export async function nativeEstimates(folder, pictures, camera, recovery = "none
   const out = join(folder, "out");
   await deepsft(
     "reconstruct",
-    ...["--model", MODEL, "--camera", cameraFile, "--refine", recovery, "--out", out],
+    ...["--model", MODEL, "--camera", cameraFile, "--mesh", recovery, "--out", out],
     ...images,
   );
   const answers = new Map();
