@@ -5,6 +5,7 @@ mod benchmark_shape;
 mod interpolation;
 mod partial_view;
 mod picture;
+mod rod_bend;
 mod speed;
 mod subject;
 

@@ -21,7 +21,7 @@ pub use deepsft_formats::{
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    RodBend, capsule, deform, edge_length_change,
+    capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
 pub use recording::{

@@ -18,7 +18,7 @@ const TRAINING_FOCAL: f64 = 380.0;
 /// Value of canonical pixels that lie outside the camera's image.
 const OUTSIDE_IMAGE: u8 = 0;
 
-/// Most taps a side that average the source pixels under one canonical pixel.
+/// Most taps along each side that average the source pixels under one canonical pixel.
 const MOST_TAPS: usize = 16;
 
 /// The camera K_train that synthetic data is rendered with: 480 x 270 pixels, f = 380, centred.

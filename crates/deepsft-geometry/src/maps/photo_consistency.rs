@@ -70,7 +70,7 @@ pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item
     inside.map(move |pixel| (pixel, level.sample(maps.uv(pixel))))
 }
 
-/// Change of the registration over a pixel beyond which it is a jump, over a seam of the texture or to another part.
+/// Change of the registration per pixel beyond which it is a jump, over a seam of the texture or to another part.
 const JUMP: f64 = 0.1;
 
 /// How often `texture` is to be halved before one of its texels covers about a pixel of the frame.
@@ -86,7 +86,7 @@ pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
     }
     let texels = area / count.max(1) as f64 * (texture.width() * texture.height()) as f64;
     let most = texture.width().max(texture.height()).ilog2();
-    // Halving divides the texels a pixel by four. 0 when there is no difference: `as` saturates.
+    // Halving divides the texels per pixel by four. 0 when there is no difference: `as` saturates.
     ((texels.log2() / 2.0).round() as u32).min(most)
 }
 
@@ -94,7 +94,7 @@ pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
 mod tests {
     use super::*;
 
-    /// One texel of a 200 x 100 texture a pixel: texel (x, y) is seen at pixel (x + 100, y + 50).
+    /// One texel of a 200 x 100 texture per pixel: texel (x, y) is seen at pixel (x + 100, y + 50).
     fn frontal(shift_px: f32) -> Maps {
         let mut maps = Maps::empty(480, 270);
         for y in 0..100 {
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_texture_finer_than_the_image_is_averaged() {
-        // Four texels a pixel side, a checkerboard: every pixel sees grey.
+        // Four texels along each side of a pixel, a checkerboard: every pixel sees grey.
         let texture = Picture::from_fn(800, 400, |x, y| [if (x + y) % 2 == 0 { 0 } else { 200 }; 3]);
         let image = Picture::from_fn(480, 270, |_, _| [100; 3]);
         assert!(

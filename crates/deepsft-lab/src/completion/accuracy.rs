@@ -33,6 +33,7 @@ twists) with two charts in its texture. The table has, for each range of hidden 
   visible     RMSE of the visible vertices before and after, mm
   edges       change of the edges' lengths, median over edges and frames, and 95th percentile
   flipped     faces folded back on a neighbour by more than 90 degrees, of all frames together
+  conv        frames whose last step was within a thousandth of an edge; the others took all 9 iterations
 
 Example:
   deepsft-lab completion accuracy --frames 1000 --seed 1 --json completion.json --sheet completion.png")]
@@ -71,7 +72,8 @@ struct Row {
     true_edge_change_p95: f64,
     flipped: usize,
     true_flipped: usize,
-    most_iterations: usize,
+    /// Fraction of the frames whose last step was within the tolerance; the others ran out of iterations.
+    converged_fraction: f64,
 }
 
 #[derive(Serialize)]
@@ -186,7 +188,7 @@ impl Object {
             true_edge_change_p95: median(|f| f.true_edge_change_p95)?,
             flipped: frames.iter().map(|f| f.flipped).sum(),
             true_flipped: frames.iter().map(|f| f.true_flipped).sum(),
-            most_iterations: frames.iter().map(|f| f.iterations).max()?,
+            converged_fraction: frames.iter().filter(|f| f.converged).count() as f64 / frames.len() as f64,
         })
     }
 
@@ -221,7 +223,7 @@ fn print(report: &Report) {
             }
         );
         println!(
-            "  {:<10}{:>7}{:>9}{:>7}{:>8}{:>8}{:>11}{:>7}{:>9}{:>8}{:>9}{:>8}{:>9}{:>6}",
+            "  {:<10}{:>7}{:>9}{:>7}{:>8}{:>8}{:>11}{:>7}{:>9}{:>8}{:>9}{:>8}{:>9}{:>8}",
             "hidden",
             "frames",
             "ARAP mm",
@@ -235,12 +237,12 @@ fn print(report: &Report) {
             "edges %",
             "p95 %",
             "flipped",
-            "iter"
+            "conv %"
         );
         for row in object.rows.iter().chain([&object.all]) {
             let [low, high] = row.hidden_fraction.map(|fraction| 100.0 * fraction);
             println!(
-                "  {:<10}{:>7}{:>9.2}{:>7.2}{:>8.1}{:>8.1}{:>11.1}{:>5.0} %{:>9.2}{:>8.2}{:>9.2}{:>8.2}{:>9}{:>6}",
+                "  {:<10}{:>7}{:>9.2}{:>7.2}{:>8.1}{:>8.1}{:>11.1}{:>5.0} %{:>9.2}{:>8.2}{:>9.2}{:>8.2}{:>9}{:>8.0}",
                 if high > 99.0 {
                     "all".to_owned()
                 } else {
@@ -258,7 +260,7 @@ fn print(report: &Report) {
                 100.0 * row.edge_change_median,
                 100.0 * row.edge_change_p95,
                 row.flipped,
-                row.most_iterations
+                100.0 * row.converged_fraction
             );
         }
     }
@@ -286,7 +288,10 @@ mod tests {
                 object.name
             );
             assert!(all.best_fraction > 0.6, "{}: {}", object.name, all.best_fraction);
-            assert!(all.most_iterations < 10);
+            // Nine iterations need not suffice, enough of them must.
+            completion.set_max_iterations(5000);
+            let settled = object.frame(&camera, 77, 0, &mut completion).unwrap().unwrap();
+            assert!(settled.report.converged, "{}", object.name);
         }
     }
 }

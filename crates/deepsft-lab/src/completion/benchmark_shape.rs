@@ -1,10 +1,11 @@
 //! The meshes that completion is timed on, and how they move.
 
+use super::rod_bend::RodBend;
 use anyhow::Result;
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{RigidMotion, TriangleMesh, Welding};
-use deepsft_synth::{RodBend, capsule};
+use deepsft_synth::capsule;
 
 /// Size of the sheet, mm.
 const SHEET_MM: [f64; 2] = [297.0, 210.0];

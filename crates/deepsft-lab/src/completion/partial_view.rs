@@ -1,10 +1,11 @@
 //! Exact maps of a deformed object of which a part is hidden, for measuring completion.
 
+use super::rod_bend::RodBend;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, TriangleMesh};
 use deepsft_synth::random::{Stream, between, generator, sign};
-use deepsft_synth::{PoseConfig, RodBend, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
+use deepsft_synth::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, sample_pose};
 use rand::{Rng, RngExt};
 
 /// Poses are drawn until at least this fraction of the vertices is in view.

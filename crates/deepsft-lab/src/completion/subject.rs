@@ -50,7 +50,7 @@ pub struct FrameReport {
     pub true_edge_change_p95: f64,
     pub flipped: usize,
     pub true_flipped: usize,
-    pub iterations: usize,
+    pub converged: bool,
 }
 
 /// A frame with its result.
@@ -146,7 +146,7 @@ impl Object {
             true_edge_change_p95: true_change.p95,
             flipped: flipped(self.welding.mesh(), &self.welding.weld(&completed.vertices)),
             true_flipped: flipped(self.welding.mesh(), &welded_truth),
-            iterations: completed.report.iterations,
+            converged: completed.report.converged,
         };
         Ok(Some(Completed {
             report,

@@ -259,7 +259,7 @@ mod tests {
     use crate::edge_length_change;
     use deepsft_geometry::{Picture, training_camera};
 
-    /// Eight seconds at twenty frames a second.
+    /// Eight seconds at twenty frames per second.
     const FRAMES: usize = 160;
 
     fn sheet() -> Template {

@@ -84,7 +84,7 @@ pub struct ClipLength {
 }
 
 impl Default for ClipLength {
-    /// Two seconds at 30 frames a second.
+    /// Two seconds at 30 frames per second.
     fn default() -> Self {
         Self {
             frames: 60,

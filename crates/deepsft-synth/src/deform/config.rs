@@ -39,7 +39,7 @@ impl DeformationFamily {
 }
 
 /// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
-/// fractions make a configuration fit sheets of any size.
+/// fractions of the sheet fit a configuration to any size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DeformationConfig {
     /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.
@@ -67,7 +67,7 @@ pub struct DeformationConfig {
     /// Bounds on the relative change of edge lengths. Default median 1 %, 95th percentile 3 %; a
     /// deformation beyond them is drawn weaker.
     pub most_edge_change: EdgeLengthChange,
-    /// How cloth is handled.
+    /// How simulated cloth is manipulated.
     pub cloth: ClothConfig,
 }
 

@@ -40,7 +40,7 @@ pub struct RecordedFrame {
     pub image: Picture,
     /// Depth in mm, row-major; 0 where the sensor measured nothing.
     pub depth_mm: Vec<f32>,
-    /// Where the object is seen, if the recording says.
+    /// Where the object is seen, if the recording has masks.
     pub mask: Option<Vec<bool>>,
 }
 
@@ -89,7 +89,7 @@ impl Recording {
         self.pairs.len()
     }
 
-    /// Whether the recording says where the object is seen.
+    /// Whether the recording has masks of the object.
     pub fn has_masks(&self) -> bool {
         self.has_masks
     }

@@ -1,5 +1,5 @@
-//! Simulated RGB-D recordings: a second renderer setting, so that training steps 2 and 3 can be run and measured where
-//! nobody has recorded anything. Whatever is made of them is to be called simulated.
+//! Simulated RGB-D recordings: a second renderer setting, on which training steps 2 and 3 can run and be measured without
+//! a sensor. Every result on them must be called simulated.
 
 use crate::random::{Stream, generator, mix, uniform};
 use crate::recording::depth_camera::{DepthNoise, SeenDepth};

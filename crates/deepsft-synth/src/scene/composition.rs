@@ -23,9 +23,9 @@ use std::sync::Arc;
 /// Reflectance (linear) of the ground of clean renders: mid grey.
 const CLEAN_GROUND: f32 = 0.2;
 
-/// Of the other sheets shown in the template's place: fraction of blank sheets, and of the template's own back.
-const BLANK_FRACTION: f64 = 0.08;
-const BACK_FRACTION: f64 = 0.07;
+/// Probability that another sheet in the template's place is blank, and that it is the template's own back.
+const BLANK_PROBABILITY: f64 = 0.08;
+const BACK_PROBABILITY: f64 = 0.07;
 
 /// A scene waiting for the template: background with what lies behind, light, paper, occluders, camera effects.
 pub struct Scene<'a> {
@@ -42,7 +42,7 @@ pub struct Scene<'a> {
     stand_in: Option<StandIn>,
 }
 
-/// What stays the same where a camera stands still: its settings, the light, and the paper that was printed on.
+/// What one place and one print keep: the camera's settings, the light, and the paper.
 #[derive(Clone, Debug)]
 pub(crate) struct CaptureConditions {
     light: Lighting,
@@ -103,12 +103,12 @@ impl<'a> Scene<'a> {
         let mut art = None;
         if rng.random_bool(ingredients.config.empty_distractor_probability) {
             let kind = rng.random::<f64>();
-            art = Some(if kind < BLANK_FRACTION {
+            art = Some(if kind < BLANK_PROBABILITY {
                 ingredients.blank.clone()
             } else {
                 ingredients.other_art(rng)
             });
-            if kind > 1.0 - BACK_FRACTION {
+            if kind > 1.0 - BACK_PROBABILITY {
                 vertices_camera = turned_over(vertices_camera);
             }
         }

@@ -11,8 +11,10 @@ use deepsft_formats::CameraFile;
 use deepsft_geometry::{Camera, training_camera};
 use serde::{Serialize, Serializer};
 
-/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly. The defaults are the training distribution of the shipped models (our choice; wider than the
-/// paper's section 5.1 in light and in effects, because ours never sees real training images).
+/// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly.
+///
+/// The defaults are the training distribution of the shipped models. They are our choice: light and camera effects vary
+/// more than in the paper's section 5.1, because our models never see real training images.
 #[derive(Clone, Debug, Serialize)]
 pub struct SynthConfig {
     /// How the sheet bends.

@@ -34,8 +34,8 @@ pub struct PoseConfig {
     pub partly_out_probability: f64,
     /// Least depth (z) of any vertex in mm. Default 60.
     pub min_depth_mm: f64,
-    /// Ranges of rotation and translation from which poses are drawn instead: distance, tilt, roll and what reaches over
-    /// the edge then have no say, the bounds on what is seen still do. Default none.
+    /// Draws poses from these ranges of rotation and translation instead. Distance, tilt, roll and the probability of
+    /// reaching over the edge are then ignored; the bounds on what is in view still hold. Default none.
     pub uniform: Option<UniformPose>,
 }
 

@@ -48,9 +48,9 @@ pub(crate) struct CellEnergy {
 pub(crate) enum Rotations<'a> {
     /// The best, searched from the cell before.
     Best,
-    /// The best, searched from the cell before, and left here, one a vertex.
+    /// The best, searched from the cell before, and left here, one per vertex.
     First(&'a mut [DQuat]),
-    /// The best, searched from these, one a vertex, which are left with them.
+    /// The best, searched from these, one per vertex, which are left with them.
     BestFrom(&'a mut [DQuat]),
     /// These.
     Held(&'a [DQuat]),
