@@ -232,12 +232,12 @@ mod tests {
     fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let samples: Vec<Sample> = synthesis::samples(
+        let samples: Vec<Sample> = deepsft_synth::samples(
             synthesis::synthesizer(&template, &synthesis::SynthesisOptions::default()).unwrap(),
             3,
             0..count,
         )
-        .collect::<Result<_>>()
+        .collect::<Result<_, _>>()
         .unwrap();
         let records = (0..)
             .zip(samples.clone())
