@@ -8,6 +8,7 @@
 mod clip;
 mod deform;
 mod error;
+mod in_order;
 pub mod random;
 mod recording;
 mod render;
@@ -24,6 +25,7 @@ pub use deform::{
     capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
+pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,

@@ -4,7 +4,7 @@ use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FO
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
 use crate::output::atomic::{self, FolderKind, StagedFolder};
-use crate::{input, interruption, progress, synthesis};
+use crate::{input, interruption, progress};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
@@ -33,10 +33,10 @@ const CLIP_FOLDER: FolderKind = FolderKind {
 #[command(
     group = ArgGroup::new("object").args(["template", "model"]).required(true),
     after_help = "\
-Writes
+The command writes
   DIR/frame-00000.png ...   the frames
   DIR/camera.json           the camera that took them
-  DIR/clip.json             frames a second, exposure, what happens and when, the seed
+  DIR/clip.json             frames per second, exposure, what happens and when, the seed
   DIR/truth/                a data set as `deepsft synth` writes: depth, registration and the mesh of every frame;
                             `deepsft eval --data DIR/truth` measures a network on it, frame by frame
 
@@ -47,9 +47,9 @@ What can happen:
   leaving     the sheet leaves the view, is away for a while, and comes back
   still       nothing moves; the sensor noise differs from frame to frame
 
-The same template, seed and options give the same frames: on one machine bit for bit, on others too but for the last
-bits, in which libraries of elementary functions differ. `deepsft track` follows the sheet and, as the truth lies
-beside the frames, tells how far off it is. As a video, if the program ffmpeg is there:
+The same template, seed and options give the same frames: on one machine bit for bit. On other machines the last bits
+may differ, as libraries of elementary functions do. `deepsft track` follows the sheet; the truth lies beside the frames,
+so it also reports its errors. The program ffmpeg makes a video of the frames:
   ffmpeg -framerate 30 -i DIR/frame-%05d.png -pix_fmt yuv420p clip.mp4
 
 Example:
@@ -63,7 +63,7 @@ pub struct ClipArguments {
     /// Model bundle whose template to show
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
-    /// Seed of the clip; from 9000000 on no training and no evaluation of this project uses them
+    /// Seed of the clip; no training and no evaluation of this project uses seeds from 9000000 on
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED)]
     seed: u64,
     /// What happens
@@ -98,10 +98,10 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
-    let records = synthesis::clip_frames(&story, 0..frames)
+    let records = deepsft_synth::clip_frames(&story, 0..frames)
         .enumerate()
         .map_while(|(frame, sample)| {
-            let written = interruption::check().and(sample).and_then(|sample| {
+            let written = interruption::check().and_then(|()| Ok(sample?)).and_then(|sample| {
                 let png = encode_png(&sample.image)?;
                 atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
                 Ok(SampleRecord {

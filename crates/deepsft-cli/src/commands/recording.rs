@@ -16,7 +16,7 @@ use deepsft_synth::{
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Frames a shard of the truth.
+/// Frames per shard of the truth.
 const SHARD_SIZE: u64 = 500;
 
 /// Quality of the colour pictures: what a camera's stream has.
@@ -42,9 +42,9 @@ const SIMULATED_FOLDER: FolderKind = FolderKind {
 
 #[derive(Subcommand)]
 pub enum RecordingCommand {
-    /// Simulate a recording of a template: nobody recorded it, a program made it up.
+    /// Simulate a recording of a template: a program makes it up, nobody records it.
     Simulate(SimulateArguments),
-    /// Read every frame of a recording and tell what is in it.
+    /// Read every frame of a recording and report what is in it.
     Verify(VerifyArguments),
 }
 
@@ -59,7 +59,7 @@ pub fn run(command: &RecordingCommand) -> Result<()> {
 #[command(
     group = ArgGroup::new("object").args(["template", "model"]).required(true),
     after_help = "\
-Writes a simulated RGB-D recording in the layout of TUM and Open3D:
+The command writes a simulated RGB-D recording in the layout of TUM and Open3D:
   DIR/camera.json      the colour camera, the depth camera, where it stands; depth_scale; \"simulated\": true
   DIR/rgb/NNNNNN.jpg   colour pictures of 960 x 540 pixels
   DIR/depth/NNNNNN.png depth pictures of 512 x 424 pixels, 16-bit, millimetres, 0 where nothing was measured
@@ -68,14 +68,17 @@ Writes a simulated RGB-D recording in the layout of TUM and Open3D:
                        image. Training never reads it; it is there to measure on
   DIR/README.md        that it is simulated, and how
 
-The pictures are not drawn as those of step 1: the sheet is a print with duller colours, up to 5 % smaller or larger
-than the template (printers scale pages to their margins), the light is harder and more
-coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
-camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
-whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 20 frames there is another take with
-another motion, another background and other hands; light, print and camera stay what they are, as in one place. The same seed gives the same recording.
+The pictures differ from those of step 1. The sheet is a print with duller colours, up to 5 % smaller or larger than the
+template (printers scale pages to their margins). The light is harder and more coloured, the camera is noisier, there are
+hands before the sheet and other sheets behind it. The depth camera stands beside the colour camera. It errs in the style
+of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges, whole millimetres, nothing
+nearer than 500 mm. The sheet moves smoothly. Every 20 frames another take begins, with another motion, another background
+and other hands. Light, print and camera stay the same, as in one place. The same seed gives the same recording.
 
-Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
+Your own recordings go into the same folders; `deepsft recording verify` says what is wrong with one.
+
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
 Example:
   deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
@@ -94,7 +97,7 @@ pub struct SimulateArguments {
     /// Seed of the recording
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Write where the sheet is seen, as a recording that was segmented brings it
+    /// Also write masks of where the sheet is seen, as a segmented recording has them
     #[arg(long)]
     masks: bool,
     /// Give every take other light, paper and camera settings, as if made in many places

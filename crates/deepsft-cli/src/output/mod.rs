@@ -7,10 +7,8 @@ pub mod color_map;
 pub mod contact_sheet;
 pub mod curve_plot;
 pub mod lettering;
-pub mod model_card;
 pub mod panels;
 pub mod sheet;
-pub mod surface;
 pub mod turntable;
 pub mod wireframe;
 

@@ -10,18 +10,20 @@ use clap::Args;
 use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_cli::output::{atomic, sheet};
-use deepsft_cli::{clip_folder, input, progress, synthesis, track_errors};
+use deepsft_cli::output::sheet;
+use deepsft_cli::{clip_folder, input, progress};
+use deepsft_formats::write_file;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
+use deepsft_train::tracking_errors;
 use figure::Worst;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use summary::{ClipRecord, Recoveries, Spread, Summary};
+use summary::{ClipRecord, Recoveries, Spread, Summary, TrackedClip};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [
@@ -112,8 +114,8 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             ..ClipLength::default()
         };
         let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
-        let frames = synthesis::clip_frames(&story, 0..story.length().frames);
-        let samples: Vec<Sample> = frames.collect::<Result<_>>()?;
+        let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
+        let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
         let tracked = track(&bundle, &estimator, &story, &samples, arguments)?;
         if arguments.sheet.is_some() {
             worst.offer(bundle.template(), &samples, &tracked);
@@ -134,20 +136,13 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             per_clip: &clips,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&worst.into_rows()).context("a sheet has panels")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
-}
-
-/// A clip after tracking.
-struct TrackedClip {
-    record: ClipRecord,
-    /// Vertices and their confidence, where the sheet was found.
-    meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
 }
 
 fn track(
@@ -172,7 +167,7 @@ fn track(
         let followed = pollster::block_on(tracker.follow(time_s, &sample.image))?;
         let tracked = followed.tracked;
         let errors = match tracked.found {
-            true => Some(track_errors::errors(
+            true => Some(tracking_errors::mesh_errors(
                 template,
                 &tracked.vertices_camera,
                 &sample.truth,
@@ -183,7 +178,7 @@ fn track(
         let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
         frames.push(FrameRecord {
             frame,
-            print_in_view: track_errors::print_in_view(&sample.truth),
+            print_in_view: tracking_errors::fraction_in_view(&sample.truth),
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,

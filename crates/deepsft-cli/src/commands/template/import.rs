@@ -12,16 +12,16 @@ use std::path::PathBuf;
 const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
 
 pub const AFTER_HELP: &str = "\
-Read are Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files): polygons are cut into
-triangles, the textures of several materials are put into one. The file must have texture coordinates, and every place
+The command reads Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files). It cuts polygons
+into triangles and puts the textures of several materials into one. The file must have texture coordinates, and every place
 of the texture must be one place of the surface. The object should stand upright (y up) and look at the viewer (+z).
 
 Examples:
   deepsft template import shoe.glb --out shoe
   deepsft template import mug.obj --scale 10 --texture mug.jpg --out mug      # the file counts in centimetres
 
-Writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png: look at that picture, whether the texture sits
-where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
+The command writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png. Check in that picture that the texture
+sits where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
 
 #[derive(Args)]
 pub struct ImportArguments {

@@ -1,9 +1,10 @@
 //! The folder of a model bundle that a training writes.
 
 use super::recording_steps::FIGURES_FILE;
-use crate::output::{curve_plot, model_card};
+use crate::output::curve_plot;
 use deepsft::MODEL_FILE;
 use deepsft_formats::FolderKind;
+use deepsft_train::{CARD_FILE, CURVE_FILE};
 use std::path::Path;
 
 /// The folder of a model bundle. One with a template in it may become a bundle.
@@ -15,8 +16,8 @@ pub const BUNDLE_FOLDER: FolderKind = FolderKind {
         "template/template.json",
         "template/texture.png",
         "template/mesh.obj",
-        model_card::CARD_FILE,
-        model_card::CURVE_FILE,
+        CARD_FILE,
+        CURVE_FILE,
         curve_plot::PLOT_FILE,
         FIGURES_FILE,
         "step-2.csv",

@@ -1,7 +1,10 @@
 //! The visible surface as a triangle mesh, out of the maps.
 
-use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::{Camera, GeometryError, Maps, TriangleMesh};
+use super::Maps;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::mesh::TriangleMesh;
+use glam::DVec2;
 
 /// Pixels between the vertices of the mesh.
 const STEP: usize = 2;
@@ -12,11 +15,14 @@ const STEEPEST: f64 = 10.0;
 
 /// The surface that `maps` of `camera`'s image show, every second pixel a vertex: mm, camera frame,
 /// faces counter-clockwise seen from the camera, torn where the depth jumps.
+///
+/// # Errors
+/// [`GeometryError`] when the maps show no surface, as [`TriangleMesh::new`] says.
 pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, GeometryError> {
     let (columns, rows) = (maps.width().div_ceil(STEP), maps.height().div_ceil(STEP));
     let pixel = |i: usize, j: usize| j * STEP * maps.width() + i * STEP;
     let depth = |(i, j): (usize, usize)| f64::from(maps.depth()[pixel(i, j)]);
-    // mm of depth a vertex step may have, a millimetre of depth.
+    // How much of its depth a step between vertices may rise, mm per mm.
     let jump = STEEPEST * STEP as f64 / camera.focal().min_element();
     let mut index = vec![None; columns * rows];
     let (mut vertices, mut texture_coordinates, mut faces) = (Vec::new(), Vec::new(), Vec::new());
@@ -54,7 +60,7 @@ pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, Geo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use deepsft_geometry::training_camera;
+    use crate::camera::training_camera;
 
     fn plane(depth: impl Fn(usize) -> Option<f32>) -> Maps {
         let mut maps = Maps::empty(480, 270);

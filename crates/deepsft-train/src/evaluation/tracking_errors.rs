@@ -1,6 +1,6 @@
 //! How far a tracked mesh is from the truth of a synthetic clip.
 
-use anyhow::{Result, bail};
+use crate::TrainError;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
@@ -10,12 +10,15 @@ use deepsft_synth::Sample;
 /// A frame counts as tracked with a registration RMSE of at most this, pixels of the 480 x 270 image.
 pub const TRACKED_PX: f64 = 2.0;
 
-/// Cells a side into which the print is divided to tell how much of it is seen.
+/// Cells per side into which the template is divided to see how much of it is in view.
 const CELLS: usize = 16;
 
 /// The truth of `sample` as maps of the `canonical` camera: as it was rendered where that is the sample's camera, else
 /// from its mesh, less what the sample's own mask leaves out.
-pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera) -> Result<Maps> {
+///
+/// # Errors
+/// [`TrainError::VertexCount`] when the sample is not of `template`.
+pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera) -> Result<Maps, TrainError> {
     if sample.camera == *canonical {
         return Ok(sample.truth.clone());
     }
@@ -26,7 +29,7 @@ pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera)
     let expected = template.mesh().vertices().len();
     if sample.vertices_camera.len() != expected {
         let actual = sample.vertices_camera.len();
-        bail!("its mesh has {actual} vertices, the model's template {expected}");
+        return Err(TrainError::VertexCount { actual, expected });
     }
     let mut maps = VisibleSurface::new(template.mesh(), &sample.vertices_camera, canonical).maps();
     let warp = CanonicalWarp::new(&sample.camera, canonical);
@@ -43,13 +46,21 @@ pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera)
 }
 
 /// The errors of a mesh at `vertices_camera` (mm) against `truth`, maps of `camera`.
-pub fn errors(template: &Template, vertices_camera: &[DVec3], truth: &Maps, camera: &Camera) -> Result<FrameMetrics> {
+///
+/// # Errors
+/// [`TrainError::Geometry`] when `truth` is not of the camera's size.
+pub fn mesh_errors(
+    template: &Template,
+    vertices_camera: &[DVec3],
+    truth: &Maps,
+    camera: &Camera,
+) -> Result<FrameMetrics, TrainError> {
     let maps = VisibleSurface::new(template.mesh(), vertices_camera, camera).maps();
     Ok(frame_metrics(&maps, truth, camera, template.size_mm())?)
 }
 
-/// Share of the print that is seen: of 16 x 16 cells of it those of which at least a pixel is.
-pub fn print_in_view(truth: &Maps) -> f64 {
+/// Fraction of the template that is in view: of 16 x 16 cells of it those of which at least a pixel is seen.
+pub fn fraction_in_view(truth: &Maps) -> f64 {
     let mut seen = [false; CELLS * CELLS];
     for pixel in (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel)) {
         let [i, j] = truth.registration()[pixel].map(|c| ((c * CELLS as f32) as usize).min(CELLS - 1));
@@ -58,7 +69,7 @@ pub fn print_in_view(truth: &Maps) -> f64 {
     seen.iter().filter(|seen| **seen).count() as f64 / seen.len() as f64
 }
 
-/// The vertices that are seen: inside the image, where `truth` has the vertex's own place on the print.
+/// The vertices that are seen: inside the image, where `truth` has the vertex's own texture coordinates.
 pub fn seen_vertices(template: &Template, vertices_camera: &[DVec3], truth: &Maps, camera: &Camera) -> Vec<bool> {
     // About half the way to the next vertex.
     let near = match template.grid() {
@@ -146,7 +157,7 @@ mod tests {
             .into_iter()
             .map(|p| p + DVec3::X * 3.0 * 500.0 / 380.0)
             .collect();
-        let metrics = errors(&template, &moved, &own.truth, &training_camera()).unwrap();
+        let metrics = mesh_errors(&template, &moved, &own.truth, &training_camera()).unwrap();
         assert!(
             (metrics.registration_rmse_px.unwrap() - 3.0).abs() < 1e-3,
             "{metrics:?}"
@@ -154,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn the_print_in_view_is_counted_and_so_are_its_vertices() {
+    fn the_fraction_in_view_is_counted_and_so_are_its_vertices() {
         let template = template();
         let own = sample(&template, 1);
         let vertices = flat(&template, 500.0);
@@ -163,7 +174,7 @@ mod tests {
             .filter(|pixel| pixel % 480 >= 240)
             .for_each(|pixel| half.clear(pixel));
         assert_eq!(
-            [&own.truth, &half, &Maps::empty(480, 270)].map(print_in_view),
+            [&own.truth, &half, &Maps::empty(480, 270)].map(fraction_in_view),
             [1.0, 0.5, 0.0]
         );
         let seen = |truth: &Maps| {

@@ -1,7 +1,7 @@
-//! The one table of `deepsft eval`, as text.
+//! The one table of evaluations, as text.
 
-use super::report::Report;
-use deepsft_train::SetMetrics;
+use super::SetMetrics;
+use super::report::EvaluationReport;
 use std::fmt::Write;
 
 /// A figure of a row.
@@ -22,13 +22,13 @@ const COLUMNS: [([&str; 2], Figure, usize); 8] = [
 /// Characters of a column of figures.
 const WIDTH: usize = 9;
 
-/// The table of `rows`, two lines a row, and what else is to be said of each.
-pub fn table(rows: &[Report]) -> String {
-    let name = |row: &Report| match row.stage {
+/// The table of `rows`, two lines per row, and remarks on each: how many frames it is of, what was not found.
+pub fn accuracy_table(rows: &[EvaluationReport]) -> String {
+    let name = |row: &EvaluationReport| match row.stage {
         Some(stage) => format!("{}, {stage}", row.model),
         None => row.model.clone(),
     };
-    let longest = |of: &dyn Fn(&Report) -> String, title: &str| {
+    let longest = |of: &dyn Fn(&EvaluationReport) -> String, title: &str| {
         let names = rows.iter().map(|row| of(row).chars().count());
         names.max().unwrap_or(0).max(title.len())
     };
@@ -57,12 +57,12 @@ pub fn table(rows: &[Report]) -> String {
 }
 
 /// A number, or a dash where there is none.
-pub fn number(value: Option<f64>, digits: usize) -> String {
+fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 /// Of how many frames a row is, and where the model does not answer as it should.
-fn remarks(row: &Report) -> String {
+fn remarks(row: &EvaluationReport) -> String {
     let summary = &row.summary;
     let percent = |fraction: Option<f64>| number(fraction.map(|fraction| 100.0 * fraction), 1) + " %";
     let mut parts = vec![format!(
@@ -102,12 +102,12 @@ fn remarks(row: &Report) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Evaluation, FrameResult, reports_to_json};
     use super::*;
     use deepsft::{Judgement, Stage};
     use deepsft_geometry::metrics::FrameMetrics;
-    use deepsft_train::{Evaluation, FrameResult};
 
-    fn row(model: &str, set: &str, stage: Option<Stage>, depths: &[f64]) -> Report {
+    fn row(model: &str, set: &str, stage: Option<Stage>, depths: &[f64]) -> EvaluationReport {
         let frame = |(index, &depth): (usize, &f64)| FrameResult {
             index: index as u64,
             has_template: true,
@@ -129,7 +129,7 @@ mod tests {
         let evaluation = Evaluation {
             frames: depths.iter().enumerate().map(frame).collect(),
         };
-        Report::new(model, stage, set, &evaluation, "cpu")
+        EvaluationReport::new(model, stage, set, &evaluation, "cpu")
     }
 
     #[test]
@@ -138,7 +138,7 @@ mod tests {
             row("poster", "set a", None, &[1.0, 2.0, 6.0]),
             row("cup", "a longer name", Some(Stage::Main), &[]),
         ];
-        let text = table(&rows);
+        let text = accuracy_table(&rows);
         let words = |line: usize| -> Vec<&str> { text.lines().nth(line).unwrap().split_whitespace().collect() };
         let header = "model data set depth registr. registr. E_pr IoU coverage 3D frames/s";
         assert_eq!(words(0).join(" "), header);
@@ -158,8 +158,8 @@ mod tests {
     #[test]
     fn a_single_row_is_the_whole_json_and_several_are_a_list() {
         let rows = [row("a", "x", None, &[1.0]), row("b", "x", Some(Stage::Main), &[2.0])];
-        let json = |rows: &[Report]| -> serde_json::Value {
-            serde_json::from_slice(&super::super::report::to_json(rows).unwrap()).unwrap()
+        let json = |rows: &[EvaluationReport]| -> serde_json::Value {
+            serde_json::from_slice(&reports_to_json(rows).unwrap()).unwrap()
         };
         let one = json(&rows[..1]);
         assert_eq!((&one["model"], &one["depth_rmse_mm"]), (&"a".into(), &1.0.into()));

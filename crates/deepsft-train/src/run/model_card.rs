@@ -1,8 +1,8 @@
 //! What a bundle tells people: `CARD.md`, and the training curve as a table.
 
+use super::CurvePoint;
 use deepsft::{DeviceDescription, ModelBundle};
 use deepsft_geometry::Template;
-use deepsft_train::CurvePoint;
 
 /// Name of the card in a bundle.
 pub const CARD_FILE: &str = "CARD.md";
@@ -11,7 +11,7 @@ pub const CARD_FILE: &str = "CARD.md";
 pub const CURVE_FILE: &str = "curve.csv";
 
 /// How a bundle came about, beside what it says itself.
-pub struct Course<'a> {
+pub struct TrainingCourse<'a> {
     /// What computed.
     pub device: &'a DeviceDescription,
     /// The images of step 1, if it was made.
@@ -19,18 +19,18 @@ pub struct Course<'a> {
     /// The curve of step 1, if the same command made it; else empty.
     pub curve: &'a [CurvePoint],
     /// The table of steps 2 and 3, if they were made.
-    pub refinement: Option<&'a str>,
+    pub tuning: Option<&'a str>,
     /// What is not the default in the images that the accuracy was measured on, in words and as options of `deepsft`.
     pub measured_images: [String; 2],
 }
 
 /// The card: what the model is for, how it came about, how good it is.
-pub fn card(bundle: &ModelBundle, course: &Course<'_>) -> String {
-    let Course {
+pub fn model_card(bundle: &ModelBundle, course: &TrainingCourse<'_>) -> String {
+    let TrainingCourse {
         device,
         training_images,
         curve,
-        refinement,
+        tuning,
         measured_images: [note, options],
     } = course;
     let (card, camera) = (bundle.card(), bundle.camera());
@@ -57,7 +57,7 @@ pub fn card(bundle: &ModelBundle, course: &Course<'_>) -> String {
 "
         )
     };
-    let recording_steps = refinement.map_or_else(String::new, |table| {
+    let recording_steps = tuning.map_or_else(String::new, |table| {
         format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n\n")
     });
     format!(
@@ -103,7 +103,7 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         focal = camera.focal().x,
         version = provenance.deepsft_version,
         command = provenance.command,
-        origin = match (training_images, refinement) {
+        origin = match (training_images, tuning) {
             (Some(_), Some(_)) => "Trained on synthetic images and refined on an RGB-D recording (the steps of the paper)",
             (None, Some(_)) => "Refined on an RGB-D recording (steps 2 and 3 of the paper)",
             (_, None) => "Trained on synthetic images alone",
@@ -190,7 +190,7 @@ mod tests {
     use deepsft_synth::capsule;
 
     #[test]
-    fn the_curve_has_a_line_a_point_and_leaves_unknown_figures_empty() {
+    fn the_curve_has_a_line_per_point_and_leaves_unknown_figures_empty() {
         let point = CurvePoint {
             samples: 64,
             seconds: 1.5,

@@ -1,61 +1,12 @@
 //! What a network is built from: its architecture and the images and depths it is for.
 
-use super::resnet::Making;
-use super::{CompactConfig, CompactNetwork, Network, PaperConfig, PaperNetwork, R50FConfig, R50FNetwork};
-use burn::tensor::Device;
+use super::compact_config::CompactConfig;
+use super::depth_range::DepthRange;
+use super::paper_config::PaperConfig;
+use super::r50f_config::R50FConfig;
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-
-/// Depths the network can say, mm.
-///
-/// Two measures of depth are used. *Normalised log depth* d = ln(z / near) / ln(far / near) is what the compact
-/// network classifies. *Normalised depth* (z - near) / (far - near) is what [`super::NetworkMaps`] hold and what the
-/// paper's network and R50F are trained to say (the paper gives no unit; our choice): an error of a millimetre
-/// weighs the same at every distance, as in the paper's loss, and depth is of the size of the registration beside it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DepthRange {
-    /// Depth of d = 0, mm.
-    pub near_mm: f64,
-    /// Depth of d = 1, mm.
-    pub far_mm: f64,
-}
-
-impl Default for DepthRange {
-    fn default() -> Self {
-        Self {
-            near_mm: 150.0,
-            far_mm: 1200.0,
-        }
-    }
-}
-
-impl DepthRange {
-    /// Normalised log depth of `depth_mm`.
-    pub fn normalise(&self, depth_mm: f64) -> f64 {
-        (depth_mm / self.near_mm).ln() / (self.far_mm / self.near_mm).ln()
-    }
-
-    /// Depth in mm of normalised log depth `d`.
-    pub fn depth_mm(&self, d: f64) -> f64 {
-        self.near_mm * (self.far_mm / self.near_mm).powf(d)
-    }
-
-    /// Millimetres in one unit of normalised depth.
-    pub fn span_mm(&self) -> f64 {
-        self.far_mm - self.near_mm
-    }
-
-    /// Normalised depth of `depth_mm`.
-    pub fn normalise_linear(&self, depth_mm: f64) -> f64 {
-        (depth_mm - self.near_mm) / self.span_mm()
-    }
-
-    /// Depth in mm of normalised depth `depth`.
-    pub fn depth_mm_linear(&self, depth: f64) -> f64 {
-        self.near_mm + depth * self.span_mm()
-    }
-}
 
 /// Relative difference by which a length may change when it is written as text and read again.
 const ROUNDING: f64 = 1e-6;
@@ -257,45 +208,6 @@ impl NetworkConfig {
         }
         Ok(())
     }
-
-    /// A randomly initialised network.
-    pub fn init(&self, device: &Device) -> Network {
-        match &self.architecture {
-            Architecture::Compact(shape) => Network::Compact(CompactNetwork::new(shape, self, device)),
-            Architecture::Paper(shape) => {
-                let making = Making::drawn(device, shape.momentum);
-                Network::Paper(PaperNetwork::new(shape, self, making))
-            }
-            Architecture::R50F(shape) => {
-                let making = Making::drawn(device, shape.momentum);
-                Network::R50F(R50FNetwork::new(shape, self, making))
-            }
-        }
-    }
-
-    /// A folded network whose weights are still to be loaded.
-    pub(crate) fn init_folded(&self, device: &Device) -> Network {
-        match &self.architecture {
-            Architecture::Compact(_) => self.init(device).fold(),
-            Architecture::Paper(shape) => {
-                let making = Making::empty(device, shape.momentum);
-                Network::Paper(PaperNetwork::new(shape, self, making))
-            }
-            Architecture::R50F(shape) => {
-                let making = Making::empty(device, shape.momentum);
-                Network::R50F(R50FNetwork::new(shape, self, making))
-            }
-        }
-    }
-}
-
-/// Whether `value` of the field `field` lies within `least..=most`.
-pub(super) fn within(field: &str, value: usize, least: usize, most: usize) -> Result<(), String> {
-    if (least..=most).contains(&value) {
-        Ok(())
-    } else {
-        Err(format!("{field} is {value}, expected {least} to {most}"))
-    }
 }
 
 #[cfg(test)]
@@ -343,18 +255,5 @@ mod tests {
         assert!(missing.contains("blocks_at_32"), "{missing}");
         let other = refusal("{", r#"{"architecture": "paper","#);
         assert!(other.contains("width_divisor"), "{other}");
-    }
-
-    #[test]
-    fn both_measures_of_depth_come_back_and_end_at_the_ends_of_the_range() {
-        let range = DepthRange::default();
-        for z in [150.0, 333.0, 1200.0] {
-            assert!((range.depth_mm(range.normalise(z)) - z).abs() < 1e-9);
-            assert!((range.depth_mm_linear(range.normalise_linear(z)) - z).abs() < 1e-9);
-        }
-        assert_eq!(
-            (range.normalise_linear(150.0), range.normalise_linear(1200.0)),
-            (0.0, 1.0)
-        );
     }
 }

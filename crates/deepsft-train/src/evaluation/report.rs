@@ -1,30 +1,37 @@
-//! What `deepsft eval` found, as JSON.
+//! What evaluations found, as JSON.
 
+use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use deepsft::Stage;
-use deepsft_train::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use serde::Serialize;
 
 /// A row of the table: a model, or a stage of it, on a data set.
 #[derive(Serialize)]
-pub struct Report {
+pub struct EvaluationReport {
+    /// Name of the model.
     pub model: String,
     /// Which maps were measured, in an ablation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stage: Option<&'static str>,
+    /// Name of the data set.
     pub set: String,
+    /// Means and medians.
     #[serde(flatten)]
     pub summary: EvaluationSummary,
+    /// The frames in order.
     pub per_frame: Vec<FrameReport>,
+    /// What computed.
     pub device: String,
+    /// Version of this crate.
     pub deepsft_version: &'static str,
 }
 
 /// The content of the JSON file when there are several rows; a single one stands there by itself.
 #[derive(Serialize)]
 struct Reports<'a> {
-    rows: &'a [Report],
+    rows: &'a [EvaluationReport],
 }
 
+/// A frame's line of an [`EvaluationReport`].
 #[derive(Serialize)]
 pub struct FrameReport {
     index: u64,
@@ -53,7 +60,8 @@ struct FitReport {
     photometric_cost: Option<[f64; 2]>,
 }
 
-impl Report {
+impl EvaluationReport {
+    /// The report of `evaluation`, of the maps after `stage` in an ablation.
     pub fn new(model: &str, stage: Option<Stage>, set: &str, evaluation: &Evaluation, device: &str) -> Self {
         Self {
             model: model.to_owned(),
@@ -67,8 +75,11 @@ impl Report {
     }
 }
 
-/// The JSON file of rows.
-pub fn to_json(rows: &[Report]) -> serde_json::Result<Vec<u8>> {
+/// The JSON file of rows: the row itself where there is one.
+///
+/// # Errors
+/// Those of the writer.
+pub fn reports_to_json(rows: &[EvaluationReport]) -> serde_json::Result<Vec<u8>> {
     match rows {
         [row] => serde_json::to_vec_pretty(row),
         rows => serde_json::to_vec_pretty(&Reports { rows }),

@@ -1,10 +1,11 @@
 //! The table of a network's layers as text.
 
-use deepsft::{Block, LayerDescription};
+use super::block::Block;
+use super::description::LayerDescription;
 use std::fmt::Write;
 
-/// The layers of the network called `name`, the totals of its blocks and of all.
-pub fn text(name: &str, layers: &[LayerDescription]) -> String {
+/// The layers of the network called `name`, the totals of its blocks and of all: lines for a terminal.
+pub fn layer_table(name: &str, layers: &[LayerDescription]) -> String {
     let longest = layers.iter().map(|layer| layer.name.len()).max().unwrap_or(0);
     let mut text = String::new();
     // Writing into a String cannot fail.
@@ -106,7 +107,7 @@ mod tests {
             layer(Block::Main, 500, 500_000_000),
             layer(Block::RegistrationRefinement, 7, 250_000_000),
         ];
-        let text = text("test", &layers);
+        let text = layer_table("test", &layers);
         let line = |start: &str| {
             let line = text.lines().rfind(|line| line.trim().starts_with(start)).unwrap();
             line.split_whitespace().rev().take(2).collect::<Vec<_>>().join(" ")
