@@ -7,6 +7,7 @@
 use crate::dataset::{self, DATASET_FILE};
 use crate::output::atomic::{self, FolderKind, FolderLock};
 use anyhow::{Context, Result, bail};
+use deepsft_formats::sha256_file;
 use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, HandleShapeCounts, ShardWriter};
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -45,6 +46,9 @@ struct State {
 struct FinishedShard {
     name: String,
     bytes: u64,
+    /// Not known of shards of earlier versions.
+    #[serde(default)]
+    sha256: String,
     samples: u64,
     edge_lengths: EdgeLengthHistogram,
     /// Not known of shards of programs that did not count them.
@@ -158,10 +162,12 @@ impl UnfinishedDataset {
             Ok((count, file.metadata()?.len()))
         };
         let (samples, bytes) = write().with_context(|| format!("could not write {name}"))?;
+        let sha256 = sha256_file(&beside)?;
         fs::rename(&beside, self.folder.join(&name)).with_context(|| format!("could not write {name}"))?;
         self.state.shards.push(FinishedShard {
             name,
             bytes,
+            sha256,
             samples,
             edge_lengths,
             handle_shapes: Some(handle_shapes),
@@ -177,6 +183,16 @@ impl UnfinishedDataset {
     /// Bytes of the finished shards.
     pub fn shard_bytes(&self) -> Vec<u64> {
         self.state.shards.iter().map(|shard| shard.bytes).collect()
+    }
+
+    /// SHA-256 of the finished shards; none when it is not known of all.
+    pub fn shard_sha256(&self) -> Vec<String> {
+        let all: Vec<String> = self.state.shards.iter().map(|shard| shard.sha256.clone()).collect();
+        if all.iter().any(String::is_empty) {
+            Vec::new()
+        } else {
+            all
+        }
     }
 
     /// Puts the data set in its place; an older one there is replaced.

@@ -135,6 +135,21 @@ pub enum FormatError {
         /// Samples of all shards.
         samples: u64,
     },
+    /// A shard holds another sample than its data set's description says.
+    #[error(
+        "the shard holds sample {index} of seed {seed} where the data set's description has sample {expected_index} of \
+         seed {expected_seed}"
+    )]
+    OtherSample {
+        /// Seed met.
+        seed: u64,
+        /// Index met.
+        index: u64,
+        /// Seed of the description.
+        expected_seed: u64,
+        /// Index by the description.
+        expected_index: u64,
+    },
     /// A depth that the 16-bit file format cannot hold.
     #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
     DepthRange {

@@ -25,6 +25,8 @@ mod template;
 
 pub use camera::{CameraFile, PixelCenters, camera_to_json, parse_camera};
 pub use error::FormatError;
+#[cfg(feature = "fs")]
+pub use fingerprint::sha256_file;
 pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerprint};
 #[cfg(all(feature = "fs", feature = "scan"))]
 pub use folder::read_scan_file;

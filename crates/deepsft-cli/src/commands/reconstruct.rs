@@ -55,6 +55,9 @@ A camera file holds pixels, and the distortion in OpenCV's order:
   {\"width\": 1920, \"height\": 1080, \"fx\": 1400.0, \"fy\": 1400.0, \"cx\": 960.0, \"cy\": 540.0,
    \"distortion\": [0.0, 0.0, 0.0, 0.0, 0.0]}
 
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
+
 Example:
   deepsft reconstruct --model models/poster-a4 --camera camera.json --mesh fit --out results a.jpg b.jpg")]
 pub struct ReconstructArguments {

@@ -77,6 +77,9 @@ and other hands. Light, print and camera stay the same, as in one place. The sam
 
 Your own recordings go into the same folders; `deepsft recording verify` says what is wrong with one.
 
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
+
 Example:
   deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
   deepsft train --stages 2,3 --model models/poster-a4 --recording recording --out refined"

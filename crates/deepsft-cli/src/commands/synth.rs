@@ -129,6 +129,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     match dataset::open(&place) {
         Ok(there) if is_planned(&there, &plan) => {
             dataset::check_shards(&place, &there)?;
+            dataset::check_hashes(&place, &there)?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
@@ -216,6 +217,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         set.shards(),
     );
     description.shard_bytes = set.shard_bytes();
+    description.shard_sha256 = set.shard_sha256();
     description.first = plan.first;
     description.part = arguments.shard.map(|part| (part.number, part.of));
     description.fingerprint = plan.fingerprint;

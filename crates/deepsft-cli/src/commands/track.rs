@@ -57,6 +57,9 @@ VIDEO is a folder of PNG or JPEG frames, taken in natural order (frame-2 before 
 the program ffmpeg reads (it must be on the PATH). The command takes the camera.json in the folder if you give no
 --camera, else it assumes a typical phone. Depths are then wrong by the same fraction as the focal length.
 
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
+
 A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
 is 3. Ctrl-C does the same (exit code 130).
 

@@ -356,7 +356,8 @@ fn what_is_wrong_with_a_gltf_file_is_told() {
     );
     refused(&|j| j["materials"][0] = json!({}), "--texture");
     refused(&|j| j["accessors"][0]["count"] = 13.into(), "cut short");
-    refused(&|j| j["accessors"][0]["sparse"] = json!({}), "sparse");
+    let sparse = json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}});
+    refused(&|j| j["accessors"][0]["sparse"] = sparse.clone(), "sparse");
     refused(&|j| j["nodes"][1]["children"] = json!([0]), "no tree");
     refused(
         &|j| j["buffers"][0]["uri"] = json!("../outside.bin"),
