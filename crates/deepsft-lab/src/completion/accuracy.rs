@@ -5,8 +5,9 @@ use super::subject::{FrameReport, Object};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::encode_png;
-use deepsft_cli::output::{atomic, sheet};
+use deepsft_cli::output::sheet;
 use deepsft_cli::progress;
+use deepsft_formats::write_file;
 use deepsft_geometry::metrics::Summary;
 use deepsft_geometry::{Camera, training_camera};
 use rayon::prelude::*;
@@ -131,11 +132,11 @@ pub fn run(arguments: &AccuracyArguments) -> Result<()> {
     };
     print(&report);
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&rows_of_panels).context("there is no frame to draw")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
 }

@@ -10,8 +10,9 @@ mod table;
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceKind, encode_png};
-use deepsft_cli::output::{atomic, panels, sheet};
+use deepsft_cli::output::{panels, sheet};
 use deepsft_cli::{input, progress};
+use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Maps, Picture};
@@ -107,11 +108,11 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
     print!("{}", study_table(&series));
     if let Some(path) = &arguments.plot {
         let plot = study_plot(&series).context("there is nothing to draw")?;
-        atomic::write_file(path, &encode_png(&plot)?)?;
+        write_file(path, &encode_png(&plot)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&worst.rows(bundle.template().size_mm())).context("there is nothing to draw")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     if let Some(path) = &arguments.json {
         let report = Report {
@@ -121,7 +122,7 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
             series,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     Ok(())
 }

@@ -10,8 +10,9 @@ use clap::Args;
 use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_cli::output::{atomic, sheet};
+use deepsft_cli::output::sheet;
 use deepsft_cli::{clip_folder, input, progress};
+use deepsft_formats::write_file;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
@@ -22,7 +23,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use summary::{ClipRecord, Recoveries, Spread, Summary};
+use summary::{ClipRecord, Recoveries, Spread, Summary, TrackedClip};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [
@@ -135,20 +136,13 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             per_clip: &clips,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&worst.into_rows()).context("a sheet has panels")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
-}
-
-/// A clip after tracking.
-struct TrackedClip {
-    record: ClipRecord,
-    /// Vertices and their confidence, where the sheet was found.
-    meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
 }
 
 fn track(

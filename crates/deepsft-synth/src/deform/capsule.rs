@@ -1,6 +1,6 @@
 //! An object with a volume: a closed mesh whose texture has two charts.
 
-use crate::SynthError;
+use crate::error::SynthError;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};

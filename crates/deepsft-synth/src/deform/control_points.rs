@@ -1,7 +1,7 @@
 //! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
-use crate::SynthError;
 use crate::deform::isometry::edge_length_changes;
+use crate::error::SynthError;
 use crate::random::between;
 use crate::random::unit_direction;
 use deepsft_formats::EdgeLengthChange;
@@ -359,7 +359,7 @@ impl<'a> Surface<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capsule;
+    use crate::deform::capsule;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
 

@@ -141,8 +141,8 @@ pub(crate) fn face_front(mesh: &TriangleMesh, vertices: &mut [DVec3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::deform::edge_length_change;
     use crate::deform::isometry::edge_length_changes;
-    use crate::edge_length_change;
     use deepsft_geometry::Picture;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;

@@ -1,6 +1,6 @@
 //! RGB-D recordings: what training steps 2 and 3 learn from.
 
-use crate::SynthError;
+use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
 use crate::recording::layout::{CAMERA_FILE, MASK_FOLDER};
 use crate::recording::pairing::{self, Pair};

@@ -1,14 +1,18 @@
 //! Simulated RGB-D recordings: a second renderer setting, on which training steps 2 and 3 can run and be measured without
 //! a sensor. Every result on them must be called simulated.
 
+use crate::clip::{ClipConfig, ClipMotion};
+use crate::error::SynthError;
 use crate::random::{Stream, generator, mix, uniform};
 use crate::recording::depth_camera::{DepthNoise, SeenDepth};
 use crate::recording::print_response::PrintResponse;
 use crate::recording::sensor::RgbdSensor;
 use crate::render::frame::Frame;
 use crate::render::projected_mesh::ProjectedMesh;
+use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::{Moment, Scene};
-use crate::{ClipConfig, ClipMotion, EffectsConfig, LightingConfig, Sample, SynthConfig, SynthError, Synthesizer};
+use crate::scene::{SynthConfig, Synthesizer};
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
 use rand::RngExt;

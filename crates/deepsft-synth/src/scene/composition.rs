@@ -1,5 +1,6 @@
 //! Everything in a synthetic picture but the template's shape and pose.
 
+use crate::error::SynthError;
 use crate::random::uniform;
 use crate::render::black_bars::Bars;
 use crate::render::camera_effects::CameraEffects;
@@ -9,9 +10,9 @@ use crate::render::shading::{Lighting, Paper};
 use crate::render::silhouette::silhouette;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, Placement, strew};
+use crate::scene::config::PhotographUse;
 use crate::scene::ingredients::Ingredients;
 use crate::scene::occluder::{ImageOccluder, Occluder, SheetInImage, sample_occluders};
-use crate::{PhotographUse, SynthError};
 use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};

@@ -1,8 +1,8 @@
 //! What is varied in synthetic samples, and how far.
 
-use crate::SynthError;
 use crate::deform::ControlPointConfig;
 use crate::deform::DeformationConfig;
+use crate::error::SynthError;
 use crate::render::camera_effects::EffectsConfig;
 use crate::render::shading::LightingConfig;
 use crate::scene::occluder::OccluderKind;

@@ -1,7 +1,7 @@
 //! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
-use crate::SynthError;
 use crate::deform::{ControlPointDeformation, deform};
+use crate::error::SynthError;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, procedural_artworks, procedural_backgrounds};
 use crate::scene::config::SynthConfig;

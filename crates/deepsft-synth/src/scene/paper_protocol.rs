@@ -1,9 +1,10 @@
 //! The synthetic data of the paper, section 5.1, as a configuration.
 
-use crate::{
-    ClothConfig, DeformationConfig, EffectsConfig, LightingConfig, OccluderKind, PhotographUse, PoseConfig,
-    SynthConfig, UniformPose,
-};
+use crate::deform::{ClothConfig, DeformationConfig};
+use crate::render::{EffectsConfig, LightingConfig};
+use crate::scene::config::{PhotographUse, SynthConfig};
+use crate::scene::occluder::OccluderKind;
+use crate::scene::pose::{PoseConfig, UniformPose};
 
 /// Depth that the paper's t_z is counted from, mm. It does not say; at 100 mm an A4 sheet cannot be in view. At 296 mm
 /// the flat sheet just fits the 270 rows of the training camera.
@@ -75,7 +76,8 @@ impl SynthConfig {
 mod tests {
     use super::*;
     use crate::random::{Stream, generator};
-    use crate::{Synthesizer, sample_pose};
+    use crate::scene::pose::sample_pose;
+    use crate::scene::synthesizer::Synthesizer;
     use deepsft_formats::encode_png;
     use deepsft_geometry::glam::{DMat3, DVec3};
     use deepsft_geometry::{Picture, Template, training_camera};

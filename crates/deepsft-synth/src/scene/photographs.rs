@@ -1,7 +1,7 @@
 //! The user's photographs as backgrounds and as art of other sheets: decoded when a scene needs one, and kept within a
 //! bounded memory.
 
-use crate::SynthError;
+use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
 use crate::render::texture::Texture;
 use crate::scene::artwork::photograph_sheet;
@@ -163,7 +163,8 @@ fn refused(path: &Path, reason: String) -> SynthError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SynthConfig, Synthesizer};
+    use crate::scene::config::SynthConfig;
+    use crate::scene::synthesizer::Synthesizer;
     use deepsft_formats::encode_png;
     use deepsft_geometry::Template;
 

@@ -186,7 +186,7 @@ fn nearest(vertices: &[DVec3], pose: &DAffine3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DeformationConfig, deform};
+    use crate::deform::{DeformationConfig, deform};
     use deepsft_geometry::{Picture, Template, training_camera};
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;

@@ -1,7 +1,7 @@
 //! Synthetic samples: a pure function of (template, configuration, seed, index).
 
-use crate::SynthError;
 use crate::deform::edge_length_changes;
+use crate::error::SynthError;
 use crate::random::{Stream, generator};
 use crate::render::projected_mesh::ProjectedMesh;
 use crate::scene::composition::{CaptureConditions, Scene};

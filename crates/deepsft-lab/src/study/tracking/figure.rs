@@ -1,8 +1,8 @@
 //! The worst clips of the study as pictures.
 
-use super::TrackedClip;
 use super::clip_record::FrameRecord;
 use super::plot::{self, Mark, Point};
+use super::summary::TrackedClip;
 use deepsft_cli::output::{panels, sheet, wireframe};
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::Sample;
