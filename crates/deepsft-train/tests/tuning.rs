@@ -7,8 +7,8 @@ mod common;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use common::{SIZE, copy, frame_of, plane, small_camera, small_compact, template};
-use deepsft::Network;
-use deepsft_geometry::{ColorResponse, photometric_error};
+use deepsft::{Architecture, Network, NetworkConfig, PaperConfig};
+use deepsft_geometry::{ColorResponse, Template, photometric_error, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Schedule,
@@ -452,4 +452,81 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
     assert_eq!(kept, folder.path().join("checkpoint.outdated"));
     assert!(kept.join("state.json").is_file() && !config.checkpoint.exists());
     assert_eq!(set_aside(&other, step, &frames(2), &config), None);
+}
+
+/// A narrow network of the paper's with its first weights, folded, and a synthetic image for it.
+fn narrow_paper() -> (Network, TrainingFrame, Template) {
+    let template = template();
+    let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+    let sample = (0..)
+        .map(|index| synthesizer.sample(2, index))
+        .find(|sample| sample.truth.area() > 8_000);
+    let (image, truth) = sample.map(|sample| (sample.image, sample.truth)).unwrap();
+    let device = Device::flex();
+    device.seed(5);
+    let architecture = Architecture::Paper(PaperConfig::narrow(16));
+    let network = NetworkConfig::new(architecture, [180.0, 120.0], &training_camera()).init(&device);
+    let frame = TrainingFrame {
+        index: 0,
+        image,
+        depth_mm: truth.depth().iter().map(|&depth| depth.max(0.0)).collect(),
+        object: truth.mask(),
+        inside: truth.mask(),
+        depth_counts: truth.mask(),
+        level: 0,
+    };
+    (network.fold(), frame, template)
+}
+
+#[test]
+fn steps_two_and_three_train_the_papers_network_and_step_two_teaches_it_where_the_object_ends() {
+    let (network, frame, template) = narrow_paper();
+    let frames = RecordedFrames {
+        training: vec![frame.clone()],
+        held_out: vec![frame],
+        left_out: 0,
+        colors: ColorResponse::IDENTITY,
+    };
+    let set = TuningSet {
+        frames: &frames,
+        template: &template,
+        canonical: &training_camera(),
+        truth: &BTreeMap::new(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let tuned = |network: &Network, step: TuningStep, rate| {
+        let mut config = config(&folder.path().join(step.number().to_string()), 40);
+        for settings in [&mut config.depth_tuning, &mut config.registration_tuning] {
+            settings.learning_rate.initial = rate;
+        }
+        let mut losses = Vec::new();
+        let tuned = tune(network, step, set, &config, &Device::flex(), |progress| {
+            if let Progress::Step { loss, .. } = progress {
+                losses.push(loss);
+            }
+        });
+        (losses, tuned.unwrap())
+    };
+    let (losses, depth) = tuned(&network, TuningStep::Depth, 5e-3);
+    println!("step 2: loss {:?} -> {:?}, {:?} -> {:?}", losses.first(), losses.last(), depth.before, depth.after);
+    assert!(losses[39] < 0.5 * losses[0], "{losses:?}");
+    let of = |metric: Option<MeanMedian>| metric.unwrap().mean;
+    // Where only the object is taught, the whole image becomes object: an IoU of its area, below 0.3.
+    assert!(of(depth.after.mask_iou) > 0.6, "{:?} -> {:?}", depth.before, depth.after);
+    assert!(of(depth.after.measured_depth_rmse_mm) < 0.5 * of(depth.before.measured_depth_rmse_mm));
+    let (losses, registration) = tuned(&depth.network, TuningStep::Registration, 2e-3);
+    println!("step 3: loss {:?} -> {:?}", losses.first(), losses.last());
+    assert!(losses[39] < 0.8 * losses[0], "{losses:?}");
+    // What step 2 taught stays bit for bit.
+    assert_eq!(registration.after.mask_iou, depth.after.mask_iou);
+    for (step, block, before, after) in [
+        (2, "depth_refinement", &network, &depth.network),
+        (3, "registration_refinement", &depth.network, &registration.network),
+    ] {
+        let (before, after) = (weights(before), weights(after));
+        for (path, values) in &before {
+            let same = values.iter().zip(&after[path]).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert!(same || path.starts_with(block), "step {step} moved {path}");
+        }
+    }
 }
