@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
-use deepsft_geometry::{CompletionOptions, MapsCompletion, Refinement};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::Evaluation;
 use std::collections::BTreeMap;
@@ -46,13 +46,13 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
         let estimator = Estimator::new(&bundle, &device).unwrap();
         let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
-        let summary = |refinement: Option<&mut Refinement>| {
+        let summary = |refinement: Option<&mut MeshRecovery>| {
             let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
             let evaluation = Evaluation::run(&estimator, refinement, bundle.template(), samples, |_, _, _| {});
             evaluation.unwrap().summary()
         };
         let refined = {
-            let refinement = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default()).unwrap();
+            let refinement = FrameFitter::new(bundle.template(), FitOptions::default()).unwrap();
             summary(Some(&mut refinement.into())).median
         };
         let completed = {

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
-use deepsft_geometry::{CompletionOptions, MapsCompletion, Refinement, Template};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Template};
 
 /// How maps are refined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -19,10 +19,10 @@ pub enum Refine {
 
 impl Refine {
     /// The refinement for a template, if there is to be one.
-    pub fn prepare(self, template: &Template) -> Result<Option<Refinement>> {
+    pub fn prepare(self, template: &Template) -> Result<Option<MeshRecovery>> {
         Ok(match self {
             Self::None => None,
-            Self::Physics => Some(PhysicsRefinement::new(template, PhysicsOptions::default())?.into()),
+            Self::Physics => Some(FrameFitter::new(template, FitOptions::default())?.into()),
             Self::Arap => Some(MapsCompletion::new(template.mesh(), CompletionOptions::default())?.into()),
         })
     }

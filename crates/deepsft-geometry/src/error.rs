@@ -182,7 +182,7 @@ pub enum GeometryError {
          tell them apart"
     )]
     ChartsOverlap {
-        /// Share of the used texture, percent.
+        /// Fraction of the used texture, percent.
         percent: f64,
     },
     /// A picture or maps do not have the size of what they belong to.

@@ -36,13 +36,12 @@ pub use completion::{
     VisibleVertices,
 };
 pub use error::GeometryError;
-pub use fitting as physics;
 pub use fitting::tracking;
 pub use glam;
 pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma};
 pub use maps::{
-    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photometric_error, raster,
-    relit_photometric_error, remove_islands,
+    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
+    relit_photo_consistency_error, remove_islands,
 };
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
-pub use recovery::{RefinedMesh, Refinement};
+pub use recovery::{MeshRecovery, RecoveredMesh};

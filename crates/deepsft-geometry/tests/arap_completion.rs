@@ -72,8 +72,11 @@ const MOST_VISIBLE_MM: f64 = 2.0;
 /// Asserts that completion beats both simple methods on the hidden vertices and flips no triangle.
 fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], visible: &dyn Fn(usize) -> bool) {
     let points = points(truth, visible);
-    let hidden_share = 1.0 - points.len() as f64 / truth.len() as f64;
-    assert!((0.28..0.75).contains(&hidden_share), "{name}: {hidden_share} hidden");
+    let hidden_fraction = 1.0 - points.len() as f64 / truth.len() as f64;
+    assert!(
+        (0.28..0.75).contains(&hidden_fraction),
+        "{name}: {hidden_fraction} hidden"
+    );
     let Completion { vertices, report } = complete(mesh, &points);
     let hidden = |i: usize| !visible(i);
     let [arap, rigid, laplacian] =
@@ -81,7 +84,7 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
     println!(
         "{name}: {:.0} % hidden, RMSE of hidden vertices: ARAP {arap:.2}, rigid {rigid:.2}, Laplacian {laplacian:.2} mm, \
          visible {:.3} mm, {} iterations",
-        100.0 * hidden_share,
+        100.0 * hidden_fraction,
         rmse(&vertices, truth, visible),
         report.iterations
     );

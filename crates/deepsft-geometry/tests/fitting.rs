@@ -1,12 +1,12 @@
-//! Physics refinement of a drawn sheet whose true maps are known.
+//! A mesh fitted to a drawn sheet whose true maps are known.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod sheet;
 
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
 use sheet::{bent, image, template};
@@ -68,12 +68,12 @@ fn maps_that_are_a_little_wrong_become_exact() {
         truth,
         image,
     } = scene();
-    let mut refinement = PhysicsRefinement::new(&template, PhysicsOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let start = mistaken(&truth);
-    let refined = refinement.refine(&image, &camera, &start, None).unwrap().unwrap();
-    assert!(refined.accepted, "{:?}", refined.photometric_cost);
+    let fitted = fitter.fit(&image, &camera, &start, None).unwrap().unwrap();
+    assert!(fitted.accepted, "{:?}", fitted.photo_consistency_cost);
     let error = |maps: &Maps| frame_metrics(maps, &truth, &camera, template.size_mm()).unwrap();
-    let (before, after) = (error(&start), error(&refined.maps));
+    let (before, after) = (error(&start), error(&fitted.maps));
     let [before_px, after_px] = [before, after].map(|m| m.registration_rmse_px.unwrap());
     let [before_mm, after_mm] = [before, after].map(|m| m.depth_rmse_mm.unwrap());
     assert!(before_px > 2.0 && before_mm > 15.0, "{before_px} px, {before_mm} mm");
@@ -81,7 +81,7 @@ fn maps_that_are_a_little_wrong_become_exact() {
     // The sheet has kept its lengths.
     let rest = template.mesh().vertices();
     for [a, b] in template.mesh().edges() {
-        let length = refined.vertices_camera[a].distance(refined.vertices_camera[b]);
+        let length = fitted.vertices_camera[a].distance(fitted.vertices_camera[b]);
         assert!((length / rest[a].distance(rest[b]) - 1.0).abs() < 0.02);
     }
 }
@@ -92,19 +92,19 @@ fn a_sharp_fold_goes_where_the_network_sees_it() {
     let truth = VisibleSurface::new(template.mesh(), &folded(&template), &camera).maps();
     let image = image(&template, &truth);
     let start = mistaken(&truth);
-    let error = |options: PhysicsOptions| {
-        let mut refinement = PhysicsRefinement::new(&template, options).unwrap();
-        let refined = refinement.refine(&image, &camera, &start, None).unwrap().unwrap();
-        assert!(refined.accepted, "{:?}", refined.photometric_cost);
-        let metrics = frame_metrics(&refined.maps, &truth, &camera, template.size_mm()).unwrap();
+    let error = |options: FitOptions| {
+        let mut fitter = FrameFitter::new(&template, options).unwrap();
+        let fitted = fitter.fit(&image, &camera, &start, None).unwrap().unwrap();
+        assert!(fitted.accepted, "{:?}", fitted.photo_consistency_cost);
+        let metrics = frame_metrics(&fitted.maps, &truth, &camera, template.size_mm()).unwrap();
         (metrics.registration_rmse_px.unwrap(), metrics.points_rmse_mm.unwrap())
     };
-    let (px, mm) = error(PhysicsOptions::default());
+    let (px, mm) = error(FitOptions::default());
     assert!(px < 0.5 && mm < 2.5, "{px} px, {mm} mm");
     // With no more trust in the registration than beside the image, bending wins over the fold.
-    let timid = PhysicsOptions {
-        settling_registrations: PhysicsOptions::default().independent_registrations,
-        ..PhysicsOptions::default()
+    let timid = FitOptions {
+        settling_registrations: FitOptions::default().independent_registrations,
+        ..FitOptions::default()
     };
     let (timid_px, timid_mm) = error(timid);
     assert!(
@@ -122,14 +122,14 @@ fn a_mesh_that_explains_the_image_worse_leaves_the_networks_maps() {
         image,
     } = scene();
     // So stiff against bending that the bent sheet cannot be fitted.
-    let options = PhysicsOptions {
+    let options = FitOptions {
         bending: 1e6,
-        ..PhysicsOptions::default()
+        ..FitOptions::default()
     };
-    let mut refinement = PhysicsRefinement::new(&template, options).unwrap();
-    let refined = refinement.refine(&image, &camera, &truth, None).unwrap().unwrap();
-    assert!(!refined.accepted, "{:?}", refined.photometric_cost);
-    assert_eq!(refined.maps, truth);
+    let mut fitter = FrameFitter::new(&template, options).unwrap();
+    let fitted = fitter.fit(&image, &camera, &truth, None).unwrap().unwrap();
+    assert!(!fitted.accepted, "{:?}", fitted.photo_consistency_cost);
+    assert_eq!(fitted.maps, truth);
 }
 
 #[test]
@@ -140,10 +140,10 @@ fn an_image_that_shows_nothing_does_not_drag_the_sheet_away() {
         truth,
         ..
     } = scene();
-    let mut refinement = PhysicsRefinement::new(&template, PhysicsOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let grey = Picture::from_fn(480, 270, |x, y| [((x * 7919 + y * 104_729) % 200) as u8; 3]);
-    let refined = refinement.refine(&grey, &camera, &truth, None).unwrap().unwrap();
-    let metrics = frame_metrics(&refined.maps, &truth, &camera, template.size_mm()).unwrap();
+    let fitted = fitter.fit(&grey, &camera, &truth, None).unwrap().unwrap();
+    let metrics = frame_metrics(&fitted.maps, &truth, &camera, template.size_mm()).unwrap();
     assert!(metrics.registration_rmse_px.unwrap() < 3.0, "{metrics:?}");
 }
 
@@ -155,27 +155,27 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
         image,
         ..
     } = scene();
-    let mut refinement = PhysicsRefinement::new(&template, PhysicsOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let nothing = Maps::empty(480, 270);
-    assert!(refinement.refine(&image, &camera, &nothing, None).unwrap().is_none());
+    assert!(fitter.fit(&image, &camera, &nothing, None).unwrap().is_none());
     let short = [DVec3::Z; 3];
     assert!(matches!(
-        refinement.refine(&image, &camera, &nothing, Some(&short)),
+        fitter.fit(&image, &camera, &nothing, Some(&short)),
         Err(GeometryError::StartLength { actual: 3, .. })
     ));
     for blurs in [vec![], vec![f32::NAN], vec![1.0, -1.0]] {
-        let options = PhysicsOptions {
+        let options = FitOptions {
             blurs,
-            ..PhysicsOptions::default()
+            ..FitOptions::default()
         };
         assert!(matches!(
-            PhysicsRefinement::new(&template, options),
+            FrameFitter::new(&template, options),
             Err(GeometryError::Weight { term: "blur", .. })
         ));
     }
     let small = Maps::empty(48, 27);
     assert!(matches!(
-        refinement.refine(&image, &camera, &small, None),
+        fitter.fit(&image, &camera, &small, None),
         Err(GeometryError::MapSize { .. })
     ));
 }

@@ -5,8 +5,9 @@ mod shapes;
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage, Photometric,
-    PointData, PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint, VertexPoint,
+    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage,
+    PhotoConsistency, PointData, PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint,
+    VertexPoint,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh};
 use shapes::{bent, closed_tube, coarse_sheet, normals, pose, rmse, sheet};
@@ -221,7 +222,7 @@ fn photograph(gain: f64) -> Picture {
 }
 
 #[test]
-fn the_photometric_term_brings_a_sheet_that_is_pixels_off_onto_its_image_in_other_light() {
+fn photo_consistency_brings_a_sheet_that_is_pixels_off_onto_its_image_in_other_light() {
     let mesh = coarse_sheet();
     let truth: Vec<DVec3> = mesh.vertices().iter().map(|&v| pose(v)).collect();
     // 3 to 6 px off sideways, 10 mm too far, each vertex for itself up to 1.5 mm.
@@ -249,7 +250,7 @@ fn the_photometric_term_brings_a_sheet_that_is_pixels_off_onto_its_image_in_othe
                 }
             }
         }
-        let image = Photometric::new(&mesh, &camera(), &dark, &points, 1.0, Robust::Cauchy(0.8)).unwrap();
+        let image = PhotoConsistency::new(&mesh, &camera(), &dark, &points, 1.0, Robust::Cauchy(0.8)).unwrap();
         let solution = solver
             .solve(&[&image, &isometry, &bending], &vertices, &SolveOptions::default())
             .unwrap();
@@ -272,7 +273,7 @@ fn the_photometric_term_brings_a_sheet_that_is_pixels_off_onto_its_image_in_othe
         .map(|(t, v)| t.distance_squared(v))
         .collect();
     let pixels = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    println!("photometric: {pixels} px");
+    println!("photo-consistency: {pixels} px");
     assert!(pixels < 0.2, "{pixels}");
 }
 

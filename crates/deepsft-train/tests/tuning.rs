@@ -8,7 +8,7 @@ use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use common::{SIZE, copy, frame_of, plane, small_camera, small_compact, template};
 use deepsft::{Architecture, Network, NetworkConfig, PaperConfig};
-use deepsft_geometry::{ColorResponse, Template, photometric_error, training_camera};
+use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Schedule,
@@ -321,7 +321,7 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
     let middle = plane(0.15, [0; 2]);
     let texture = template();
     let errors = frames.held_out.iter().map(|frame| {
-        let error = photometric_error(&frame.image, texture.texture(), &middle);
+        let error = photo_consistency_error(&frame.image, texture.texture(), &middle);
         error.unwrap()
     });
     let same_for_all = errors.sum::<f64>() / frames.held_out.len() as f64;

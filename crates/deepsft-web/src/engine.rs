@@ -13,7 +13,7 @@ use deepsft::{
     DeviceDescription, DeviceKind, Estimator, ModelBundle,
     geometry::{
         CANONICAL_HEIGHT, CANONICAL_WIDTH, CompletionOptions, MapsCompletion,
-        physics::{PhysicsOptions, PhysicsRefinement},
+        fitting::{FitOptions, FrameFitter},
     },
     start_device,
 };
@@ -33,7 +33,7 @@ struct Core {
     estimator: Estimator,
     device: DeviceDescription,
     /// Made for the first frame that is refined.
-    refinement: RefCell<Option<PhysicsRefinement>>,
+    refinement: RefCell<Option<FrameFitter>>,
     /// Made for the first frame that is completed.
     completion: RefCell<Option<MapsCompletion>>,
 }
@@ -220,13 +220,10 @@ impl Core {
         let mut refinement = self.refinement.borrow_mut();
         let refinement = match &mut *refinement {
             Some(refinement) => refinement,
-            none => none.insert(PhysicsRefinement::new(
-                self.bundle.template(),
-                PhysicsOptions::default(),
-            )?),
+            none => none.insert(FrameFitter::new(self.bundle.template(), FitOptions::default())?),
         };
         let mut stopwatch = Stopwatch::start();
-        let refined = refinement.refine(&canonical, self.estimator.canonical_camera(), &maps, None)?;
+        let refined = refinement.fit(&canonical, self.estimator.canonical_camera(), &maps, None)?;
         Ok(refined.map(|refined| RawRefined::new(&refined, stopwatch.lap_ms())))
     }
 }

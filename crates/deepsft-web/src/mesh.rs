@@ -1,7 +1,7 @@
 //! Meshes as JavaScript holds them.
 
 use crate::estimate::object;
-use deepsft::geometry::{CompletedMaps, TriangleMesh, glam::DVec3, physics::Refined};
+use deepsft::geometry::{CompletedMaps, TriangleMesh, fitting::FrameFit, glam::DVec3};
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;
 
@@ -18,7 +18,7 @@ pub struct RawRefined {
 
 impl RawRefined {
     /// Copies mesh and maps out of WebAssembly's memory.
-    pub fn new(refined: &Refined, refine_ms: f64) -> Self {
+    pub fn new(refined: &FrameFit, refine_ms: f64) -> Self {
         Self {
             accepted: refined.accepted,
             vertices: positions(&refined.vertices_camera),

@@ -12,7 +12,7 @@ use deepsft::{
     ModelBundle,
     geometry::{
         Camera, CanonicalWarp,
-        tracking::{Answer, OneEuro, OneEuroOptions, Tracker, TrackingOptions},
+        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracker, TrackingOptions},
     },
 };
 use js_sys::{Float32Array, Object, Promise};
@@ -157,16 +157,16 @@ impl Core {
         } else {
             Some(maps_from(depth, registration)?)
         };
-        let answer = self.tracker.answer(u64::from(number), maps.as_ref())?;
-        if let (Answer::Started | Answer::Restarted, Some(filter)) = (answer, &mut self.smoothing) {
+        let answer = self.tracker.update(u64::from(number), maps.as_ref())?;
+        if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (answer, &mut self.smoothing) {
             filter.reset();
         }
         Ok(match answer {
-            Answer::Started => "started",
-            Answer::Confirmed => "confirmed",
-            Answer::Restarted => "restarted",
-            Answer::Dropped => "dropped",
-            Answer::Ignored => "ignored",
+            TrackUpdate::Started => "started",
+            TrackUpdate::Confirmed => "confirmed",
+            TrackUpdate::Restarted => "restarted",
+            TrackUpdate::Dropped => "dropped",
+            TrackUpdate::Ignored => "ignored",
         })
     }
 }

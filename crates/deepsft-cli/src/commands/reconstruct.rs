@@ -8,7 +8,7 @@ use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::{Camera, Maps, Picture, Refinement, TriangleMesh, photometric_error};
+use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -142,7 +142,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// A model ready to be used on one image after the other.
 struct Model {
-    refinement: Option<Refinement>,
+    refinement: Option<MeshRecovery>,
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
@@ -165,7 +165,7 @@ impl Model {
         let mut whole = None;
         if let Some(refinement) = self.refinement.as_mut().filter(|_| judgement.found) {
             let camera = self.estimator.canonical_camera();
-            let fitted = stages.time("refinement", || refinement.refine(&canonical, camera, &maps))?;
+            let fitted = stages.time("refinement", || refinement.recover(&canonical, camera, &maps))?;
             if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
                 refined = Some(true);
                 maps = fitted.maps;
@@ -180,7 +180,7 @@ impl Model {
             mask_area: judgement.area,
             refined,
             depth_mm: depth_range(&maps),
-            photometric_error: photometric_error(&canonical, self.bundle.template().texture(), &maps),
+            photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
             canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
             device: format!("{}: {}", self.device.kind, self.device.adapter_name),

@@ -163,7 +163,7 @@ impl CanonicalWarp {
 struct Weights {
     /// The first source pixel that counts.
     first: usize,
-    /// Of that pixel and those after it; they sum to the share of the canonical pixel inside the source.
+    /// Of that pixel and those after it; they sum to the fraction of the canonical pixel inside the source.
     weights: Vec<f32>,
 }
 
@@ -184,11 +184,11 @@ impl Weights {
                 first = low;
             }
             weights.resize((low + 2 - first).max(weights.len()), 0.0);
-            let share = (place - low as f64) as f32;
-            weights[low - first] += (1.0 - share) / taps as f32;
-            weights[low + 1 - first] += share / taps as f32;
+            let fraction = (place - low as f64) as f32;
+            weights[low - first] += (1.0 - fraction) / taps as f32;
+            weights[low + 1 - first] += fraction / taps as f32;
         }
-        // The last source pixel has no neighbour; its share was nought.
+        // The last source pixel has no neighbour; its weight was nought.
         weights.truncate(length - first);
         Self { first, weights }
     }

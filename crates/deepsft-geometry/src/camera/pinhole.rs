@@ -25,9 +25,9 @@ pub struct Camera {
     distortion: [f64; 5],
 }
 
-/// Focal length of an unknown phone or web camera as a share of the image's long side: the median
+/// Focal length of an unknown phone or web camera as a fraction of the image's long side: the median
 /// of a public table of 98 phones (0.73 to 1.01 covers 80 % of them).
-const TYPICAL_FOCAL_SHARE: f64 = 0.79;
+const TYPICAL_FOCAL_FRACTION: f64 = 0.79;
 
 /// The cameras of the paper (its table of intrinsics) by name: (name, width, height, [fx, fy, cx, cy]) in
 /// pixels. The paper prints 1270 x 720 for the Realsense; the sensor's stream has 1280 x 720.
@@ -109,7 +109,7 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
     pub fn typical(width: u32, height: u32) -> Result<Self, GeometryError> {
-        let focal = TYPICAL_FOCAL_SHARE * f64::from(width.max(height));
+        let focal = TYPICAL_FOCAL_FRACTION * f64::from(width.max(height));
         let focal = if focal > 0.0 { focal } else { 1.0 };
         Self::pinhole(
             width,

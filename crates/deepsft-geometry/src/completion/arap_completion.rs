@@ -10,14 +10,14 @@ use super::visible_points::Visible;
 use crate::error::GeometryError;
 use crate::mesh::{TriangleMesh, Welding};
 use crate::solver::checked::{check_scale, check_weight};
-use crate::solver::terms::arap_prior::{ArapPrior, CellEnergy, Rotations};
+use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
 use crate::solver::{LengthScale, VertexPoint};
 use glam::{DQuat, DVec3};
 
 /// Halvings of a step that does not lower the energy before the search is given up.
 const HALVINGS: usize = 12;
 
-/// Share of the linear decrease that a step must reach (Armijo's rule; the usual 1e-4).
+/// Fraction of the linear decrease that a step must reach (Armijo's rule; the usual 1e-4).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// ARAP shape completion, the paper's section of that name: the mesh that minimises
@@ -61,7 +61,7 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 #[derive(Debug)]
 pub struct ArapCompletion {
     welding: Welding,
-    prior: ArapPrior,
+    prior: ArapCells,
     components: Components,
     matrix: Stiffness,
     quasi_newton: QuasiNewton,
@@ -87,10 +87,10 @@ impl Shape {
         }
     }
 
-    /// Moves to `share` of `step` away from `from`; the energies are those of the old place until evaluated.
-    fn move_to(&mut self, from: &Self, share: f64, step: &[DVec3]) {
+    /// Moves to `fraction` of `step` away from `from`; the energies are those of the old place until evaluated.
+    fn move_to(&mut self, from: &Self, fraction: f64, step: &[DVec3]) {
         for ((to, from), step) in self.vertices.iter_mut().zip(&from.vertices).zip(step) {
-            *to = *from + share * *step;
+            *to = *from + fraction * *step;
         }
     }
 }
@@ -107,7 +107,7 @@ impl ArapCompletion {
         check_weight("smoothness", options.smoothness_weight)?;
         let scale = LengthScale::of(template)?;
         let welding = Welding::of(template)?;
-        let prior = ArapPrior::new(welding.mesh(), options.arap_weight, options.smoothness_weight);
+        let prior = ArapCells::new(welding.mesh(), options.arap_weight, options.smoothness_weight);
         // E_smooth is at most E_arap, so this matrix bounds the Hessian of both from above.
         let matrix = Stiffness::new(&prior, 2.0 * (options.arap_weight + options.smoothness_weight))?;
         Ok(Self {
@@ -184,22 +184,22 @@ impl ArapCompletion {
             // The gradient is half that of the energy.
             let slope = 2.0 * dot(&step, &here.gradient);
             let longest = longest(&step);
-            let (mut share, mut lower) = (1.0, false);
+            let (mut fraction, mut lower) = (1.0, false);
             for _ in 0..HALVINGS {
-                there.move_to(&here, share, &step);
+                there.move_to(&here, fraction, &step);
                 self.evaluate(&mut there, Rotations::BestFrom(&mut rotations), &visible);
-                lower = there.total <= here.total + SUFFICIENT_DECREASE * share * slope;
-                if lower || share * longest <= tolerance {
+                lower = there.total <= here.total + SUFFICIENT_DECREASE * fraction * slope;
+                if lower || fraction * longest <= tolerance {
                     break;
                 }
-                share *= 0.5;
+                fraction *= 0.5;
             }
-            converged = share * longest <= tolerance;
+            converged = fraction * longest <= tolerance;
             if !lower {
                 break;
             }
             self.quasi_newton
-                .remember(&step, share, &here.gradient, &there.gradient);
+                .remember(&step, fraction, &here.gradient, &there.gradient);
             std::mem::swap(&mut here, &mut there);
         }
         let report = CompletionReport {

@@ -1,7 +1,7 @@
 //! Connected components of a mesh, and what holds each in place.
 
 use crate::mesh::RigidMotion;
-use crate::solver::terms::arap_prior::ArapPrior;
+use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
 /// Which component each vertex belongs to.
@@ -29,7 +29,7 @@ pub(super) struct Holds {
 
 impl Components {
     /// Of the cells' edges; a vertex without edges is a component of its own.
-    pub(super) fn of(prior: &ArapPrior) -> Self {
+    pub(super) fn of(prior: &ArapCells) -> Self {
         const UNKNOWN: usize = usize::MAX;
         let mut of_vertex = vec![UNKNOWN; prior.vertices()];
         let mut count = 0;

@@ -11,7 +11,7 @@ pub struct CompletionOptions {
     pub smoothness_weight: f64,
     /// Iterations at most. Default 9: the paper's "fewer than 10".
     pub max_iterations: usize,
-    /// Converged when no vertex moves further than this share of the mean edge length. Default 1e-3: a
+    /// Converged when no vertex moves further than this fraction of the mean edge length. Default 1e-3: a
     /// hundredth of a millimetre on a sheet of paper.
     pub step_tolerance: f64,
 }

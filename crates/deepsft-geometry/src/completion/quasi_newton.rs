@@ -50,8 +50,8 @@ impl QuasiNewton {
         }
     }
 
-    /// Remembers that `share` of `step` led from a gradient to another.
-    pub(super) fn remember(&mut self, step: &[DVec3], share: f64, before: &[DVec3], after: &[DVec3]) {
+    /// Remembers that `fraction` of `step` led from a gradient to another.
+    pub(super) fn remember(&mut self, step: &[DVec3], fraction: f64, before: &[DVec3], after: &[DVec3]) {
         let oldest = if self.pairs.len() == MEMORY {
             self.pairs.pop_back()
         } else {
@@ -59,7 +59,7 @@ impl QuasiNewton {
         };
         let mut pair = oldest.unwrap_or_default();
         pair.step.clear();
-        pair.step.extend(step.iter().map(|s| share * *s));
+        pair.step.extend(step.iter().map(|s| fraction * *s));
         pair.change.clear();
         pair.change.extend(after.iter().zip(before).map(|(a, b)| a - b));
         pair.curvature = dot(&pair.step, &pair.change);

@@ -5,7 +5,7 @@ use super::stiffness::Stiffness;
 use super::visible_points::Visible;
 use crate::error::GeometryError;
 use crate::mesh::nearest_rotation;
-use crate::solver::terms::arap_prior::ArapPrior;
+use crate::solver::terms::arap_cells::ArapCells;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Two rest edges span a plane when the square of the sine between them is above this: 6 degrees.
@@ -16,7 +16,7 @@ const LEAST_SINE_SQUARED: f64 = 0.01;
 /// part by one ring of vertices an iteration.) `rigid` stands where nothing is shown. Leaves `matrix` factorised for
 /// this purpose.
 pub(super) fn extended_rotations(
-    prior: &ArapPrior,
+    prior: &ArapCells,
     matrix: &mut Stiffness,
     components: &Components,
     visible: &Visible,
@@ -51,7 +51,7 @@ pub(super) fn extended_rotations(
 }
 
 /// The rotation of cell `i` as its visible edges show it; `None` unless they span a plane at rest.
-fn shown_rotation(prior: &ArapPrior, i: usize, visible: &Visible, guess: DQuat) -> Option<DQuat> {
+fn shown_rotation(prior: &ArapCells, i: usize, visible: &Visible, guess: DQuat) -> Option<DQuat> {
     if visible.weights[i] <= 0.0 {
         return None;
     }

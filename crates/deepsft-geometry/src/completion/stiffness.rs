@@ -2,10 +2,10 @@
 
 use crate::error::GeometryError;
 use crate::solver::cholesky::SparseCholesky;
-use crate::solver::terms::arap_prior::ArapPrior;
+use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
-/// The n x n matrix that the three coordinates share: the cotangent Laplacian, weighted, and on its diagonal what
+/// The n x n matrix that the three coordinates fraction: the cotangent Laplacian, weighted, and on its diagonal what
 /// holds each vertex. Analysed once a template, factorised once a frame.
 #[derive(Debug)]
 pub(super) struct Stiffness {
@@ -18,7 +18,7 @@ pub(super) struct Stiffness {
 
 impl Stiffness {
     /// `weight` times the Laplacian of the cells.
-    pub(super) fn new(prior: &ArapPrior, weight: f64) -> Result<Self, GeometryError> {
+    pub(super) fn new(prior: &ArapCells, weight: f64) -> Result<Self, GeometryError> {
         let n = prior.vertices();
         let (mut starts, mut rows, mut laplacian) = (vec![0], vec![], vec![]);
         for i in 0..n {

@@ -17,7 +17,7 @@ pub(crate) struct Agreement {
     pub(crate) whole: f64,
     /// The same around each vertex, 0 to 1; 0 where nothing is seen or nothing is printed.
     pub(crate) confidence: Vec<f32>,
-    /// Photometric points that were compared.
+    /// PhotoConsistency points that were compared.
     pub(crate) points: usize,
 }
 

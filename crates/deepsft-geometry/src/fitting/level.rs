@@ -5,7 +5,7 @@ use crate::mesh::{SurfaceLocator, Template, TriangleMesh, catmull_rom};
 use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, SolveOptions, SolveReport};
 use glam::{DVec2, DVec3};
 
-/// Shares of the weight of isometry that a mesh far from its place is solved with in turn.
+/// Fractions of the weight of isometry that a mesh far from its place is solved with in turn.
 const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
 
 /// First damping of the solver. Isometry is thousands of times as stiff as the image is: with the usual 1e-3 of the
@@ -33,7 +33,7 @@ impl Level {
     ) -> Result<Self, GeometryError> {
         let scale = LengthScale::of(&mesh)?;
         let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
-        let stiffness = |share: f64| Isometry::new(&mesh, scale, share * weight);
+        let stiffness = |fraction: f64| Isometry::new(&mesh, scale, fraction * weight);
         let [soft, medium, stiff] = STIFFENING;
         let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
         let bending = Bending::new(&mesh, bending)?;
@@ -157,7 +157,7 @@ impl Interpolation {
     }
 
     /// The same for numbers from 0 to 1.
-    pub(crate) fn apply_shares(&self, values: &[f32]) -> Vec<f32> {
+    pub(crate) fn apply_fractions(&self, values: &[f32]) -> Vec<f32> {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w as f32 * values[i]).sum::<f32>();
         self.weights.iter().map(|w| sum(w).clamp(0.0, 1.0)).collect()
     }

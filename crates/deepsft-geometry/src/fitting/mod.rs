@@ -1,25 +1,25 @@
-//! Physics refinement: the mesh that explains the image.
+//! Fitting: the mesh that explains the image.
 //!
 //! The network finds the object; here the template's mesh is fitted to what it found and then to the
-//! image itself, under isometry. [`PhysicsRefinement`] does it for one template:
+//! image itself, under isometry. [`FrameFitter`] does it for one template:
 //!
 //! 1. [`measurements`]: registered pixels with depth, away from edges and breaks of the maps.
 //! 2. Rigid alignment, then a solve with reprojection, depth prior, isometry and bending.
-//! 3. Photometric solves, coarse to fine: the mesh is drawn with its print, drawing and image are
+//! 3. PhotoConsistency solves, coarse to fine: the mesh is drawn with its print, drawing and image are
 //!    normalised locally so that light drops out, and the mesh moves until they agree.
 //! 4. The maps are drawn from the mesh. When they explain the image no better than the network's own, those stay.
 
 mod agreement;
-mod frame_fit;
+mod frame_fitter;
 mod level;
 mod measurements;
-mod mesh_fit;
+mod mesh_fitter;
 mod options;
 mod print;
 mod rigid_fit;
 pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
-pub use frame_fit::{PhysicsRefinement, Refined};
+pub use frame_fitter::{FrameFit, FrameFitter};
 pub use measurements::{Measurement, measurements};
-pub use options::PhysicsOptions;
+pub use options::FitOptions;

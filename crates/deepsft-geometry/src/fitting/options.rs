@@ -1,11 +1,11 @@
 //! How a fit weighs its terms.
 
-/// How the refinement weighs its terms. The defaults were chosen on synthetic validation frames.
+/// How a fit weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PhysicsOptions {
+pub struct FitOptions {
     /// Standard deviation of the network's registration, pixels: scale of the robust reprojection term.
     pub registration_deviation_px: f64,
-    /// Standard deviation of the network's depth, as a share of the depth.
+    /// Standard deviation of the network's depth, as a fraction of the depth.
     pub depth_deviation: f64,
     /// How many independent measurements the depths of a frame are worth: their errors go together.
     pub independent_depths: f64,
@@ -18,17 +18,17 @@ pub struct PhysicsOptions {
     pub isometry: f64,
     /// Weight of bending.
     pub bending: f64,
-    /// How many independent measurements the photometric points of a frame are worth.
-    pub photometric: f64,
-    /// Scale of the robust photometric term, local deviations.
-    pub photometric_scale: f64,
+    /// How many independent measurements the photo-consistency points of a frame are worth.
+    pub photo_consistency: f64,
+    /// Scale of the robust photo-consistency term, local deviations.
+    pub photo_consistency_scale: f64,
     /// Blur of image and drawing, pixels, one entry a round.
     pub blurs: Vec<f32>,
     /// Accepted solver steps a round.
     pub steps: usize,
 }
 
-impl Default for PhysicsOptions {
+impl Default for FitOptions {
     fn default() -> Self {
         Self {
             registration_deviation_px: 2.0,
@@ -38,8 +38,8 @@ impl Default for PhysicsOptions {
             settling_registrations: 100.0,
             isometry: 1e4,
             bending: 1.0,
-            photometric: 2000.0,
-            photometric_scale: 0.8,
+            photo_consistency: 2000.0,
+            photo_consistency_scale: 0.8,
             blurs: vec![3.0, 1.2, 0.7],
             steps: 8,
         }

@@ -82,7 +82,7 @@ impl Drawing {
         Self { print, mask, anchors }
     }
 
-    /// The photometric points with what the normalised print shows there.
+    /// The photo-consistency points with what the normalised print shows there.
     pub(crate) fn points(&self, print: &NormalizedImage) -> Vec<TexturePoint> {
         let point = |&(pixel, point): &(usize, SurfacePoint)| TexturePoint {
             point,

@@ -8,10 +8,10 @@ use faer::{Col, Mat, Side};
 use glam::{DMat3, DQuat, DVec3};
 use std::cmp::Ordering;
 
-/// Damping as a share of the diagonal: keeps the motion that the points do not show at zero.
+/// Damping as a fraction of the diagonal: keeps the motion that the points do not show at zero.
 const DAMPING: f64 = 1e-3;
 
-/// Longest turn of a step, radians, and longest shift, as a share of the distance: beyond, the linearisation is void.
+/// Longest turn of a step, radians, and longest shift, as a fraction of the distance: beyond, the linearisation is void.
 const LONGEST_STEP: f64 = 0.2;
 
 /// Moves points (camera frame, mm) with what is printed there by up to `steps` robust Gauss-Newton steps of a rigid motion

@@ -13,7 +13,7 @@ const WINDOW_SIGMAS: f32 = 3.0;
 /// Taken off grey values before they are squared, so that rounding does not spoil the deviation.
 const MIDDLE_LEVEL: f32 = 128.0;
 
-/// Share of a blurred neighbourhood that must be seen for a value to exist.
+/// Fraction of a blurred neighbourhood that must be seen for a value to exist.
 const LEAST_SUPPORT: f32 = 0.02;
 
 /// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
@@ -132,7 +132,7 @@ pub(crate) struct Normalizer {
     part: Part,
     mask: Vec<f32>,
     blur: Vec<f32>,
-    /// 1 / the share of the blurred neighbourhood that is seen, 0 where that is next to nothing.
+    /// 1 / the fraction of the blurred neighbourhood that is seen, 0 where that is next to nothing.
     per_support: Vec<f32>,
     window: Vec<f32>,
     /// Seen pixels around each cell.
@@ -201,7 +201,7 @@ impl Normalizer {
         (self.part.width.div_ceil(CELL), self.part.height.div_ceil(CELL))
     }
 
-    /// Sums of `value` over cells, a pixel's share of a whole cell, averaged over the window.
+    /// Sums of `value` over cells, a pixel's fraction of a whole cell, averaged over the window.
     fn around_cells(&self, value: impl Fn(usize) -> f32) -> Vec<f32> {
         let (columns, rows) = self.cells();
         let mut sums = vec![0.0_f32; columns * rows];
@@ -211,8 +211,8 @@ impl Normalizer {
                 row[x / CELL] += value(y * self.part.width + x);
             }
         }
-        let share = ((CELL * CELL) as f32).recip();
-        sums.iter_mut().for_each(|s| *s *= share);
+        let fraction = ((CELL * CELL) as f32).recip();
+        sums.iter_mut().for_each(|s| *s *= fraction);
         blurred(&sums, columns, rows, &self.window)
     }
 

@@ -114,7 +114,7 @@ impl ColorMatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::maps::photometric_error;
+    use crate::maps::photo_consistency_error;
 
     /// 60 x 40 texels with contrast in every colour.
     fn texture() -> Picture {
@@ -184,9 +184,9 @@ mod tests {
     }
 
     #[test]
-    fn in_the_cameras_colours_the_exact_registration_has_no_photometric_error() {
+    fn in_the_cameras_colours_the_exact_registration_has_no_photo_consistency_error() {
         let image = image(&DULL, 0);
-        let error = |texture: &Picture| photometric_error(&image, texture, &maps()).unwrap();
+        let error = |texture: &Picture| photo_consistency_error(&image, texture, &maps()).unwrap();
         assert!(error(&texture()) > 0.15);
         assert!(error(&DULL.apply(&texture())) < 1e-6);
     }

@@ -5,7 +5,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use glam::{DMat2, DVec2};
 
-/// Two neighbouring pixels whose depths differ by more than this share of the depth lie on two
+/// Two neighbouring pixels whose depths differ by more than this fraction of the depth lie on two
 /// sheets of the surface: 5 % of 500 mm over one pixel is a tilt of 87 degrees at f = 380.
 const DEPTH_JUMP: f64 = 0.05;
 
@@ -33,7 +33,7 @@ pub struct FrameMetrics {
     pub points_rmse_mm: Option<f64>,
     /// Intersection over union of the masks; `None` when both are empty.
     pub mask_iou: Option<f64>,
-    /// Share of the true mask's pixels that are also predicted; `None` when the true mask is empty.
+    /// Fraction of the true mask's pixels that are also predicted; `None` when the true mask is empty.
     pub coverage: Option<f64>,
 }
 
@@ -102,14 +102,14 @@ pub fn frame_metrics_between(
             pixels.add(error_px.length_squared());
         }
     }
-    let share = |of: usize| (of > 0).then(|| both as f64 / of as f64);
+    let fraction = |of: usize| (of > 0).then(|| both as f64 / of as f64);
     Ok(FrameMetrics {
         depth_rmse_mm: depth.root(),
         registration_rmse_px: pixels.root(),
         registration_rmse_mm: millimetres.root(),
         points_rmse_mm: points.root(),
-        mask_iou: share(either),
-        coverage: share(truth.area()),
+        mask_iou: fraction(either),
+        coverage: fraction(truth.area()),
     })
 }
 

@@ -12,4 +12,4 @@ pub use color_response::{ColorMatch, ColorResponse};
 pub use depth_and_registration::{Maps, OUTSIDE};
 pub(crate) use erosion::erode;
 pub use islands::remove_islands;
-pub use photo_consistency::{draw_template, mipmap_level, photometric_error, relit_photometric_error};
+pub use photo_consistency::{draw_template, mipmap_level, photo_consistency_error, relit_photo_consistency_error};

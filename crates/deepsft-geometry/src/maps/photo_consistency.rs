@@ -19,12 +19,12 @@ pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
     })
 }
 
-/// The photometric error E_pr of the paper (its equation `photoerrors`): the root mean square
+/// The photo-consistency error E_pr of the paper (its equation `photoerrors`): the root mean square
 /// difference between `image` and the template drawn through the registration as [`draw_template`] does, over
 /// the pixels inside the maps' mask and the three colours, intensities in 0..=1.
 ///
 /// `None` when the mask is empty or the image is not of the maps' size.
-pub fn photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
+pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
     if (image.width(), image.height()) != (maps.width(), maps.height()) {
         return None;
     }
@@ -38,12 +38,12 @@ pub fn photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Opt
     squares.root()
 }
 
-/// [`photometric_error`] after the drawn template was given the gain and the offset of each colour that bring it closest to
+/// [`photo_consistency_error`] after the drawn template was given the gain and the offset of each colour that bring it closest to
 /// the image: what is left when light, paper and camera are taken away as far as they are the same all over the object.
 /// E_pr itself is mostly these where nobody controlled the light (our addition to the paper's figure).
 ///
 /// `None` as there.
-pub fn relit_photometric_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
+pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
     if (image.width(), image.height()) != (maps.width(), maps.height()) {
         return None;
     }
@@ -142,20 +142,20 @@ mod tests {
     }
 
     #[test]
-    fn the_photometric_error_of_a_grey_that_is_51_levels_off_is_one_fifth() {
+    fn the_photo_consistency_error_of_a_grey_that_is_51_levels_off_is_one_fifth() {
         let image = Picture::from_fn(480, 270, |_, _| [151; 3]);
         let texture = Picture::from_fn(20, 10, |_, _| [100; 3]);
-        assert!((photometric_error(&image, &texture, &frontal(0.0)).unwrap() - 0.2).abs() < 1e-6);
-        assert_eq!(photometric_error(&image, &texture, &Maps::empty(480, 270)), None);
+        assert!((photo_consistency_error(&image, &texture, &frontal(0.0)).unwrap() - 0.2).abs() < 1e-6);
+        assert_eq!(photo_consistency_error(&image, &texture, &Maps::empty(480, 270)), None);
         assert_eq!(
-            photometric_error(&texture, &texture, &frontal(0.0)),
+            photo_consistency_error(&texture, &texture, &frontal(0.0)),
             None,
             "an image of another size"
         );
     }
 
     #[test]
-    fn a_picture_drawn_through_the_registration_has_no_photometric_error() {
+    fn a_picture_drawn_through_the_registration_has_no_photo_consistency_error() {
         let color = |x: usize, y: usize| [(x % 7 * 30) as u8, (y % 5 * 50) as u8, ((x + y) % 3 * 80) as u8];
         let texture = Picture::from_fn(200, 100, color);
         let drawn = draw_template(&texture, &frontal(0.0));
@@ -166,11 +166,11 @@ mod tests {
         );
         assert_eq!([drawn.pixel(99, 50), drawn.pixel(300, 149)], [[0; 3]; 2]);
         assert!(
-            photometric_error(&drawn, &texture, &frontal(0.0)).unwrap() < 1e-5,
+            photo_consistency_error(&drawn, &texture, &frontal(0.0)).unwrap() < 1e-5,
             "bilinear weights are f32"
         );
         assert!(
-            photometric_error(&drawn, &texture, &frontal(1.0)).unwrap() > 0.1,
+            photo_consistency_error(&drawn, &texture, &frontal(1.0)).unwrap() > 0.1,
             "a shift of a pixel is seen"
         );
     }
@@ -181,11 +181,14 @@ mod tests {
         let texture = Picture::from_fn(200, 100, color);
         let lit = draw_template(&texture, &frontal(0.0));
         let lit = Picture::from_fn(480, 270, |x, y| lit.pixel(x, y).map(|c| c / 2 + 40));
-        assert!(photometric_error(&lit, &texture, &frontal(0.0)).unwrap() > 0.05);
+        assert!(photo_consistency_error(&lit, &texture, &frontal(0.0)).unwrap() > 0.05);
         // Halving rounds by half a level at most.
-        assert!(relit_photometric_error(&lit, &texture, &frontal(0.0)).unwrap() < 0.5 / 255.0);
-        assert!(relit_photometric_error(&lit, &texture, &frontal(1.0)).unwrap() > 0.05);
-        assert_eq!(relit_photometric_error(&lit, &texture, &Maps::empty(480, 270)), None);
+        assert!(relit_photo_consistency_error(&lit, &texture, &frontal(0.0)).unwrap() < 0.5 / 255.0);
+        assert!(relit_photo_consistency_error(&lit, &texture, &frontal(1.0)).unwrap() > 0.05);
+        assert_eq!(
+            relit_photo_consistency_error(&lit, &texture, &Maps::empty(480, 270)),
+            None
+        );
     }
 
     #[test]
@@ -194,7 +197,7 @@ mod tests {
         let texture = Picture::from_fn(800, 400, |x, y| [if (x + y) % 2 == 0 { 0 } else { 200 }; 3]);
         let image = Picture::from_fn(480, 270, |_, _| [100; 3]);
         assert!(
-            photometric_error(&image, &texture, &frontal(0.0)).unwrap() < 1e-6,
+            photo_consistency_error(&image, &texture, &frontal(0.0)).unwrap() < 1e-6,
             "bilinear weights are f32"
         );
     }

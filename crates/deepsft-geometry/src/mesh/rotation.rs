@@ -10,7 +10,7 @@ const NEWTON_STEPS: usize = 8;
 /// angle, so a step leaves an error of about its cube: 3e-8.
 const LAST_STEP: f64 = 3e-3;
 
-/// Eigenvalues closer to the largest than this share of the matrix's norm count as equal to it.
+/// Eigenvalues closer to the largest than this fraction of the matrix's norm count as equal to it.
 const EQUAL_EIGENVALUES: f64 = 1e-9;
 
 /// The rotation R that maximises the trace of R^T `covariance`, where `covariance` is the sum of

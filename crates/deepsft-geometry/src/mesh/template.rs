@@ -8,10 +8,10 @@ use crate::image::Picture;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Longest side of a grid cell of a thin shell's rest mesh, as a share of the sheet's diagonal.
-const CELL_SHARE: f64 = 1.0 / 36.0;
+/// Longest side of a grid cell of a thin shell's rest mesh, as a fraction of the sheet's diagonal.
+const CELL_FRACTION: f64 = 1.0 / 36.0;
 
-/// Share of the used texture that may belong to several faces: charts that touch within a texel.
+/// Fraction of the used texture that may belong to several faces: charts that touch within a texel.
 const MOST_OVERLAP: f64 = 0.02;
 
 /// How far outside the unit square a texture coordinate counts as rounding.
@@ -51,7 +51,7 @@ impl Template {
                 return Err(GeometryError::TemplateSize { side, actual });
             }
         }
-        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_SHARE)
+        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_FRACTION)
     }
 
     /// A template of any shape: `mesh` is its rest shape (mm, template frame, faces counter-clockwise seen from outside)
@@ -106,7 +106,7 @@ impl Template {
     /// The same sheet with `times` as large cells.
     pub(crate) fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
         self.expect_sheet("a coarser grid")?;
-        let cell = self.size_mm.length() * CELL_SHARE * times as f64;
+        let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.
         Self::with_cells(
             Picture::from_fn(1, 1, |_, _| [0; 3]),
@@ -426,7 +426,7 @@ mod tests {
         for error in [template.finer().unwrap_err(), template.coarser(2).unwrap_err()] {
             assert!(matches!(error, GeometryError::NotASheet { .. }), "{error}");
         }
-        let refused = crate::fitting::PhysicsRefinement::new(&template, Default::default());
+        let refused = crate::fitting::FrameFitter::new(&template, Default::default());
         assert!(matches!(refused.err(), Some(GeometryError::NotASheet { .. })));
     }
 }

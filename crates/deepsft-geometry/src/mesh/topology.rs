@@ -108,7 +108,7 @@ fn pieces(mesh: &TriangleMesh) -> usize {
     firsts.len()
 }
 
-/// Share of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the
+/// Fraction of the used texture that belongs to more than one face: 0 where every place of the texture is one place of the
 /// surface. Measured at the centres of 512 x 512 texels.
 pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     let side = OVERLAP_TEXELS as f64;

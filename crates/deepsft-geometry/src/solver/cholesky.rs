@@ -210,12 +210,12 @@ impl SparseCholesky {
         self.symbolic.perm().map_or(k, |p| p.arrays().0[k])
     }
 
-    /// Number of pivots of the last factorisation of `values` that are at most `share` of their diagonal
+    /// Number of pivots of the last factorisation of `values` that are at most `fraction` of their diagonal
     /// entries: the directions that nothing holds, as far as elimination without pivoting shows them.
-    pub(crate) fn weak_pivots(&self, values: &[f64], share: f64) -> usize {
+    pub(crate) fn weak_pivots(&self, values: &[f64], fraction: f64) -> usize {
         let weak = |k: usize, pivot_root: f64| {
             let diagonal = values[self.column_starts[self.matrix_column(k)]];
-            usize::from(pivot_root * pivot_root <= share * diagonal)
+            usize::from(pivot_root * pivot_root <= fraction * diagonal)
         };
         match self.symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(simplicial) => {

@@ -15,7 +15,7 @@ const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e12;
 
 /// Damping with which rank is judged. Spread over N unknowns, an undetermined direction leaves a pivot of
-/// about N times this share of its diagonal.
+/// about N times this fraction of its diagonal.
 const RANK_DAMPING: f64 = 1e-13;
 
 /// Damping up to which a short step or a small decrease means that the minimum is near.
@@ -29,15 +29,15 @@ const MOST_ACCELERATION: f64 = 0.75;
 pub struct SolveOptions {
     /// Accepted steps at most. Default 50; a warm start in video needs one to three.
     pub max_iterations: usize,
-    /// Converged when no vertex moves further than this share of the mean edge length. Default 1e-6 (a
+    /// Converged when no vertex moves further than this fraction of the mean edge length. Default 1e-6 (a
     /// hundred-thousandth of a millimetre on a sheet of paper).
     pub step_tolerance: f64,
-    /// Converged when a step lowers the energy by less than this share. Default 1e-9.
+    /// Converged when a step lowers the energy by less than this fraction. Default 1e-9.
     pub energy_tolerance: f64,
     /// Whether to count the directions that nothing holds. Default true; costs about one iteration, which a
     /// tracker that does one or two a frame may want to save.
     pub judge_rank: bool,
-    /// First damping, as a share of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
+    /// First damping, as a fraction of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
     /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it
     /// leaves open: a start that is near its minimum wants much less.
     pub first_damping: f64,
@@ -119,24 +119,24 @@ enum Outcome {
 /// Damping by Nielsen's rule (Madsen, Nielsen and Tingleff 2004): less the better the model foretold the
 /// decrease, more and faster more at every failure.
 struct Damping {
-    share: f64,
+    fraction: f64,
     growth: f64,
 }
 
 impl Damping {
-    fn new(share: f64) -> Self {
-        Self { share, growth: 2.0 }
+    fn new(fraction: f64) -> Self {
+        Self { fraction, growth: 2.0 }
     }
 
     fn lower(&mut self, gain: f64) {
         // A tenth instead of Nielsen's third: most of our problems are nearly linear near their start.
         let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
-        self.share = (self.share * factor).max(LEAST_DAMPING);
+        self.fraction = (self.fraction * factor).max(LEAST_DAMPING);
         self.growth = 2.0;
     }
 
     fn raise(&mut self) {
-        self.share *= self.growth;
+        self.fraction *= self.growth;
         self.growth *= 2.0;
     }
 }
@@ -253,8 +253,8 @@ impl MeshSolver {
         options: &SolveOptions,
     ) -> Outcome {
         let energy: f64 = energies.iter().sum();
-        while damping.share <= MOST_DAMPING {
-            let added = self.added(damping.share);
+        while damping.fraction <= MOST_DAMPING {
+            let added = self.added(damping.fraction);
             if self.equations.factorize(&added) {
                 let step = self.equations.step();
                 let longest = step.iter().fold(0.0_f64, |m, s| m.max(s.length()));
@@ -265,7 +265,7 @@ impl MeshSolver {
                 let reached: Vec<f64> = terms.iter().map(|t| t.energy(&there)).collect();
                 let decrease = energy - reached.iter().sum::<f64>();
                 // A step that is short because it is damped says nothing.
-                let settled = damping.share <= TRUSTED_DAMPING
+                let settled = damping.fraction <= TRUSTED_DAMPING
                     && (longest <= options.step_tolerance * self.scale.get()
                         || foretold.max(decrease) <= options.energy_tolerance * energy);
                 if decrease > 0.0 {
@@ -292,9 +292,9 @@ impl MeshSolver {
         let acceleration = self.equations.step_against(&curvature);
         let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
         // Where the second order is no longer small beside the first the series says nothing.
-        let share = (MOST_ACCELERATION * length(step) / length(&acceleration).max(f64::MIN_POSITIVE)).min(1.0);
+        let fraction = (MOST_ACCELERATION * length(step) / length(&acceleration).max(f64::MIN_POSITIVE)).min(1.0);
         let path = vertices.iter().zip(step).zip(&acceleration);
-        path.map(|((v, s), a)| v + s + 0.5 * share * a).collect()
+        path.map(|((v, s), a)| v + s + 0.5 * fraction * a).collect()
     }
 
     fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {

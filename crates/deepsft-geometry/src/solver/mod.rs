@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`PointData`] | visible vertices at 3D points (the paper's E_data) | lengths / mean edge length |
 //! | [`Reprojection`] | registered points at pixels, robust | pixels |
-//! | [`Photometric`] | the template's texture on the image, robust | local deviations of grey |
+//! | [`PhotoConsistency`] | the template's texture on the image, robust | local deviations of grey |
 //! | [`DepthPrior`] | depths with their uncertainty, robust | standard deviations |
 //! | [`Isometry`] | edge lengths | lengths / mean edge length |
 //! | [`Arap`] | local rigidity and smoothness (the paper's E_arap, E_smooth) | lengths / mean edge length |
@@ -31,6 +31,6 @@ pub use energy::{Energy, ResidualSink, Robust};
 pub use length_scale::LengthScale;
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
 pub use terms::{
-    Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, Photometric,
+    Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, PhotoConsistency,
     PointData, PointDepth, Reprojection, TexturePoint, VertexPoint,
 };

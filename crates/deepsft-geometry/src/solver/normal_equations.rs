@@ -135,9 +135,9 @@ impl NormalEquations {
         flat.chunks_exact(3).map(DVec3::from_slice).collect()
     }
 
-    /// Pivots of the last factorisation that are at most `share` of their diagonal entries.
-    pub(crate) fn weak_pivots(&self, share: f64) -> usize {
-        self.cholesky.weak_pivots(&self.values, share)
+    /// Pivots of the last factorisation that are at most `fraction` of their diagonal entries.
+    pub(crate) fn weak_pivots(&self, fraction: f64) -> usize {
+        self.cholesky.weak_pivots(&self.values, fraction)
     }
 
     fn add(&mut self, a: usize, b: usize, outer: DMat3) {

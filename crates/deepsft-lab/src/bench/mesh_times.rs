@@ -5,8 +5,8 @@ use crate::measuring::{Times, timed};
 use anyhow::{Context, Result, ensure};
 use deepsft::{DeviceKind, ModelBundle};
 use deepsft_cli::input;
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
-use deepsft_geometry::tracking::{Answer, Tracker, TrackingOptions};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
 use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
 use serde::Serialize;
 
@@ -34,13 +34,13 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         .map(|image| pollster::block_on(estimator.infer(image)))
         .collect::<Result<_, _>>()?;
 
-    let mut physics = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default())?;
+    let mut physics = FrameFitter::new(bundle.template(), FitOptions::default())?;
     let mut arap = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default())?;
     let (mut fit, mut completion) = (Vec::new(), Vec::new());
     let (mut track_start, mut track) = (Vec::new(), Vec::new());
     for (image, maps) in frames.iter().zip(&maps) {
         let mut ms = 0.0;
-        let refined = timed(&mut ms, || physics.refine(image, &camera, maps, None))?;
+        let refined = timed(&mut ms, || physics.fit(image, &camera, maps, None))?;
         ensure!(refined.is_some(), "the network did not find the template in the clip");
         fit.push(ms);
         let completed = timed(&mut ms, || arap.complete(maps, &camera, None))?;
@@ -55,9 +55,9 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         tracker.reset();
         tracker.follow(k as u64, k as f64, image, &camera)?;
         let mut ms = 0.0;
-        let answer = timed(&mut ms, || tracker.answer(k as u64, Some(maps)))?;
+        let answer = timed(&mut ms, || tracker.update(k as u64, Some(maps)))?;
         ensure!(
-            answer == Answer::Started,
+            answer == TrackUpdate::Started,
             "the tracker did not start on frame {k} of the clip"
         );
         track_start.push(ms);
@@ -71,7 +71,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
                 .map(|t| t.found)
         })?;
         if k == 0 {
-            tracker.answer(0, maps.first())?;
+            tracker.update(0, maps.first())?;
         } else {
             ensure!(found, "the tracker lost frame {k} of the clip");
             track.push(ms);

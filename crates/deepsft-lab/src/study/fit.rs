@@ -11,8 +11,8 @@ use clap::Args;
 use deepsft::{DeviceKind, encode_png};
 use deepsft_cli::output::{atomic, panels, sheet};
 use deepsft_cli::{input, progress};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::physics::{PhysicsOptions, PhysicsRefinement};
 use deepsft_geometry::{Maps, Picture};
 use measurement::{StudiedFrame, study_fit, study_length};
 use outcome::{Outcome, Series};
@@ -87,7 +87,7 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
         eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
     }
     let (estimator, _) = input::estimator(&bundle, arguments.device)?;
-    let mut refinement = PhysicsRefinement::new(bundle.template(), PhysicsOptions::default())?;
+    let mut refinement = FrameFitter::new(bundle.template(), FitOptions::default())?;
     let bar = progress::counting(study_length(frames), "frames");
     let mut worst = Worst::default();
     let each = |frame: &StudiedFrame<'_>| {

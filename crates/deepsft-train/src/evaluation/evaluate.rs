@@ -4,7 +4,7 @@ use super::evaluation_frame::EvaluationFrame;
 use crate::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
-use deepsft_geometry::{Maps, Refinement, Template, photometric_error};
+use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -126,7 +126,7 @@ impl Evaluation {
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
     pub fn run(
         estimator: &Estimator,
-        mut refinement: Option<&mut Refinement>,
+        mut refinement: Option<&mut MeshRecovery>,
         template: &Template,
         frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
         mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
@@ -144,13 +144,13 @@ impl Evaluation {
             {
                 let camera = estimator.canonical_camera();
                 let start = Instant::now();
-                let refined = refinement.refine(&estimate.canonical, camera, &estimate.maps);
+                let refined = refinement.recover(&estimate.canonical, camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
                 if let Some(refined) = refined.map_err(DeepSftError::from)? {
                     fit = Some(FrameFit {
                         mesh_taken: refined.accepted,
                         network: frame.metrics(&estimate.maps, &reference, template.size_mm())?,
-                        photometric_cost: refined.photometric_cost,
+                        photometric_cost: refined.photo_consistency_cost,
                     });
                     estimate.maps = refined.maps;
                 }
@@ -300,7 +300,7 @@ impl FrameResult {
                 measured: reference.area(),
                 compared,
             }),
-            photometric_error: photometric_error(&estimate.canonical, template.texture(), &estimate.maps),
+            photometric_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
             fit: None,
             seconds: None,
         })

@@ -6,7 +6,7 @@ use deepsft_geometry::{MipLevel, Picture};
 /// A template's texture and its successive halvings on a device, intensities 0..=255: level k is [3, h / 2^k, w / 2^k].
 ///
 /// The paper samples the texture map itself; ours is averaged first as far as the image's pixels are coarser than its
-/// texels, as a camera averages it, and as [`deepsft_geometry::photometric_error`] draws it.
+/// texels, as a camera averages it, and as [`deepsft_geometry::photo_consistency_error`] draws it.
 #[derive(Clone, Debug)]
 pub struct TexturePyramid {
     levels: Vec<Texture>,

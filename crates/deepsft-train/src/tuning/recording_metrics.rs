@@ -6,7 +6,7 @@ use crate::TrainError;
 use burn::tensor::Device;
 use deepsft::Network;
 use deepsft_geometry::metrics::{Summary, frame_metrics};
-use deepsft_geometry::{Maps, Picture, photometric_error, relit_photometric_error};
+use deepsft_geometry::{Maps, Picture, photo_consistency_error, relit_photo_consistency_error};
 use serde::{Deserialize, Serialize};
 
 /// The errors of a network on the held-out frames of a recording: means and medians over frames.
@@ -24,7 +24,7 @@ pub struct RecordingMetrics {
     /// The same with the template's texture in the colours in which the recording's camera shows it, see
     /// [`TuningSet::texture_as_recorded`].
     pub recorded_colors_photometric_error: Option<MeanMedian>,
-    /// The same with the light fitted to each image, see [`relit_photometric_error`].
+    /// The same with the light fitted to each image, see [`relit_photo_consistency_error`].
     pub relit_photometric_error: Option<MeanMedian>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
     pub depth_rmse_mm: Option<MeanMedian>,
@@ -133,11 +133,14 @@ impl<'a> FrameErrors<'a> {
         self.measured_depth_rmse_mm.push(against(&measured)?.depth_rmse_mm);
         self.measured_depth_pixels += measured.area() as u64;
         self.photometric_error
-            .push(photometric_error(&frame.image, texture, maps));
-        self.recorded_colors_photometric_error
-            .push(photometric_error(&frame.image, &self.texture_as_recorded, maps));
+            .push(photo_consistency_error(&frame.image, texture, maps));
+        self.recorded_colors_photometric_error.push(photo_consistency_error(
+            &frame.image,
+            &self.texture_as_recorded,
+            maps,
+        ));
         self.relit_photometric_error
-            .push(relit_photometric_error(&frame.image, texture, maps));
+            .push(relit_photo_consistency_error(&frame.image, texture, maps));
         if let Some(truth) = truth {
             let metrics = against(truth)?;
             self.depth_rmse_mm.push(metrics.depth_rmse_mm);

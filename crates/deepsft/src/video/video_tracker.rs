@@ -2,7 +2,7 @@
 
 use super::NetworkPace;
 use crate::{DeepSftError, Estimator};
-use deepsft_geometry::tracking::{Answer, OneEuro, OneEuroOptions, Tracked, Tracker, TrackingOptions};
+use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions};
 use deepsft_geometry::{Maps, Picture, Template};
 use serde::{Serialize, Serializer};
 
@@ -26,13 +26,13 @@ pub struct Detection {
     pub found: bool,
     /// What it did to the track; written as its name in lower case.
     #[serde(serialize_with = "lower_case")]
-    pub effect: Answer,
+    pub effect: TrackUpdate,
 }
 
 impl Detection {
     /// Whether the track begins, or begins anew, with it.
     pub fn begins_a_track(&self) -> bool {
-        matches!(self.effect, Answer::Started | Answer::Restarted)
+        matches!(self.effect, TrackUpdate::Started | TrackUpdate::Restarted)
     }
 
     /// The name of its effect: `started`, `confirmed`, `restarted`, `dropped` or `ignored`.
@@ -155,7 +155,7 @@ impl<'a> VideoTracker<'a> {
             return Ok(None);
         };
         let start = (self.clock_ms)();
-        let effect = self.tracker.answer(pending.of_frame, pending.maps.as_ref())?;
+        let effect = self.tracker.update(pending.of_frame, pending.maps.as_ref())?;
         times.catch_up = Some((self.clock_ms)() - start);
         Ok(Some(Detection {
             of_frame: pending.of_frame,
@@ -165,16 +165,16 @@ impl<'a> VideoTracker<'a> {
     }
 }
 
-fn name(effect: Answer) -> &'static str {
+fn name(effect: TrackUpdate) -> &'static str {
     match effect {
-        Answer::Started => "started",
-        Answer::Confirmed => "confirmed",
-        Answer::Restarted => "restarted",
-        Answer::Dropped => "dropped",
-        Answer::Ignored => "ignored",
+        TrackUpdate::Started => "started",
+        TrackUpdate::Confirmed => "confirmed",
+        TrackUpdate::Restarted => "restarted",
+        TrackUpdate::Dropped => "dropped",
+        TrackUpdate::Ignored => "ignored",
     }
 }
 
-fn lower_case<S: Serializer>(effect: &Answer, serializer: S) -> Result<S::Ok, S::Error> {
+fn lower_case<S: Serializer>(effect: &TrackUpdate, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(name(*effect))
 }

@@ -1,6 +1,6 @@
 //! Tracking in video: the mesh of the last frame, predicted, is the start of the next.
 //!
-//! [`Tracker`] follows one template at camera rate with one or two photometric rounds a frame; the network runs beside it
+//! [`Tracker`] follows one template at camera rate with one or two photo-consistency rounds a frame; the network runs beside it
 //! at whatever rate the device allows, starts the track, confirms it and starts it again when it is lost. A network's
 //! answer may come frames late: the tracker keeps the last frames and catches up. [`OneEuro`] smooths the result if
 //! that is wanted.
@@ -13,5 +13,5 @@ mod tracker;
 
 pub use one_euro::{OneEuro, OneEuroOptions};
 pub use options::TrackingOptions;
-pub use tracked::{Answer, Tracked};
+pub use tracked::{TrackUpdate, Tracked};
 pub use tracker::Tracker;

@@ -82,18 +82,18 @@ impl OneEuro {
         };
         let step = time_s - *before;
         *before = time_s;
-        let of_speed = share(self.options.speed_cutoff_hz, step);
+        let of_speed = fraction(self.options.speed_cutoff_hz, step);
         for ((vertex, smooth), velocity) in vertices.iter_mut().zip(smooth).zip(velocities) {
             *velocity += of_speed * ((*vertex - *smooth) / step - *velocity);
             let cutoff = self.options.least_cutoff_hz + self.options.speed_coefficient * velocity.length();
-            *smooth += share(cutoff, step) * (*vertex - *smooth);
+            *smooth += fraction(cutoff, step) * (*vertex - *smooth);
             *vertex = *smooth;
         }
     }
 }
 
-/// Share of the new value in an exponential average with this cut-off.
-fn share(cutoff_hz: f64, step_s: f64) -> f64 {
+/// Fraction of the new value in an exponential average with this cut-off.
+fn fraction(cutoff_hz: f64, step_s: f64) -> f64 {
     let turned = TAU * cutoff_hz * step_s;
     turned / (turned + 1.0)
 }

@@ -1,12 +1,12 @@
 //! How a video is followed.
 
-use crate::fitting::options::PhysicsOptions;
+use crate::fitting::options::FitOptions;
 
 /// How a video is followed. The defaults were chosen on synthetic clips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingOptions {
-    /// Weights of the fit, and the rounds of the refinement that starts a track.
-    pub physics: PhysicsOptions,
+    /// Weights of the fit, and the rounds of the fit that starts a track.
+    pub fit: FitOptions,
     /// Blur of image and drawing, pixels, one entry a round of a frame that is followed.
     pub blurs: Vec<f32>,
     /// Steps of a rigid motion in the first round of a frame that is followed.
@@ -15,7 +15,7 @@ pub struct TrackingOptions {
     pub steps: usize,
     /// Blurs of the second try, when the first does not find the sheet again.
     pub wide_blurs: Vec<f32>,
-    /// Share of the last motion that is expected to go on, 0 to 1.
+    /// Fraction of the last motion that is expected to go on, 0 to 1.
     pub persistence: f64,
     /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
     pub start_agreement: f64,
@@ -24,7 +24,7 @@ pub struct TrackingOptions {
     pub least_agreement: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
-    /// Visible photometric points (one stands for 9 pixels) below which the object is out of view and the track lost.
+    /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
     pub fewest_points: usize,
     /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
     /// Default 5: the network is seldom so far off, and to ask the image costs no more than a start.
@@ -36,7 +36,7 @@ pub struct TrackingOptions {
 impl Default for TrackingOptions {
     fn default() -> Self {
         Self {
-            physics: PhysicsOptions::default(),
+            fit: FitOptions::default(),
             blurs: vec![3.0, 0.8],
             rigid_steps: 10,
             steps: 2,

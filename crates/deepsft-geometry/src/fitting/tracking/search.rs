@@ -9,13 +9,13 @@ const CELL_PX: usize = 8;
 /// Cells by which the sheet is moved at most, to each side: 72 pixels, 2.5 m/s half a metre away at 30 frames a second.
 const FARTHEST: isize = 9;
 
-/// Share of a cell that must be drawn for it to count.
+/// Fraction of a cell that must be drawn for it to count.
 const LEAST_DRAWN: f32 = 0.5;
 
-/// Fewest cells that are compared, and least share of those drawn: of a sheet that is moved out of the image little is
+/// Fewest cells that are compared, and least fraction of those drawn: of a sheet that is moved out of the image little is
 /// left.
 const FEWEST_CELLS: usize = 24;
-const LEAST_SHARE: f64 = 0.5;
+const LEAST_FRACTION: f64 = 0.5;
 
 /// The shift, in pixels, with which `drawn` (the print where `mask` is above 0) correlates best with `image`: both are
 /// compared as means of cells, so blur and what bends in between hardly matter, and by correlation, so light does not.
@@ -31,7 +31,7 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
     if cells.len() < FEWEST_CELLS {
         return DVec2::ZERO;
     }
-    let fewest = FEWEST_CELLS.max((LEAST_SHARE * cells.len() as f64) as usize);
+    let fewest = FEWEST_CELLS.max((LEAST_FRACTION * cells.len() as f64) as usize);
     let correlation = |dx: isize, dy: isize| {
         let mut sums = Sums::default();
         for &(x, y, printed) in &cells {

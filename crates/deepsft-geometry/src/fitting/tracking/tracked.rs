@@ -22,7 +22,7 @@ pub struct Tracked {
 
 /// What a network's answer did to the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum TrackUpdate {
     /// There was no track, now there is.
     Started,
     /// Network and track agree, or the image confirms the track more than the answer.

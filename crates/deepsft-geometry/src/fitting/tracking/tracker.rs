@@ -2,12 +2,12 @@
 
 use super::options::TrackingOptions;
 use super::search::best_shift;
-use super::tracked::{Answer, Tracked};
+use super::tracked::{TrackUpdate, Tracked};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
-use crate::fitting::frame_fit::PhysicsRefinement;
+use crate::fitting::frame_fitter::FrameFitter;
 use crate::fitting::measurements::measurements;
-use crate::fitting::mesh_fit::{Resolution, Round, check_blurs};
+use crate::fitting::mesh_fitter::{Resolution, Round, check_blurs};
 use crate::fitting::print::Drawing;
 use crate::image::{GreyImage, Picture};
 use crate::maps::Maps;
@@ -40,9 +40,9 @@ struct Mesh {
 /// Follows one template through one video.
 ///
 /// Give it every frame ([`follow`](Self::follow)) and, whenever the network has one, an answer on an earlier frame
-/// ([`answer`](Self::answer)). The image must be the canonical one, and the camera the same for all frames.
+/// ([`update`](Self::update)). The image must be the canonical one, and the camera the same for all frames.
 pub struct Tracker {
-    refinement: PhysicsRefinement,
+    fitter: FrameFitter,
     options: TrackingOptions,
     camera: Option<Camera>,
     frames: VecDeque<Remembered>,
@@ -63,7 +63,7 @@ impl Tracker {
         check_blurs(&options.blurs)?;
         check_blurs(&options.wide_blurs)?;
         Ok(Self {
-            refinement: PhysicsRefinement::new(template, options.physics.clone())?,
+            fitter: FrameFitter::new(template, options.fit.clone())?,
             options,
             camera: None,
             frames: VecDeque::new(),
@@ -82,7 +82,7 @@ impl Tracker {
     pub fn maps(&mut self) -> Maps {
         match &self.camera {
             Some(camera) if self.current.found => {
-                let mesh = self.refinement.fit().template.mesh();
+                let mesh = self.fitter.mesh_fitter().template.mesh();
                 VisibleSurface::new(mesh, &self.current.vertices_camera, camera).maps()
             }
             Some(camera) => Maps::empty(camera.width() as usize, camera.height() as usize),
@@ -149,14 +149,14 @@ impl Tracker {
 
     /// Takes what the network says of an earlier frame, or of the newest: its `maps`, or `None` when the object is not there.
     ///
-    /// Without a track, the maps are refined on that frame and followed through the frames since. With one, the two are
+    /// Without a track, a mesh is fitted to them in that frame and followed through the frames since. With one, the two are
     /// compared; where they disagree, the image decides.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the frames' size.
-    pub fn answer(&mut self, frame: u64, maps: Option<&Maps>) -> Result<Answer, GeometryError> {
+    pub fn update(&mut self, frame: u64, maps: Option<&Maps>) -> Result<TrackUpdate, GeometryError> {
         let (Some(camera), Ok(index)) = (self.camera, self.frames.binary_search_by_key(&frame, |f| f.frame)) else {
-            return Ok(Answer::Ignored);
+            return Ok(TrackUpdate::Ignored);
         };
         let Some(maps) = maps else {
             return Ok(self.deny(frame));
@@ -165,7 +165,7 @@ impl Tracker {
         // After a search the image decides also where the two are near each other.
         let searched = std::mem::take(&mut self.searched);
         if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
-            return Ok(Answer::Confirmed);
+            return Ok(TrackUpdate::Confirmed);
         }
         // The candidate is followed with its own history, not with the misses of the track that it may replace.
         let missed = std::mem::take(&mut self.missed);
@@ -173,7 +173,11 @@ impl Tracker {
         let searched = std::mem::take(&mut self.searched);
         self.missed = missed;
         let was_found = self.current.found;
-        let kept = if was_found { Answer::Confirmed } else { Answer::Ignored };
+        let kept = if was_found {
+            TrackUpdate::Confirmed
+        } else {
+            TrackUpdate::Ignored
+        };
         let Some(meshes) = candidate? else {
             return Ok(kept);
         };
@@ -182,7 +186,7 @@ impl Tracker {
             return Ok(kept);
         }
         if reached < self.options.start_agreement || points < self.options.fewest_points {
-            return Ok(Answer::Ignored);
+            return Ok(TrackUpdate::Ignored);
         }
         self.searched = searched;
         let newest = self.frames.len() - 1;
@@ -195,19 +199,23 @@ impl Tracker {
         if let Some(mesh) = meshes.into_iter().last() {
             self.show(newest, mesh);
         }
-        Ok(if was_found { Answer::Restarted } else { Answer::Started })
+        Ok(if was_found {
+            TrackUpdate::Restarted
+        } else {
+            TrackUpdate::Started
+        })
     }
 
     /// The network does not see the object in `frame`.
-    fn deny(&mut self, frame: u64) -> Answer {
+    fn deny(&mut self, frame: u64) -> TrackUpdate {
         let found_by_search = self.searched.is_some_and(|since| since <= frame);
         if !self.current.found {
-            Answer::Ignored
+            TrackUpdate::Ignored
         } else if !found_by_search && self.current.agreement >= self.options.start_agreement {
-            Answer::Confirmed
+            TrackUpdate::Confirmed
         } else {
             self.lose();
-            Answer::Dropped
+            TrackUpdate::Dropped
         }
     }
 
@@ -216,7 +224,7 @@ impl Tracker {
         let Some(mesh) = &self.frames[index].mesh else {
             return false;
         };
-        let fit = self.refinement.fit();
+        let fit = self.fitter.mesh_fitter();
         let mut distances: Vec<f64> = measurements(maps, &fit.template)
             .iter()
             .filter_map(|m| {
@@ -233,10 +241,10 @@ impl Tracker {
         *distance <= self.options.disagreement_px
     }
 
-    /// The meshes of frame `index`, refined from `maps`, and of all frames since.
+    /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
     fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
         let grey = Rc::clone(&self.frames[index].grey);
-        let Some(start) = self.refinement.coarse_start(&grey, camera, maps)? else {
+        let Some(start) = self.fitter.coarse_start(&grey, camera, maps)? else {
             return Ok(None);
         };
         let mut meshes = vec![Mesh {
@@ -275,8 +283,8 @@ impl Tracker {
         };
         let now = self.frames[index].time_s - self.frames[index - 1].time_s;
         let then = self.frames[index - 1].time_s - earlier.time_s;
-        let share = self.options.persistence * (now / then).min(2.0);
-        let step = |(p, q): (&DVec3, &DVec3)| p + share * (p - q);
+        let fraction = self.options.persistence * (now / then).min(2.0);
+        let step = |(p, q): (&DVec3, &DVec3)| p + fraction * (p - q);
         last.vertices.iter().zip(&before.vertices).map(step).collect()
     }
 
@@ -304,7 +312,7 @@ impl Tracker {
         let Some(camera) = self.camera else {
             return vertices.to_vec();
         };
-        let fit = self.refinement.fit();
+        let fit = self.fitter.mesh_fitter();
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, &camera);
         let drawing = Drawing::new(&fit.print, &surface, |_| true, MARGIN_PX, 1);
         let shift = best_shift(&drawing.print, &drawing.mask, &self.frames[index].grey);
@@ -332,7 +340,7 @@ impl Tracker {
             iterations: 0,
             held: false,
         };
-        let fit = self.refinement.fit();
+        let fit = self.fitter.mesh_fitter();
         let faces = fit.coarse.mesh.faces().to_vec();
         // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
         let anything = self.missed > 0;
@@ -395,12 +403,12 @@ impl Tracker {
     }
 
     fn show(&mut self, index: usize, mesh: Mesh) {
-        let fit = self.refinement.fit();
+        let fit = self.fitter.mesh_fitter();
         self.current = Tracked {
             frame: self.frames[index].frame,
             found: true,
-            vertices_camera: fit.refined(&mesh.vertices),
-            confidence: fit.refined_confidence(&mesh.confidence),
+            vertices_camera: fit.fine_vertices(&mesh.vertices),
+            confidence: fit.fine_confidence(&mesh.confidence),
             agreement: mesh.agreement,
             iterations: mesh.iterations,
         };

@@ -1,6 +1,6 @@
 //! As rigid as possible: the paper's E_arap and E_smooth as a term of the mesh solver.
 
-use super::arap_prior::{ArapPrior, Rotations};
+use super::arap_cells::{ArapCells, Rotations};
 use crate::error::GeometryError;
 use crate::mesh::TriangleMesh;
 use crate::solver::checked::check_weight;
@@ -21,7 +21,7 @@ pub const PAPER_SMOOTHNESS_WEIGHT: f64 = 0.005;
 /// leaves the gradient exact.
 #[derive(Clone, Debug)]
 pub struct Arap {
-    prior: ArapPrior,
+    prior: ArapCells,
     per_length: f64,
 }
 
@@ -40,7 +40,7 @@ impl Arap {
         check_weight("arap", weight)?;
         check_weight("smoothness", smoothness_weight)?;
         Ok(Self {
-            prior: ArapPrior::new(template, weight, smoothness_weight),
+            prior: ArapCells::new(template, weight, smoothness_weight),
             per_length: scale.get().recip(),
         })
     }

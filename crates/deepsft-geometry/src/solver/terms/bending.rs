@@ -7,7 +7,7 @@ use crate::solver::energy::{Energy, ResidualSink};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// A face whose doubled area is below this share of its longest edge squared is taken as a line: its
+/// A face whose doubled area is below this fraction of its longest edge squared is taken as a line: its
 /// cotangents would be noise.
 pub(crate) const DEGENERATE_FACE: f64 = 1e-9;
 

@@ -89,7 +89,7 @@ fn reprojection_through_a_distorting_lens_has_its_derivatives() {
 }
 
 #[test]
-fn the_photometric_term_has_its_derivatives() {
+fn photo_consistency_has_its_derivatives() {
     let mesh = small();
     let picture = Picture::from_fn(640, 480, |x, y| {
         [(128.0 + 100.0 * (x as f64 / 9.0).sin() * (y as f64 / 7.0).cos()) as u8; 3]
@@ -100,12 +100,12 @@ fn the_photometric_term_has_its_derivatives() {
         .map(|point| TexturePoint { point, value: 0.3 })
         .collect();
     for robust in [Robust::Squares, Robust::Huber(0.5), Robust::Cauchy(0.8)] {
-        let term = Photometric::new(&mesh, &camera(), &image, &points, 2.0, robust).unwrap();
+        let term = PhotoConsistency::new(&mesh, &camera(), &image, &points, 2.0, robust).unwrap();
         // 1e-5 mm is 2e-5 px: no sample crosses from one pixel's bilinear patch into the next.
         finite_differences(&term, &deformed(&mesh), 1e-5, false);
     }
     let other = Camera::pinhole(480, 270, 380.0, 380.0, 240.0, 135.0).unwrap();
-    let error = Photometric::new(&mesh, &other, &image, &points, 2.0, Robust::Squares).unwrap_err();
+    let error = PhotoConsistency::new(&mesh, &other, &image, &points, 2.0, Robust::Squares).unwrap_err();
     assert!(matches!(error, GeometryError::MapSize { .. }));
 }
 

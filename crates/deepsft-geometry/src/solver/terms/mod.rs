@@ -1,7 +1,7 @@
 //! The terms of the energy, one a file.
 
 mod arap;
-pub(crate) mod arap_prior;
+pub(crate) mod arap_cells;
 mod bending;
 mod depth_prior;
 #[cfg(test)]
@@ -15,6 +15,6 @@ pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
 pub use bending::Bending;
 pub use depth_prior::{DepthPrior, PointDepth};
 pub use isometry::Isometry;
-pub use photo_consistency::{Photometric, TexturePoint};
+pub use photo_consistency::{PhotoConsistency, TexturePoint};
 pub use point_data::{PointData, VertexPoint};
 pub use reprojection::{ImagePoint, Reprojection};

@@ -24,7 +24,7 @@ pub struct TexturePoint {
 /// paper's photometric loss trains its network; as a fit of the mesh it is the direct method of
 /// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
-pub struct Photometric<'a> {
+pub struct PhotoConsistency<'a> {
     image: &'a NormalizedImage,
     camera: Camera,
     points: Vec<(AnchoredPoint, f64)>,
@@ -33,7 +33,7 @@ pub struct Photometric<'a> {
     robust: Robust,
 }
 
-impl<'a> Photometric<'a> {
+impl<'a> PhotoConsistency<'a> {
     /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
     /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
     /// Converges from about the blur's width in pixels: solve from coarse to fine.
@@ -49,9 +49,9 @@ impl<'a> Photometric<'a> {
         weight: f64,
         robust: Robust,
     ) -> Result<Self, GeometryError> {
-        check_weight("photometric", weight)?;
+        check_weight("photo-consistency", weight)?;
         if let Some(scale) = robust.scale() {
-            check_scale("photometric", scale)?;
+            check_scale("photo-consistency", scale)?;
         }
         check_size((image.width(), image.height()), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
@@ -85,9 +85,9 @@ impl<'a> Photometric<'a> {
     }
 }
 
-impl Energy for Photometric<'_> {
+impl Energy for PhotoConsistency<'_> {
     fn name(&self) -> &'static str {
-        "photometric"
+        "photo-consistency"
     }
 
     fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {

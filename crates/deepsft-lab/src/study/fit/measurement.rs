@@ -8,8 +8,8 @@ use super::outcome::{Errors, Level, Outcome, Series, mesh_rmse};
 use super::plan::{Condition, LEAK_PX, Mask, Plan, Start, plans};
 use anyhow::Result;
 use deepsft::Estimator;
+use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::metrics::frame_metrics_between;
-use deepsft_geometry::physics::PhysicsRefinement;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template};
 use deepsft_synth::{Sample, covered, disturbed_maps};
 use rayon::prelude::*;
@@ -49,7 +49,7 @@ pub fn study_length(frames: u64) -> u64 {
 /// When the device fails or something does not fit.
 pub fn study_fit(
     estimator: &Estimator,
-    refinement: &mut PhysicsRefinement,
+    refinement: &mut FrameFitter,
     template: &Template,
     frames: u64,
     seed: u64,
@@ -89,7 +89,7 @@ pub fn study_fit(
 /// What a frame is put through.
 struct Bench<'a> {
     estimator: &'a Estimator,
-    refinement: &'a mut PhysicsRefinement,
+    refinement: &'a mut FrameFitter,
     template: &'a Template,
     seed: u64,
 }
@@ -119,7 +119,7 @@ impl Bench<'_> {
             found,
         } = self.disturbed(condition, index, sample)?;
         let refined = if found {
-            self.refinement.refine(&image, &believed, &start, None)?
+            self.refinement.fit(&image, &believed, &start, None)?
         } else {
             None
         };

@@ -230,7 +230,7 @@ mod tests {
         record.network = Some(Detection {
             of_frame,
             found: true,
-            effect: deepsft_geometry::tracking::Answer::Started,
+            effect: deepsft_geometry::tracking::TrackUpdate::Started,
         });
         record
     }

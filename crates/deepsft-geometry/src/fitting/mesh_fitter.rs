@@ -1,8 +1,8 @@
-//! One template's mesh against images: what refinement and tracking share.
+//! One template's mesh against images: the part that the fit of one frame and tracking have in common.
 
 use super::agreement::Agreement;
 use super::level::{Interpolation, Level};
-use super::options::PhysicsOptions;
+use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
 use crate::camera::Camera;
@@ -10,7 +10,7 @@ use crate::error::GeometryError;
 use crate::image::{GreyImage, NormalizedImage, Normalizer};
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template, TriangleMesh};
-use crate::solver::{Energy, Photometric, Robust, SolveReport, TexturePoint};
+use crate::solver::{Energy, PhotoConsistency, Robust, SolveReport, TexturePoint};
 use glam::DVec3;
 
 /// Least width of the window in which mean and contrast are taken, pixels.
@@ -19,14 +19,14 @@ pub(crate) const WINDOW_PX: f32 = 8.0;
 /// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
 const WINDOW_BLURS: f32 = 3.0;
 
-/// Pixels between two photometric points.
-const PHOTOMETRIC_STEP: usize = 3;
+/// Pixels between two photo-consistency points.
+const POINT_STEP: usize = 3;
 
 /// How much larger the cells of the coarse mesh are.
 const COARSE_CELLS: usize = 2;
 
 /// A template with everything about it that does not depend on the frame.
-pub(crate) struct MeshFit {
+pub(crate) struct MeshFitter {
     pub(crate) template: Template,
     pub(crate) print: Print,
     /// The template's own mesh.
@@ -36,7 +36,7 @@ pub(crate) struct MeshFit {
     to_fine: Interpolation,
     to_fine_linear: Interpolation,
     to_coarse: Interpolation,
-    photometric: f64,
+    photo_consistency: f64,
     robust: Robust,
 }
 
@@ -47,7 +47,7 @@ pub(crate) enum Resolution {
     Coarse,
 }
 
-/// One photometric solve.
+/// One photo-consistency solve.
 pub(crate) struct Round {
     /// Which mesh moves.
     pub(crate) resolution: Resolution,
@@ -62,7 +62,7 @@ pub(crate) struct Round {
 }
 
 /// The outcome of a [`Round`].
-pub(crate) struct Fitted {
+pub(crate) struct FittedRound {
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) report: SolveReport,
     pub(crate) agreement: Agreement,
@@ -82,11 +82,11 @@ pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
     })
 }
 
-impl MeshFit {
+impl MeshFitter {
     /// Prepares for a sheet; [`GeometryError::NotASheet`] for a template of another shape.
-    pub(crate) fn new(template: &Template, options: &PhysicsOptions) -> Result<Self, GeometryError> {
+    pub(crate) fn new(template: &Template, options: &FitOptions) -> Result<Self, GeometryError> {
         template.grid().ok_or(GeometryError::NotASheet {
-            operation: "refinement or tracking by physics",
+            operation: "fitting or tracking a mesh",
         })?;
         let fine = template.mesh();
         let coarse = template.coarser(COARSE_CELLS)?;
@@ -99,29 +99,29 @@ impl MeshFit {
             to_fine_linear: Interpolation::linear(&coarse, fine)?,
             to_coarse: Interpolation::cubic(template, coarse.mesh())?,
             template: template.clone(),
-            photometric: options.photometric,
-            robust: Robust::Cauchy(options.photometric_scale),
+            photo_consistency: options.photo_consistency,
+            robust: Robust::Cauchy(options.photo_consistency_scale),
         })
     }
 
-    /// The robust function of photometric residuals.
+    /// The robust function of photo_consistency residuals.
     pub(crate) fn robust(&self) -> Robust {
         self.robust
     }
 
     /// The coarse mesh's vertices as the fine mesh's: smooth between them.
-    pub(crate) fn refined(&self, coarse: &[DVec3]) -> Vec<DVec3> {
+    pub(crate) fn fine_vertices(&self, coarse: &[DVec3]) -> Vec<DVec3> {
         self.to_fine.apply(coarse)
     }
 
     /// The fine mesh's vertices as the coarse mesh's.
-    pub(crate) fn coarsened(&self, fine: &[DVec3]) -> Vec<DVec3> {
+    pub(crate) fn coarse_vertices(&self, fine: &[DVec3]) -> Vec<DVec3> {
         self.to_coarse.apply(fine)
     }
 
     /// Confidences of the coarse mesh's vertices as the fine mesh's.
-    pub(crate) fn refined_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        self.to_fine_linear.apply_shares(coarse)
+    pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
+        self.to_fine_linear.apply_fractions(coarse)
     }
 
     /// Draws the mesh at `start`, compares it with the image in the pixels that `seen` allows and at the points that
@@ -134,14 +134,14 @@ impl MeshFit {
         seen: impl Fn(usize) -> bool,
         trusted: impl Fn(&SurfacePoint) -> bool,
         priors: &[&dyn Energy],
-    ) -> Result<Fitted, GeometryError> {
+    ) -> Result<FittedRound, GeometryError> {
         let (print, robust) = (&self.print, self.robust);
         let level = match round.resolution {
             Resolution::Fine => &mut self.fine,
             Resolution::Coarse => &mut self.coarse,
         };
         let surface = VisibleSurface::new(&level.mesh, start, camera);
-        let drawing = Drawing::new(print, &surface, seen, round.margin, PHOTOMETRIC_STEP);
+        let drawing = Drawing::new(print, &surface, seen, round.margin, POINT_STEP);
         let window = WINDOW_PX.max(WINDOW_BLURS * round.blur);
         let normalizer = Normalizer::new(&drawing.mask, grey.width, round.blur, window);
         let image = normalizer.normalize(grey);
@@ -151,13 +151,13 @@ impl MeshFit {
         if round.rigid_steps > 0 {
             vertices = rigidly_moved(level, (&image, camera), &fitted, vertices, robust, round.rigid_steps);
         }
-        let weight = self.photometric / fitted.len().max(1) as f64;
-        let photometric = Photometric::new(&level.mesh, camera, &image, &fitted, weight, robust)?;
-        let mut terms: Vec<&dyn Energy> = vec![&photometric];
+        let weight = self.photo_consistency / fitted.len().max(1) as f64;
+        let photo_consistency = PhotoConsistency::new(&level.mesh, camera, &image, &fitted, weight, robust)?;
+        let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         terms.extend(priors);
         let (vertices, report) = level.solve(&terms, &vertices, round.steps)?;
         let agreement = Agreement::of(&level.mesh, camera, &image, &points, &vertices);
-        Ok(Fitted {
+        Ok(FittedRound {
             vertices,
             report,
             agreement,

@@ -1,10 +1,10 @@
-//! The refinement of one frame.
+//! The mesh of one frame.
 
 use super::agreement::Agreement;
 use super::level::Level;
 use super::measurements::{Measurement, measurements};
-use super::mesh_fit::{MeshFit, Resolution, Round, WINDOW_PX, check_blurs};
-use super::options::PhysicsOptions;
+use super::mesh_fitter::{MeshFitter, Resolution, Round, WINDOW_PX, check_blurs};
+use super::options::FitOptions;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::{GreyImage, Normalizer, Picture};
@@ -28,7 +28,7 @@ const SETTLING_STEPS: usize = 12;
 
 /// The outcome for one frame.
 #[derive(Clone, Debug)]
-pub struct Refined {
+pub struct FrameFit {
     /// Depth and registration: of the mesh where it was accepted, the network's otherwise.
     pub maps: Maps,
     /// Vertices of the mesh, camera frame, mm.
@@ -40,8 +40,8 @@ pub struct Refined {
     pub agreement: f64,
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
-    /// Mean robust photometric cost of the network's maps and of the mesh's, over the pixels of both.
-    pub photometric_cost: [f64; 2],
+    /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
+    pub photo_consistency_cost: [f64; 2],
     /// How each solve went: those without the image, then one a round.
     pub reports: Vec<SolveReport>,
 }
@@ -53,54 +53,54 @@ pub(crate) struct CoarseFit {
     pub(crate) reports: Vec<SolveReport>,
 }
 
-/// Refines maps for one template.
-pub struct PhysicsRefinement {
-    options: PhysicsOptions,
-    fit: MeshFit,
+/// Fits one template's mesh to frames.
+pub struct FrameFitter {
+    options: FitOptions,
+    mesh_fitter: MeshFitter,
 }
 
-impl PhysicsRefinement {
+impl FrameFitter {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
     /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur,
     /// [`GeometryError::NotASheet`] for a template that is a mesh.
-    pub fn new(template: &Template, options: PhysicsOptions) -> Result<Self, GeometryError> {
+    pub fn new(template: &Template, options: FitOptions) -> Result<Self, GeometryError> {
         check_blurs(&options.blurs)?;
         Ok(Self {
-            fit: MeshFit::new(template, &options)?,
+            mesh_fitter: MeshFitter::new(template, &options)?,
             options,
         })
     }
 
     /// What does not depend on the frame, for the tracker.
-    pub(crate) fn fit(&mut self) -> &mut MeshFit {
-        &mut self.fit
+    pub(crate) fn mesh_fitter(&mut self) -> &mut MeshFitter {
+        &mut self.mesh_fitter
     }
 
-    /// Refines `maps`, what a network says of `image`, taken by `camera`. `start`: the mesh of the last frame of a video,
+    /// Fits the mesh to `maps`, the network's for `image`, and to `image` itself. `start`: the mesh of the last frame of a video,
     /// camera frame, mm. `None` when the maps show too little to fit a mesh to.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when
     /// `start` does not have the template's vertices.
-    pub fn refine(
+    pub fn fit(
         &mut self,
         image: &Picture,
         camera: &Camera,
         maps: &Maps,
         start: Option<&[DVec3]>,
-    ) -> Result<Option<Refined>, GeometryError> {
+    ) -> Result<Option<FrameFit>, GeometryError> {
         check_size(image.size(), camera.size())?;
         check_size(maps.size(), camera.size())?;
-        let vertices = self.fit.template.mesh().vertices().len();
+        let vertices = self.mesh_fitter.template.mesh().vertices().len();
         if let Some(actual) = start.map(<[DVec3]>::len).filter(|&actual| actual != vertices) {
             return Err(GeometryError::StartLength {
                 actual,
                 expected: vertices,
             });
         }
-        let measured = measurements(maps, &self.fit.template);
+        let measured = measurements(maps, &self.mesh_fitter.template);
         if measured.len() < FEWEST_MEASUREMENTS {
             return Ok(None);
         }
@@ -111,15 +111,15 @@ impl PhysicsRefinement {
             None => (None, Vec::new()),
         };
         let mut found = self.fitted_coarsely((&grey, camera), maps, &measured, start, &first)?;
-        let mut vertices = self.fit.refined(&found.vertices);
+        let mut vertices = self.mesh_fitter.fine_vertices(&found.vertices);
         if let Some(blur) = last {
             let worth = self.options.independent_registrations;
-            let (reprojection, depth) = self.measured_terms(&self.fit.fine, &measured, camera, worth)?;
+            let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.fine, &measured, camera, worth)?;
             let round = self.round(Resolution::Fine, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let priors: [&dyn Energy; 2] = [&reprojection, &depth];
             let fitted = self
-                .fit
+                .mesh_fitter
                 .round((&grey, camera), &vertices, &round, seen, |_| true, &priors)?;
             vertices = fitted.vertices;
             found.agreement = fitted.agreement;
@@ -142,7 +142,7 @@ impl PhysicsRefinement {
         camera: &Camera,
         maps: &Maps,
     ) -> Result<Option<CoarseFit>, GeometryError> {
-        let measured = measurements(maps, &self.fit.template);
+        let measured = measurements(maps, &self.mesh_fitter.template);
         if measured.len() < FEWEST_MEASUREMENTS {
             return Ok(None);
         }
@@ -163,25 +163,25 @@ impl PhysicsRefinement {
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
         let worth = self.options.independent_registrations;
-        let (reprojection, depth) = self.measured_terms(&self.fit.coarse, measured, camera, worth)?;
+        let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         if let Some(start) = start {
-            let start = self.fit.coarsened(start);
-            let (vertices, report) = self.fit.coarse.solve(&priors, &start, SETTLING_STEPS)?;
+            let start = self.mesh_fitter.coarse_vertices(start);
+            let (vertices, report) = self.mesh_fitter.coarse.solve(&priors, &start, SETTLING_STEPS)?;
             return self.fitted_from((grey, camera), maps, (vertices, vec![report]), blurs, &priors);
         }
         let start = self.aligned(measured, camera);
         let trust = self.options.settling_registrations;
-        let (trusted, trusted_depth) = self.measured_terms(&self.fit.coarse, measured, camera, trust)?;
+        let (trusted, trusted_depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust)?;
         let settled = self
-            .fit
+            .mesh_fitter
             .coarse
             .settle(&[&trusted, &trusted_depth], start.clone(), SETTLING_STEPS)?;
         let first = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
         if first.agreement.whole >= CONFIRMED {
             return Ok(first);
         }
-        let settled = self.fit.coarse.settle(&priors, start, SETTLING_STEPS)?;
+        let settled = self.mesh_fitter.coarse.settle(&priors, start, SETTLING_STEPS)?;
         let second = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
         let confirmed = |fit: &CoarseFit| fit.agreement.whole * fit.agreement.points as f64;
         Ok(if confirmed(&second) > confirmed(&first) {
@@ -191,7 +191,7 @@ impl PhysicsRefinement {
         })
     }
 
-    /// The photometric rounds of the coarse mesh from where it has settled.
+    /// The photo-consistency rounds of the coarse mesh from where it has settled.
     fn fitted_from(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
@@ -205,7 +205,7 @@ impl PhysicsRefinement {
             let round = self.round(Resolution::Coarse, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let fitted = self
-                .fit
+                .mesh_fitter
                 .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
             vertices = fitted.vertices;
             agreement = fitted.agreement;
@@ -275,11 +275,11 @@ impl PhysicsRefinement {
     /// The flat coarse sheet where the measurements are.
     fn aligned(&self, measured: &[Measurement], camera: &Camera) -> Vec<DVec3> {
         let pairs = measured.iter().filter_map(|m| {
-            let p_template = self.fit.template.point_template(m.uv)?;
+            let p_template = self.mesh_fitter.template.point_template(m.uv)?;
             Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        self.fit
+        self.mesh_fitter
             .coarse
             .mesh
             .vertices()
@@ -296,17 +296,17 @@ impl PhysicsRefinement {
         maps: &Maps,
         (vertices, agreement): (Vec<DVec3>, Agreement),
         reports: Vec<SolveReport>,
-    ) -> Refined {
-        let surface = VisibleSurface::new(self.fit.template.mesh(), &vertices, camera);
-        let mut refined = surface.maps();
+    ) -> FrameFit {
+        let surface = VisibleSurface::new(self.mesh_fitter.template.mesh(), &vertices, camera);
+        let mut fitted = surface.maps();
         let both: Vec<f32> = (0..maps.depth().len())
-            .map(|p| f32::from(u8::from(maps.inside(p) && refined.inside(p))))
+            .map(|p| f32::from(u8::from(maps.inside(p) && fitted.inside(p))))
             .collect();
         let normalizer = Normalizer::new(&both, maps.width(), JUDGED_BLUR_PX, WINDOW_PX);
         let image = normalizer.normalize(grey);
         let cost = |maps: &Maps| {
-            let drawn = normalizer.normalize(&self.fit.print.drawn(maps, &both, camera.focal().x));
-            let robust = self.fit.robust();
+            let drawn = normalizer.normalize(&self.mesh_fitter.print.drawn(maps, &both, camera.focal().x));
+            let robust = self.mesh_fitter.robust();
             let (mut sum, mut count) = (0.0, 0_usize);
             for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
                 sum += robust.rho((image.pixel(pixel) - drawn.pixel(pixel)).powi(2));
@@ -314,21 +314,21 @@ impl PhysicsRefinement {
             }
             sum / count.max(1) as f64
         };
-        let photometric_cost = [cost(maps), cost(&refined)];
-        let accepted = photometric_cost[1] < photometric_cost[0];
+        let photo_consistency_cost = [cost(maps), cost(&fitted)];
+        let accepted = photo_consistency_cost[1] < photo_consistency_cost[0];
         if accepted {
             // The mask is the network's: it sees what lies in front. Where the mesh ends before it, its own values stay.
-            refined = refined.within(maps);
+            fitted = fitted.within(maps);
         } else {
-            refined = maps.clone();
+            fitted = maps.clone();
         }
-        Refined {
-            maps: refined,
+        FrameFit {
+            maps: fitted,
             vertices_camera: vertices,
             confidence: agreement.confidence,
             agreement: agreement.whole,
             accepted,
-            photometric_cost,
+            photo_consistency_cost,
             reports,
         }
     }

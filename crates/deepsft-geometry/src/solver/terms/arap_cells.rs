@@ -21,7 +21,7 @@ const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
 ///
 /// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
 #[derive(Clone, Debug)]
-pub(crate) struct ArapPrior {
+pub(crate) struct ArapCells {
     /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
     starts: Vec<usize>,
     neighbours: Vec<usize>,
@@ -56,7 +56,7 @@ pub(crate) enum Rotations<'a> {
     Held(&'a [DQuat]),
 }
 
-impl ArapPrior {
+impl ArapCells {
     /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
     pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
         let v = template.vertices();
