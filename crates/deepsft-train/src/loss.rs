@@ -24,7 +24,7 @@ pub enum Reduction {
     Sum,
     /// The number of images: sums over pixels, and the mean over a batch that Keras (the paper's framework) takes.
     MeanOverImages,
-    /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object. (The
+    /// The number of pixels that count, so that a learning rate does not depend on the size of batch and object. (The
     /// squared total variation still grows with the object; at the paper's weight that is nothing.)
     Mean,
 }
