@@ -11,7 +11,7 @@ use deepsft::{Architecture, Network, NetworkConfig, PaperConfig};
 use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Schedule,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Residual, Schedule,
     TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated, train,
     tune,
 };
@@ -351,17 +351,45 @@ fn step_three_learns_a_frame_by_heart_under_a_light_that_is_fitted() {
 }
 
 #[test]
-fn the_papers_optimiser_lowers_the_loss_too() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut config = config(folder.path(), 20);
-    config.registration_tuning.optimizer = Optimizer::Sgd { momentum: 0.9 };
-    config.registration_tuning.learning_rate = LearningRate {
-        initial: 1e-5,
-        decay: 1e-9,
-    };
-    config.photo_consistency.reduction = Reduction::Mean;
-    let (losses, _) = losses_of(&network(), TuningStep::Registration, &frames(2), &config);
-    assert!(losses[losses.len() - 1] < losses[0], "{losses:?}");
+fn the_papers_preset_has_its_numbers_and_learns_with_them() {
+    let paper = TrainConfig::paper();
+    let (two, three) = (paper.depth_tuning, paper.registration_tuning);
+    assert_eq!((two.epochs, two.batch, three.epochs, three.batch), (10, 7, 10, 6));
+    assert_eq!(two.optimizer, Optimizer::Sgd { momentum: 0.0 });
+    assert_eq!(three.optimizer, Optimizer::Sgd { momentum: 0.9 });
+    assert_eq!((two.learning_rate.initial, two.learning_rate.decay), (1e-5, 0.0));
+    assert_eq!((three.learning_rate.initial, three.learning_rate.decay), (1e-5, 1e-9));
+    let (depth, photo) = (paper.depth_loss, paper.photo_consistency);
+    assert_eq!((depth.total_variation, photo.total_variation), (1e-9, 1e-9));
+    assert_eq!((photo.cauchy_scale, photo.half_size), (4.0, 0.5));
+    assert_eq!((photo.residual, photo.light), (Residual::Squared, Light::Ignored));
+    // Our reading of what the paper leaves open, with which its rates learn.
+    assert_eq!((depth.reduction, photo.reduction), (Reduction::Mean, Reduction::Mean));
+    assert_eq!(depth.unit_mm, Some(100.0));
+
+    let frames = frames_between_others();
+    let mean = |metric: Option<MeanMedian>| metric.unwrap().mean;
+    for (step, _) in STEPS {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = TrainConfig {
+            checkpoint: folder.path().join("checkpoint"),
+            ..TrainConfig::paper()
+        };
+        // The paper's ten epochs of 2,728 frames are 3,900 updates; these are 120.
+        config.depth_tuning.epochs = 40;
+        config.registration_tuning.epochs = 40;
+        let (losses, tuned) = losses_of(&network(), step, &frames, &config);
+        let epoch = losses.len() / 40;
+        let (first, last) = (&losses[..epoch], &losses[losses.len() - epoch..]);
+        let decrease = last.iter().sum::<f64>() / first.iter().sum::<f64>();
+        println!("{step:?}: loss times {decrease}, {:?} -> {:?}", tuned.before, tuned.after);
+        assert!(decrease < 0.9, "{step:?}: {losses:?}");
+        let (before, after) = match step {
+            TuningStep::Depth => (tuned.before.measured_depth_rmse_mm, tuned.after.measured_depth_rmse_mm),
+            TuningStep::Registration => (tuned.before.photometric_error, tuned.after.photometric_error),
+        };
+        assert!(mean(after) < 0.95 * mean(before), "{step:?}: {before:?} -> {after:?}");
+    }
 }
 
 #[test]
@@ -509,11 +537,10 @@ fn steps_two_and_three_train_the_papers_network_and_step_two_teaches_it_where_th
     };
     let (losses, depth) = tuned(&network, TuningStep::Depth, 5e-3);
     println!("step 2: loss {:?} -> {:?}, {:?} -> {:?}", losses.first(), losses.last(), depth.before, depth.after);
-    assert!(losses[39] < 0.5 * losses[0], "{losses:?}");
+    assert!(losses[39] < 0.1 * losses[0], "{losses:?}");
     let of = |metric: Option<MeanMedian>| metric.unwrap().mean;
-    // Where only the object is taught, the whole image becomes object: an IoU of its area, below 0.3.
+    // Before, the whole image is object: an IoU of 0.14, its area. Where only the object is taught, it stays so.
     assert!(of(depth.after.mask_iou) > 0.6, "{:?} -> {:?}", depth.before, depth.after);
-    assert!(of(depth.after.measured_depth_rmse_mm) < 0.5 * of(depth.before.measured_depth_rmse_mm));
     let (losses, registration) = tuned(&depth.network, TuningStep::Registration, 2e-3);
     println!("step 3: loss {:?} -> {:?}", losses.first(), losses.last());
     assert!(losses[39] < 0.8 * losses[0], "{losses:?}");
