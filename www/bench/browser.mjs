@@ -9,7 +9,7 @@
 import { join, normalize } from "node:path";
 
 import { launch } from "../tests/support/browser.mjs";
-import { startServer } from "../tests/support/server.mjs";
+import { serve } from "../serve.mjs";
 
 /** Loading, and all frames of all runs. */
 const PATIENCE_MS = 600_000;
@@ -26,7 +26,7 @@ function fileOf({ pathname }) {
   return join(folder, normalize(`/${decodeURIComponent(pathname.slice(prefix.length))}`));
 }
 
-const server = await startServer();
+const server = await serve();
 const browser = await launch({ webgpu: false });
 try {
   const page = await browser.newPage();

@@ -118,14 +118,14 @@ async function measureMesh(sft, camera) {
   const copy = (frame) => new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
   const [fit, completion, trackStart, track, answers] = [[], [], [], [], []];
   for (const frame of clip) {
-    const refined = await sft.estimate(copy(frame), { camera, refine: "physics" });
-    fit.push(refined.times.refineMs);
-    refined.close();
+    const fitted = await sft.estimate(copy(frame), { camera, fit: true });
+    fit.push(fitted.times.fitMs);
+    fitted.close();
     const plain = await sft.estimate(copy(frame), { camera });
     if (!plain.found) throw new Error("the network did not find the template in the clip");
     // The first mesh of the engine waits for the matrix to be analysed; the median does not see it.
     const began = performance.now();
-    await plain.completeMesh({ method: "arap" });
+    await plain.completeMesh({ method: "completion" });
     completion.push(performance.now() - began);
     answers.push({ depth: plain.depth.toFloat32Array(), registration: plain.registration.toFloat32Array() });
     plain.close();

@@ -10,7 +10,7 @@ import { Orbit } from "./graphics/orbit.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage/stage.js";
 
-/** @import { LoadOptions, LoadProgress } from "deepsft" */
+/** @import { CameraStream, LoadOptions, LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
 /** @import { VideoSource } from "./sources.js" */
 /** @import { Overlay } from "./stage/stage.js" */
@@ -149,7 +149,7 @@ async function enterLive(kind, run) {
 function createLive() {
   const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement), stage.software), byId("region", HTMLDivElement));
   created.onEstimate = (estimate) => {
-    view.loading.hidden = true;
+    view.loading.hidden = source?.stream?.interrupted !== true;
     calibration.add(estimate);
   };
   chooseOverlay(stage.overlay);
@@ -169,13 +169,30 @@ function startVideo(kind, open) {
     const opened = await open(view.video);
     if (!current()) return opened.stop();
     source = opened;
-    opened.stream?.addEventListener("lost", () => current() && showMessage(opened.stream?.error));
+    if (opened.stream) watch(opened.stream, current);
     if (opened.stream?.error) throw opened.stream.error;
     await sft;
     if (!current()) return;
     view.loadingText.textContent = "Looking at the first frame";
     await live.follow(view.video, opened.camera);
   });
+}
+
+/**
+ * Says what becomes of a camera.
+ *
+ * @param {CameraStream} stream
+ * @param {() => boolean} current whether it is still wanted
+ */
+function watch(stream, current) {
+  stream.addEventListener("lost", () => current() && showMessage(stream.error));
+  stream.addEventListener("interrupted", () => {
+    if (!current()) return;
+    view.loadingText.textContent = "The camera is interrupted";
+    view.loadingBar.removeAttribute("value");
+    view.loading.hidden = false;
+  });
+  stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
 }
 
 /** @param {Blob} image */

@@ -48,6 +48,11 @@ const MESSAGES = {
     advice: "It may be empty, broken, or of a kind this browser does not know. JPEG and PNG always work.",
     remedies: ["image", "clip"],
   },
+  "image-cross-origin": {
+    title: "This picture comes from elsewhere",
+    advice: "The browser does not show pages the pixels of another server's pictures. Save it, then open the file.",
+    remedies: ["image", "clip"],
+  },
   "model-load": {
     title: "The model could not be fetched",
     advice: "Check the connection to the server this page came from, then try again.",
@@ -76,7 +81,7 @@ const MESSAGES = {
   },
   "gpu-lost": {
     title: "The graphics processor gave up",
-    advice: "It was started again and failed again. Reloading the page usually helps.",
+    advice: "It was started again, and failed again and again. Reloading the page usually helps.",
     remedies: ["reload"],
   },
 };

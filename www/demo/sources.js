@@ -36,7 +36,13 @@ export async function clipSource(video) {
     fetched(CLIP_URL).then((response) => response.blob()),
   ]);
   const url = URL.createObjectURL(blob);
+  const listening = new AbortController();
+  // Phones pause videos while the page is away, and leave them so.
+  const playOn = () => void (document.visibilityState === "visible" && video.play().catch(() => undefined));
+  document.addEventListener("visibilitychange", playOn, { signal: listening.signal });
+  addEventListener("pageshow", playOn, { signal: listening.signal });
   const stop = () => {
+    listening.abort();
     video.pause();
     video.removeAttribute("src");
     video.load();

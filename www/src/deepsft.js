@@ -4,14 +4,14 @@ import { fetchBundle } from "./engine/bundle.js";
 import { EngineWorker, compileEngine } from "./engine/engine-worker.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { Estimate } from "./results/estimate.js";
-import { transferableFrame } from "./frames/image-input.js";
+import { closeFrame, transferableFrame } from "./frames/image-input.js";
 import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
 /** @import { LoadProgress } from "./engine/bundle.js" */
-/** @import { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine/engine-worker.js" */
+/** @import { EngineInfo, EngineTemplate, MeshRequest, MeshTopology, StartRequest } from "./engine/engine-worker.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
 /** @import { CameraOption } from "./camera/intrinsics.js" */
 /** @import { TrackedFrame } from "./results/tracked-frame.js" */
@@ -25,13 +25,15 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
  * @property {string | URL} [wasmUrl] address of `deepsft_web_bg.wasm`, where a bundler moved it
  * @property {string | URL} [workerUrl] address of `worker.js`, where a bundler moved it
+ * @property {number} [timeoutMs] so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
+ *   hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
  */
 
 /**
  * @typedef {object} EstimateOptions
  * @property {CameraOption} [camera] estimated when absent
- * @property {"none" | "physics"} [refine] `physics` fits the template's mesh to the image, starting from the network's maps,
- *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+ * @property {boolean} [fit] fits the template's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
  */
 
 /**
@@ -43,11 +45,19 @@ import { Tracking } from "./tracking/tracking.js";
  *   its frame, and owns it: call its `close()` when done
  */
 
-/** What is needed to start the engine again. @typedef {{ request: StartRequest, workerUrl: URL | undefined }} StartPlan */
+/**
+ * What is needed to start the engine again.
+ *
+ * @typedef {{ request: StartRequest, workerUrl: URL | undefined, timeoutMs: number | undefined }} StartPlan
+ */
 
 /** What of a model's files the tracker needs. */
 const MODEL_FILE = "model.json";
 const TEMPLATE_FOLDER = "template/";
+
+/** A GPU that is lost is started again so many times within an hour; after that the CPU does the work. */
+const GPU_RESTARTS_PER_HOUR = 2;
+const HOUR_MS = 3_600_000;
 
 const WASM_URL = new URL("../pkg/deepsft_web_bg.wasm", import.meta.url);
 
@@ -68,7 +78,10 @@ export class DeepSft {
   #newestCall = 0;
   /** @type {Set<Tracking | MeshTracking>} */
   #trackings = new Set();
-  #gpuRecreated = false;
+  /** When the GPU was started again within the last hour, milliseconds. @type {number[]} */
+  #gpuRestarts = [];
+  /** @type {Promise<void> | null} settles when the engine has been started again */
+  #restarting = null;
   #closed = false;
 
   /**
@@ -92,19 +105,32 @@ export class DeepSft {
    * @returns {Promise<DeepSft>}
    * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
    */
-  static async load(url, { device = "auto", onProgress, signal, wasmUrl, workerUrl } = {}) {
+  static async load(url, { device = "auto", onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     const base = typeof document === "undefined" ? self.location.href : document.baseURI;
     const folder = new URL(url, base);
     if (!folder.pathname.endsWith("/")) folder.pathname += "/";
-    const [module, files] = await Promise.all([
-      compileEngine(wasmUrl === undefined ? WASM_URL : new URL(wasmUrl, base), { onProgress, signal }),
-      fetchBundle(folder, { onProgress, signal }),
-    ]);
+    // Where one download fails the others end with it.
+    const downloads = new AbortController();
+    const abort = () => downloads.abort(signal?.reason);
+    signal?.addEventListener("abort", abort, { once: true });
+    let module, files;
+    try {
+      [module, files] = await Promise.all([
+        compileEngine(wasmUrl === undefined ? WASM_URL : new URL(wasmUrl, base), { onProgress, signal: downloads.signal }),
+        fetchBundle(folder, { onProgress, signal: downloads.signal }),
+      ]);
+    } catch (error) {
+      downloads.abort(error);
+      throw error;
+    } finally {
+      signal?.removeEventListener("abort", abort);
+    }
     onProgress?.({ phase: "start", loadedBytes: 0, totalBytes: null });
     const plan = {
       request: { module, files, device },
       workerUrl: workerUrl === undefined ? undefined : new URL(workerUrl, base),
+      timeoutMs,
     };
     return new DeepSft(plan, await startEngine(plan, signal));
   }
@@ -130,7 +156,7 @@ export class DeepSft {
    * @param {ImageInput} image
    * @param {EstimateOptions} [options]
    * @returns {Promise<Estimate>}
-   * @throws {DeepSftError} `image-unreadable`, `camera-intrinsics`, `gpu-lost`, `closed`
+   * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
   estimate(image, options = {}) {
     const began = performance.now();
@@ -180,19 +206,19 @@ export class DeepSft {
    * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
    * @param {TrackMeshOptions} [options]
    * @returns {MeshTracking}
-   * @throws {DeepSftError} `closed`
+   * @throws {DeepSftError} `closed`, `engine-load`
    * @throws {RangeError} for a `smooth` that is none
    */
   trackMesh(video, onTracked, { camera, smooth = false, onEstimate } = {}) {
     if (this.#closed) throw closedError();
-    const { request, workerUrl } = this.#plan;
-    const tracker = new TrackerWorker(workerUrl);
+    const { request, workerUrl, timeoutMs } = this.#plan;
     const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
     const start = {
       module: request.module,
       files: new Map([...request.files].filter(([name]) => isNeeded(name))),
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
+    const tracker = new TrackerWorker(workerUrl, timeoutMs);
     const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) =>
       this.estimate(frame, { camera: of });
     return this.#running(new MeshTracking(video, { tracker, start, estimate, camera, onTracked, onEstimate }));
@@ -225,43 +251,72 @@ export class DeepSft {
    * @param {number} began
    * @returns {Promise<Estimate>}
    */
-  async #run(image, { camera: cameraOption, refine = "none" }, began) {
-    if (this.#closed) throw closedError();
-    const grabbing = performance.now();
-    const grabbed = await transferableFrame(image);
-    const grabMs = performance.now() - grabbing;
-    const camera = cameraForFrame(cameraOption, grabbed);
-    const request = { intrinsics: intrinsicsOf(camera), refine: refine === "physics" };
-    let raw;
-    try {
-      raw = await this.#worker.estimate({ ...request, frame: grabbed.frame });
-    } catch (error) {
-      await this.#recoverFrom(asDeepSftError(error));
-      const again = await transferableFrame(image);
-      raw = await this.#worker.estimate({ ...request, frame: again.frame });
-    }
+  async #run(image, { camera: cameraOption, fit = false }, began) {
+    const { raw, camera, grabMs } = await this.#onEngine(async (worker) => {
+      const grabbing = performance.now();
+      const grabbed = await transferableFrame(image);
+      const grabMs = performance.now() - grabbing;
+      const { frame } = grabbed;
+      try {
+        const camera = cameraForFrame(cameraOption, grabbed);
+        const request = { frame, intrinsics: intrinsicsOf(camera), fit };
+        return { raw: await worker.estimate(request), camera, grabMs };
+      } catch (error) {
+        closeFrame(frame);
+        throw error;
+      }
+    });
     const times = {
       captureMs: grabMs + raw.readMs,
       ...raw.times,
-      refineMs: raw.refined?.refineMs ?? 0,
+      fitMs: raw.fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
-    return new Estimate(raw, camera, times, this.#template.mesh, (maps) => this.#worker.refine(maps));
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#onEngine((worker) => worker.mesh(maps));
+    return new Estimate(raw, camera, times, this.#template.mesh, makeMesh);
   }
 
   /**
-   * Starts the engine afresh after the GPU was lost for the first time; throws every other error on. A lost device
-   * poisons the engine's whole module, so the worker goes with it.
+   * Has the engine do something; where it loses its GPU meanwhile, once more after it has been started again.
    *
-   * @param {DeepSftError} error
+   * @template T
+   * @param {(worker: EngineWorker) => Promise<T>} work
+   * @returns {Promise<T>}
    */
-  async #recoverFrom(error) {
-    if (error.code !== "gpu-lost" || this.#gpuRecreated || this.#closed) throw error;
-    this.#gpuRecreated = true;
-    this.#worker.terminate(error);
+  async #onEngine(work) {
+    for (;;) {
+      if (this.#closed) throw closedError();
+      const worker = this.#worker;
+      try {
+        return await work(worker);
+      } catch (error) {
+        if (asDeepSftError(error).code !== "gpu-lost" || this.#closed) throw error;
+        // Another call may have seen the loss before.
+        if (worker === this.#worker)
+          await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
+      }
+    }
+  }
+
+  /**
+   * Starts the engine afresh after the GPU was lost: on the GPU, or, where it is lost again and again, on the CPU. A lost
+   * device poisons the engine's whole module, so the worker goes with it.
+   *
+   * @param {unknown} loss
+   */
+  async #restart(loss) {
+    this.#worker.terminate(loss);
+    const now = Date.now();
+    this.#gpuRestarts = this.#gpuRestarts.filter((at) => now - at < HOUR_MS);
+    const isWornOut = this.#gpuRestarts.length >= GPU_RESTARTS_PER_HOUR;
+    const { request } = this.#plan;
+    const message = `The GPU was lost ${GPU_RESTARTS_PER_HOUR + 1} times within an hour.`;
+    if (isWornOut && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
+    this.#gpuRestarts.push(now);
+    let started;
     try {
-      const { worker, info, template } = await startEngine(this.#plan, undefined);
-      [this.#worker, this.#info, this.#template] = [worker, info, template];
+      const device = isWornOut ? "cpu" : request.device;
+      started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
     } catch (cause) {
       throw new DeepSftError(
         "gpu-lost",
@@ -269,18 +324,26 @@ export class DeepSft {
         { cause },
       );
     }
-    if (this.#closed) this.close();
+    if (this.#closed) return started.worker.terminate(closedError());
+    const { worker, info, template } = started;
+    /** @type {EngineInfo["fallback"]} */
+    const fallback = isWornOut ? { code: "gpu-lost", message } : info.fallback;
+    [this.#worker, this.#info, this.#template] = [worker, { ...info, fallback }, template];
   }
 }
 
 /**
+ * Refuses settings that are no numbers; the tracker itself has the defaults of those that are absent.
+ *
  * @param {Smoothing} smooth
  * @returns {Smoothing}
  */
 function checkedSmoothing(smooth) {
-  const { minCutoff = 1, beta = 0 } = smooth;
-  if (!(Number.isFinite(minCutoff) && minCutoff > 0)) throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
-  if (!(Number.isFinite(beta) && beta >= 0)) throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
+  const { minCutoff, beta } = smooth;
+  if (minCutoff !== undefined && !(Number.isFinite(minCutoff) && minCutoff > 0))
+    throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
+  if (beta !== undefined && !(Number.isFinite(beta) && beta >= 0))
+    throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
   return smooth;
 }
 
@@ -292,9 +355,9 @@ function checkedSmoothing(smooth) {
  * @param {AbortSignal | undefined} signal
  * @returns {Promise<{ worker: EngineWorker, info: EngineInfo, template: EngineTemplate }>}
  */
-async function startEngine({ request, workerUrl }, signal) {
+async function startEngine({ request, workerUrl, timeoutMs }, signal) {
   signal?.throwIfAborted();
-  const worker = new EngineWorker(workerUrl);
+  const worker = new EngineWorker(workerUrl, timeoutMs);
   const abort = () => worker.terminate(signal?.reason);
   signal?.addEventListener("abort", abort, { once: true });
   try {
@@ -305,7 +368,7 @@ async function startEngine({ request, workerUrl }, signal) {
     const { code, message } = asDeepSftError(error);
     const aboutTheGpu = code === "webgpu-unavailable" || code === "gpu-lost" || code === "internal";
     if (request.device !== "auto" || !aboutTheGpu) throw error;
-    const started = await startEngine({ request: { ...request, device: "cpu" }, workerUrl }, signal);
+    const started = await startEngine({ request: { ...request, device: "cpu" }, workerUrl, timeoutMs }, signal);
     return { ...started, info: { ...started.info, fallback: { code, message } } };
   } finally {
     signal?.removeEventListener("abort", abort);

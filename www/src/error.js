@@ -11,18 +11,19 @@
  * | `camera-intrinsics` | intrinsics that are no camera: a focal length of 0, NaN, or for another image size |
  * | `insecure-context` | the page is neither https nor localhost, so browsers offer no camera |
  * | `image-unreadable` | an image that is empty, broken, or not ready yet |
+ * | `image-cross-origin` | an image or video of another origin, whose pixels the browser does not show |
  * | `engine-load` | the WebAssembly module or the worker could not be loaded |
  * | `model-load` | a file of the model could not be fetched |
  * | `model-corrupt` | a file of the model is truncated or does not have the hash that `model.json` records |
  * | `model-version` | the model needs a newer version of this package |
- * | `webgpu-unavailable` | no WebGPU, no adapter, or a needed feature is missing (only with `device: "webgpu"`) |
- * | `gpu-lost` | the GPU device was lost, and lost again after it had been re-created |
+ * | `webgpu-unavailable` | no WebGPU, no adapter, or one whose limits are too small (only with `device: "webgpu"`) |
+ * | `gpu-lost` | the GPU was lost and could not be started again, or was lost too often (only with `device: "webgpu"`) |
  * | `closed` | the estimator was used after `close()` |
  * | `internal` | a defect of this package |
  *
  * @typedef {"camera-denied" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
- *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "engine-load" | "model-load"
- *   | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "closed" | "internal"} DeepSftErrorCode
+ *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "engine-load"
+ *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "closed" | "internal"} DeepSftErrorCode
  */
 
 /** @type {ReadonlySet<string>} */
@@ -35,6 +36,7 @@ const CODES = new Set([
   "camera-intrinsics",
   "insecure-context",
   "image-unreadable",
+  "image-cross-origin",
   "engine-load",
   "model-load",
   "model-corrupt",

@@ -13,14 +13,14 @@ export { DeepSft } from "./deepsft.js";
 export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
-export { TYPICAL_FOCAL_SHARE, estimatedCamera } from "./camera/intrinsics.js";
+export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { TrackedFrame } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
-/** @typedef {import("./camera/camera-stream.js").OpenCameraOptions} OpenCameraOptions */
+/** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */

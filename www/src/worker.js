@@ -1,12 +1,12 @@
 // The module worker that does the computing, so that no frame ever blocks the page. It plays one of two parts: the
 // engine, or the tracker of one video.
 
-import { estimate, refine, start } from "./engine/engine-host.js";
+import { estimate, mesh, start } from "./engine/engine-host.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { answer, follow, startTracker, trackedMaps } from "./tracking/tracker-host.js";
 
 /** @type {Readonly<Record<string, (request: any) => unknown>>} */
-const METHODS = { start, estimate, refine, startTracker, follow, answer, trackedMaps };
+const METHODS = { start, estimate, mesh, startTracker, follow, answer, trackedMaps };
 
 /**
  * @param {unknown} error
@@ -25,6 +25,6 @@ self.addEventListener("message", async ({ data: { id, method, request } }) => {
     self.postMessage({ id, value }, { transfer });
   } catch (error) {
     const { code, message } = explained(error);
-    self.postMessage({ id, error: { code, message } });
+    self.postMessage({ id, error: { code, message }, fatal: error instanceof WebAssembly.RuntimeError });
   }
 });

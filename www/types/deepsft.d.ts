@@ -27,6 +27,11 @@ export type LoadOptions = {
      * address of `worker.js`, where a bundler moved it
      */
     workerUrl?: string | URL;
+    /**
+     * so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
+     * hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
+     */
+    timeoutMs?: number;
 };
 export type EstimateOptions = {
     /**
@@ -34,10 +39,10 @@ export type EstimateOptions = {
      */
     camera?: CameraOption;
     /**
-     * `physics` fits the template's mesh to the image, starting from the network's maps,
-     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default `none`.
+     * fits the template's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
      */
-    refine?: "none" | "physics";
+    fit?: boolean;
 };
 export type TrackMeshOptions = {
     /**
@@ -58,6 +63,7 @@ export type TrackMeshOptions = {
 export type StartPlan = {
     request: StartRequest;
     workerUrl: URL | undefined;
+    timeoutMs: number | undefined;
 };
 /** Shape from template on a worker of its own. */
 export declare class DeepSft {
@@ -81,7 +87,7 @@ export declare class DeepSft {
      * @returns {Promise<DeepSft>}
      * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
      */
-    static load(url: string | URL, { device, onProgress, signal, wasmUrl, workerUrl }?: LoadOptions): Promise<DeepSft>;
+    static load(url: string | URL, { device, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
     /** What runs the network, and where. */
     get info(): EngineInfo;
     /**
@@ -101,7 +107,7 @@ export declare class DeepSft {
      * @param {ImageInput} image
      * @param {EstimateOptions} [options]
      * @returns {Promise<Estimate>}
-     * @throws {DeepSftError} `image-unreadable`, `camera-intrinsics`, `gpu-lost`, `closed`
+     * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
      */
     estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
     /**
@@ -133,7 +139,7 @@ export declare class DeepSft {
      * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
      * @param {TrackMeshOptions} [options]
      * @returns {MeshTracking}
-     * @throws {DeepSftError} `closed`
+     * @throws {DeepSftError} `closed`, `engine-load`
      * @throws {RangeError} for a `smooth` that is none
      */
     trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { camera, smooth, onEstimate }?: TrackMeshOptions): MeshTracking;

@@ -4,13 +4,13 @@ export { DeepSft } from "./deepsft.js";
 export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
-export { TYPICAL_FOCAL_SHARE, estimatedCamera } from "./camera/intrinsics.js";
+export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { TrackedFrame } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 export type LoadProgress = import("./engine/bundle.js").LoadProgress;
-export type OpenCameraOptions = import("./camera/camera-stream.js").OpenCameraOptions;
+export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
 export type EstimateOptions = import("./deepsft.js").EstimateOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
 export type TrackMeshOptions = import("./deepsft.js").TrackMeshOptions;
@@ -26,7 +26,7 @@ export type SourcedCamera = import("./camera/intrinsics.js").SourcedCamera;
 export type TrackedTimes = import("./results/tracked-frame.js").TrackedTimes;
 export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
-/** @typedef {import("./camera/camera-stream.js").OpenCameraOptions} OpenCameraOptions */
+/** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */

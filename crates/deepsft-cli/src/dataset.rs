@@ -3,6 +3,7 @@
 use crate::failure::BlameInput;
 use crate::output::atomic::StagedFolder;
 use anyhow::{Context, Result, anyhow, bail};
+use deepsft_formats::sha256_file;
 use deepsft_geometry::{Camera, Template};
 use deepsft_synth::{
     DatasetDescription, EdgeLengthHistogram, EdgeLengthSummary, HandleShapeCounts, Sample, SampleRecord, ShardReader,
@@ -127,6 +128,7 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
                 whole.samples += description.samples;
                 whole.shards.append(&mut description.shards);
                 whole.shard_bytes.append(&mut description.shard_bytes);
+                whole.shard_sha256.append(&mut description.shard_sha256);
             }
         }
     }
@@ -134,6 +136,9 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription> {
     if whole.shard_bytes.len() != whole.shards.len() {
         // A part that does not say how large its shards are: nothing is known in order.
         whole.shard_bytes.clear();
+    }
+    if whole.shard_sha256.len() != whole.shards.len() {
+        whole.shard_sha256.clear();
     }
     whole.part = None;
     whole.edge_length_change = Some(EdgeLengthSummary::new(changes));
@@ -159,6 +164,24 @@ pub fn check_shards(folder: &Path, description: &DatasetDescription) -> Result<(
     Ok(())
 }
 
+/// Checks that the shard `number` of a data set is the one that was described, as far as the description says.
+fn check_hash(path: &Path, description: &DatasetDescription, number: usize) -> Result<()> {
+    match description.shard_sha256.get(number) {
+        Some(expected) if sha256_file(path)? != *expected => {
+            bail!("it is not the shard that was written: its SHA-256 differs from the described one")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks the content of all shards of the data set in `folder` by their hashes: that takes as long as reading them.
+pub fn check_hashes(folder: &Path, description: &DatasetDescription) -> Result<()> {
+    description.shards.iter().enumerate().try_for_each(|(number, name)| {
+        let path = folder.join(name);
+        check_hash(&path, description, number).blame("shard", &path)
+    })
+}
+
 /// Reads and checks the description in `folder`.
 fn open_one(folder: &Path) -> Result<DatasetDescription> {
     let path = folder.join(DATASET_FILE);
@@ -172,8 +195,8 @@ fn open_one(folder: &Path) -> Result<DatasetDescription> {
     read().blame("data set", &path)
 }
 
-/// The samples of all shards in order, read ahead by a thread. Samples of another camera than `camera` and
-/// fewer samples than described are errors; after an error there are no more.
+/// The samples of all shards in order, read ahead by a thread. Samples of another camera than `camera`, other samples
+/// or fewer than described and shards with another hash are errors; after an error there are no more.
 pub fn samples(
     folder: &Path,
     description: &DatasetDescription,
@@ -181,11 +204,15 @@ pub fn samples(
 ) -> impl Iterator<Item = Result<Sample>> + use<> {
     let (sender, receiver) = sync_channel(AHEAD);
     let paths: Vec<PathBuf> = description.shards.iter().map(|name| folder.join(name)).collect();
-    let (folder, expected) = (folder.to_path_buf(), description.samples);
+    let (folder, description) = (folder.to_path_buf(), description.clone());
     std::thread::spawn(move || {
         let mut count = 0;
-        for path in &paths {
-            let sent = send_shard(path, &camera, &sender).blame("shard", path);
+        let expected = description.samples;
+        for (number, path) in paths.iter().enumerate() {
+            let next = description.first + count;
+            let sent = check_hash(path, &description, number)
+                .and_then(|()| send_shard(path, &camera, (description.seed, next), &sender))
+                .blame("shard", path);
             match sent {
                 Ok(samples) => count += samples,
                 Err(error) => {
@@ -205,12 +232,19 @@ pub fn samples(
     receiver.into_iter()
 }
 
-/// Sends the samples of a shard; gives their number.
-fn send_shard(path: &Path, camera: &Camera, sender: &SyncSender<Result<Sample>>) -> Result<u64> {
+/// Sends the samples of a shard, which are those of a seed from an index on; gives their number.
+fn send_shard(
+    path: &Path,
+    camera: &Camera,
+    (seed, first): (u64, u64),
+    sender: &SyncSender<Result<Sample>>,
+) -> Result<u64> {
     let mut reader = ShardReader::new(BufReader::new(fs::File::open(path)?));
     let mut count = 0;
     for record in reader.records()? {
-        let SampleRecord { index, sample, .. } = record?;
+        let record = record?;
+        record.check_described(seed, first.saturating_add(count))?;
+        let SampleRecord { index, sample, .. } = record;
         if sample.camera != *camera {
             bail!("sample {index} was taken by another camera than the one expected");
         }
@@ -232,18 +266,20 @@ mod tests {
     fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
         let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let samples: Vec<Sample> = synthesis::samples(
+        let samples: Vec<Sample> = deepsft_synth::samples(
             synthesis::synthesizer(&template, &synthesis::SynthesisOptions::default()).unwrap(),
             3,
             0..count,
         )
-        .collect();
+        .collect::<Result<_, _>>()
+        .unwrap();
         let records = (0..)
             .zip(samples.clone())
             .map(|(index, sample)| SampleRecord { seed: 3, index, sample });
-        let folder = StagedFolder::new(place, &[DATASET_FILE]).unwrap();
+        let folder = StagedFolder::new(place, &deepsft_formats::FolderKind::DATASET).unwrap();
         let shards = write_shards(&folder, records, 2).unwrap();
-        let description = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, described, shards);
+        let description =
+            DatasetDescription::new(&template, SynthConfig::default().description(), 3, described, shards);
         fs::write(folder.path().join(DATASET_FILE), description.to_json().unwrap()).unwrap();
         folder.commit().unwrap();
         samples
@@ -290,7 +326,7 @@ mod tests {
             let mut first = 0;
             for (number, (samples, handle_shapes)) in (1..).zip(shapes) {
                 let mut part =
-                    deepsft_synth::describe_dataset(&template, &SynthConfig::default(), 3, samples, Vec::new());
+                    DatasetDescription::new(&template, SynthConfig::default().description(), 3, samples, Vec::new());
                 (part.first, part.handle_shapes) = (first, handle_shapes);
                 first += samples;
                 let place = folder.path().join(part_name(number, 2));
@@ -321,6 +357,41 @@ mod tests {
         let bytes = fs::read(&shard).unwrap();
         fs::write(&shard, &bytes[..bytes.len() / 2]).unwrap();
         assert!(message(last(training_camera()).unwrap_err()).contains("shard-000000.tar"));
+    }
+
+    #[test]
+    fn shards_of_another_seed_or_place_or_content_are_refused() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        written(&place, 3, 3);
+        let description = open(&place).unwrap();
+        let message = |description: &DatasetDescription| {
+            let last = samples(&place, description, training_camera()).last().unwrap();
+            crate::failure::message(&last.err().unwrap())
+        };
+        let other_seed = DatasetDescription {
+            seed: 4,
+            ..description.clone()
+        };
+        assert!(message(&other_seed).contains("sample 0 of seed 3"));
+        let mut exchanged = description.clone();
+        exchanged.shards.swap(0, 1);
+        assert!(message(&exchanged).contains("sample 2 of seed 3"));
+        let mut hashed = description.clone();
+        let hash = |name: &String| sha256_file(&place.join(name)).unwrap();
+        hashed.shard_sha256 = hashed.shards.iter().map(hash).collect();
+        check_hashes(&place, &hashed).unwrap();
+        assert_eq!(
+            samples(&place, &hashed, training_camera()).map(Result::unwrap).count(),
+            3
+        );
+        hashed.shard_sha256[1].replace_range(..1, "x");
+        let error = crate::failure::message(&check_hashes(&place, &hashed).unwrap_err());
+        assert!(
+            error.contains("shard-000001.tar") && error.contains("SHA-256"),
+            "{error}"
+        );
+        assert!(message(&hashed).contains("SHA-256"));
     }
 
     #[test]

@@ -14,13 +14,11 @@ mod dataset;
 pub mod failure;
 pub mod input;
 mod interruption;
+mod mesh_choice;
 pub mod network_choice;
 pub mod output;
 pub mod progress;
-mod refine;
-mod scan;
 pub mod synthesis;
-pub mod track_errors;
 mod unfinished_dataset;
 mod video;
 
@@ -29,8 +27,8 @@ use std::process::ExitCode;
 
 /// Shape and registration of a known bending object from one image (Shape-from-Template).
 ///
-/// A template is a picture of a flat object and its size, or a scan with its texture. A network is trained for it on synthetic
-/// images, and then finds it in photographs: for every pixel its depth and its place on the template.
+/// A template is a picture of a flat object and its size, or a scan with its texture. You train a network for it on synthetic
+/// images. The network then finds the object in photographs: the depth of every pixel, and its place on the template.
 #[derive(Parser)]
 #[command(version, propagate_version = true, after_help = AFTER_HELP)]
 struct Arguments {
@@ -52,7 +50,7 @@ Exit codes:
   2  the command line is wrong
   3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
   130  interrupted by Ctrl-C: track keeps the frames until then
-  141  what read the output went away before the end, as head does";
+  141  the reader of the output went away before its end, as head does";
 
 #[derive(Subcommand)]
 enum Command {

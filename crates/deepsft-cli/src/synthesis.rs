@@ -1,18 +1,13 @@
-//! Synthetic samples for the commands: the training camera, all cores, in order.
+//! Options of the commands that make synthetic images, and the synthesiser that they ask for.
 
 use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{ClipStory, EffectsConfig, Sample, SynthConfig, Synthesizer};
-use rayon::prelude::*;
+use deepsft_geometry::Template;
+use deepsft_synth::{EffectsConfig, SynthConfig, Synthesizer};
 use std::fs;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// Samples that are made at a time.
-const AHEAD: u64 = 32;
 
 /// What is varied in synthetic images, and how far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -35,17 +30,17 @@ impl Preset {
     }
 }
 
-/// How commands that make images are told what images.
+/// Options of the commands that make synthetic images.
 #[derive(Args, Clone, Debug, Default)]
 pub struct SynthesisOptions {
     /// What is varied in the images, and how far
     #[arg(id = "images", long = "images", value_name = "PRESET", value_enum, default_value_t)]
     pub images: Preset,
-    /// Add the camera effects of the default preset (blur, noise, white balance, JPEG, ...) to one without; its gain stays
+    /// Add the default preset's camera effects (blur, noise, white balance, JPEG, ...) to a preset without; its gain stays
     #[arg(long)]
     pub camera_effects: bool,
-    /// Photographs (PNG or JPEG) to use as backgrounds: beside the drawn ones; with the paper's preset in place of them,
-    /// and as they are
+    /// Folder of photographs (PNG or JPEG) to show as backgrounds beside the drawn ones; the paper's preset shows only
+    /// them, unchanged
     #[arg(long, value_name = "DIR")]
     pub backgrounds: Option<PathBuf>,
     /// Largest in-plane rotation to either side, degrees: 45 for an object that stays upright, which a short training learns
@@ -118,13 +113,13 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
-        Some(folder) => synthesizer.with_photographs(photographs(folder)?),
+        Some(folder) => synthesizer.with_photographs(photographs(folder)?)?,
         None => synthesizer,
     })
 }
 
 /// The PNG and JPEG files of a folder, by name.
-fn photographs(folder: &Path) -> Result<Vec<Picture>> {
+fn photographs(folder: &Path) -> Result<Vec<PathBuf>> {
     let list = || -> Result<Vec<PathBuf>> {
         let paths = fs::read_dir(folder)?
             .map(|entry| Ok(entry?.path()))
@@ -136,63 +131,13 @@ fn photographs(folder: &Path) -> Result<Vec<Picture>> {
         }
         Ok(paths)
     };
-    list()
-        .blame("folder of photographs", folder)?
-        .iter()
-        .map(|path| input::picture(path))
-        .collect()
-}
-
-/// The samples `indices` of `seed` in order, made some at a time on all cores.
-pub fn samples(synthesizer: Synthesizer, seed: u64, indices: Range<u64>) -> impl Iterator<Item = Sample> {
-    in_order(indices, move |index| synthesizer.sample(seed, index))
-}
-
-/// What `make` makes of `indices` in order, some at a time on all cores.
-pub fn in_order<T: Send>(indices: Range<u64>, make: impl Fn(u64) -> T + Sync) -> impl Iterator<Item = T> {
-    indices.clone().step_by(AHEAD as usize).flat_map(move |first| {
-        let some = first..first.saturating_add(AHEAD).min(indices.end);
-        some.into_par_iter().map(&make).collect::<Vec<_>>()
-    })
-}
-
-/// The frames of a clip in order, made some at a time on all cores.
-pub fn clip_frames(story: &ClipStory<'_>, frames: Range<usize>) -> impl Iterator<Item = Result<Sample>> {
-    frames.clone().step_by(AHEAD as usize).flat_map(move |first| {
-        let some = first..(first + AHEAD as usize).min(frames.end);
-        some.into_par_iter()
-            .map(|frame| -> Result<Sample> { Ok(story.render(frame)?) })
-            .collect::<Vec<_>>()
-    })
+    list().blame("folder of photographs", folder)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn samples_come_in_order_and_none_is_lost_at_the_end() {
-        let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
-        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        let synthesizer = synthesizer(&template, &SynthesisOptions::default()).unwrap();
-        let some: Vec<Sample> = samples(synthesizer.clone(), 5, 7..7 + AHEAD + 3).collect();
-        assert_eq!(some.len() as u64, AHEAD + 3);
-        for offset in [0, AHEAD - 1, AHEAD, AHEAD + 2] {
-            assert!(
-                some[offset as usize] == synthesizer.sample(5, 7 + offset),
-                "sample {offset}"
-            );
-        }
-    }
-
-    #[test]
-    fn indices_up_to_the_last_there_is_are_made() {
-        let last = u64::MAX - 6..u64::MAX - 3;
-        assert_eq!(
-            in_order(last.clone(), |index| index).collect::<Vec<_>>(),
-            last.collect::<Vec<_>>()
-        );
-    }
+    use deepsft_geometry::Picture;
 
     #[test]
     fn the_name_of_a_set_says_what_is_not_the_default() {

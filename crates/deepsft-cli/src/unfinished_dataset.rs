@@ -5,8 +5,9 @@
 //! process is killed at, what the state lists is whole. At the end the folder is renamed to its place.
 
 use crate::dataset::{self, DATASET_FILE};
-use crate::output::atomic;
+use crate::output::atomic::{self, FolderKind, FolderLock};
 use anyhow::{Context, Result, bail};
+use deepsft_formats::sha256_file;
 use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, HandleShapeCounts, ShardWriter};
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -18,6 +19,12 @@ const STATE_FILE: &str = "state.json";
 
 /// The shard that is being written.
 const OPEN_SHARD: &str = "shard.tmp";
+
+/// A folder in which a data set was begun and nothing finished.
+const UNFINISHED: FolderKind = FolderKind {
+    known_by: &[OPEN_SHARD],
+    files: FolderKind::DATASET.files,
+};
 
 /// Everything that the shards' bytes depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +46,9 @@ struct State {
 struct FinishedShard {
     name: String,
     bytes: u64,
+    /// Not known of shards of earlier versions.
+    #[serde(default)]
+    sha256: String,
     samples: u64,
     edge_lengths: EdgeLengthHistogram,
     /// Not known of shards of programs that did not count them.
@@ -60,12 +70,15 @@ pub struct UnfinishedDataset {
     place: PathBuf,
     folder: PathBuf,
     state: State,
+    /// Nobody else works on it.
+    _alone: FolderLock,
 }
 
 impl UnfinishedDataset {
     /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
     pub fn open(place: &Path, plan: Plan) -> Result<Self> {
-        atomic::check_folder(place, &[DATASET_FILE])?;
+        atomic::check_folder(place, &FolderKind::DATASET)?;
+        let alone = FolderLock::acquire(place)?;
         let folder = dataset::unfinished(place);
         let path = folder.join(STATE_FILE);
         let mut state = State {
@@ -88,11 +101,16 @@ impl UnfinishedDataset {
             // A shard somebody took away is made again, and all after it.
             state.shards = found.shards.into_iter().take_while(whole).collect();
         } else {
-            atomic::check_folder(&folder, &[OPEN_SHARD])?;
+            atomic::check_folder(&folder, &UNFINISHED)?;
             fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
         }
         let place = place.to_path_buf();
-        let unfinished = Self { place, folder, state };
+        let unfinished = Self {
+            place,
+            folder,
+            state,
+            _alone: alone,
+        };
         unfinished.save()?;
         Ok(unfinished)
     }
@@ -144,10 +162,12 @@ impl UnfinishedDataset {
             Ok((count, file.metadata()?.len()))
         };
         let (samples, bytes) = write().with_context(|| format!("could not write {name}"))?;
+        let sha256 = sha256_file(&beside)?;
         fs::rename(&beside, self.folder.join(&name)).with_context(|| format!("could not write {name}"))?;
         self.state.shards.push(FinishedShard {
             name,
             bytes,
+            sha256,
             samples,
             edge_lengths,
             handle_shapes: Some(handle_shapes),
@@ -165,11 +185,21 @@ impl UnfinishedDataset {
         self.state.shards.iter().map(|shard| shard.bytes).collect()
     }
 
+    /// SHA-256 of the finished shards; none when it is not known of all.
+    pub fn shard_sha256(&self) -> Vec<String> {
+        let all: Vec<String> = self.state.shards.iter().map(|shard| shard.sha256.clone()).collect();
+        if all.iter().any(String::is_empty) {
+            Vec::new()
+        } else {
+            all
+        }
+    }
+
     /// Puts the data set in its place; an older one there is replaced.
     pub fn finish(self, description: &DatasetDescription) -> Result<()> {
         let path = |name: &str| self.folder.join(name);
         atomic::write_file(&path(DATASET_FILE), description.to_json()?.as_bytes())?;
-        atomic::replace_folder(&self.folder, &self.place)?;
+        atomic::replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
         let state = self.place.join(STATE_FILE);
         fs::remove_file(&state).with_context(|| format!("could not remove {}", state.display()))
     }
@@ -248,6 +278,17 @@ mod tests {
     }
 
     #[test]
+    fn a_set_that_is_being_made_is_left_to_the_process_that_makes_it() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let set = UnfinishedDataset::open(&place, plan(3)).unwrap();
+        let error = UnfinishedDataset::open(&place, plan(3)).err().unwrap();
+        assert!(error.to_string().contains("another process"), "{error}");
+        drop(set);
+        UnfinishedDataset::open(&place, plan(3)).unwrap();
+    }
+
+    #[test]
     fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
@@ -298,7 +339,7 @@ mod tests {
         let mut set = UnfinishedDataset::open(&place, plan(1)).unwrap();
         set.write_shard([sample(0)].into_iter()).unwrap();
         let shards = set.shards();
-        let description = deepsft_synth::describe_dataset(&template(), &SynthConfig::default(), 3, 1, shards);
+        let description = DatasetDescription::new(&template(), SynthConfig::default().description(), 3, 1, shards);
         set.finish(&description).unwrap();
         let names = |folder: &Path| {
             let entries = fs::read_dir(folder).unwrap();

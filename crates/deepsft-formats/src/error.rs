@@ -22,11 +22,22 @@ pub enum FormatError {
         /// What the reader met, and where.
         reason: String,
     },
-    /// The mesh of a template cannot be read.
-    #[error("line {line} of the template's mesh is not understood")]
-    TemplateMesh {
+    /// A line of an OBJ file cannot be read.
+    #[error("line {line} of the mesh is not understood: {reason}")]
+    Obj {
         /// Number of the line, from 1.
         line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The mesh of a template is not one of ours.
+    #[error("the template's mesh has a corner whose position and texture coordinates have different numbers")]
+    TemplateMesh,
+    /// A scan cannot be made a template.
+    #[error("{reason}")]
+    Scan {
+        /// What is wrong with it.
+        reason: String,
     },
     /// A template was written in another version of the format.
     #[error("template has format version {actual}, this program reads version {expected}")]
@@ -40,7 +51,9 @@ pub enum FormatError {
     #[error("picture file is empty (0 bytes)")]
     PictureFileEmpty,
     /// A picture has more pixels than is decoded.
-    #[error("picture of {width} x {height} pixels is too large: at most {longest_side} a side and 512 MiB decoded")]
+    #[error(
+        "picture of {width} x {height} pixels is too large: at most {longest_side} per side and 178 million in all"
+    )]
     PictureTooLarge {
         /// Columns met.
         width: u32,
@@ -122,6 +135,21 @@ pub enum FormatError {
         /// Samples of all shards.
         samples: u64,
     },
+    /// A shard holds another sample than its data set's description says.
+    #[error(
+        "the shard holds sample {index} of seed {seed} where the data set's description has sample {expected_index} of \
+         seed {expected_seed}"
+    )]
+    OtherSample {
+        /// Seed met.
+        seed: u64,
+        /// Index met.
+        index: u64,
+        /// Seed of the description.
+        expected_seed: u64,
+        /// Index by the description.
+        expected_index: u64,
+    },
     /// A depth that the 16-bit file format cannot hold.
     #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
     DepthRange {
@@ -144,6 +172,12 @@ pub enum FormatError {
         /// What the system says.
         reason: String,
         /// The file or folder.
+        path: PathBuf,
+    },
+    /// Another process works on a folder.
+    #[error("another process is at work on this folder; wait until it ends: {path}")]
+    Locked {
+        /// The folder.
         path: PathBuf,
     },
     /// A folder is in the way.

@@ -15,6 +15,23 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(Sha256::new_with_prefix(bytes))
 }
 
+/// The SHA-256 of a file, read piece by piece.
+///
+/// # Errors
+/// [`FormatError::File`](crate::FormatError::File).
+#[cfg(feature = "fs")]
+pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::FormatError> {
+    let hash = || -> io::Result<String> {
+        let mut hash = HashingWriter(Sha256::new());
+        io::copy(&mut std::fs::File::open(path)?, &mut hash)?;
+        Ok(hexadecimal(hash.0))
+    };
+    hash().map_err(|error| crate::FormatError::File {
+        reason: error.to_string(),
+        path: path.to_path_buf(),
+    })
+}
+
 /// The SHA-256 of a value's JSON, in 64 hexadecimal digits: the same for equal values, in every version and on every
 /// machine. A float counts with all its digits; infinities and NaN all count as `null`.
 ///

@@ -1,7 +1,8 @@
 //! The file formats of Shape-from-Template.
 //!
 //! Everything takes and gives bytes and runs in a browser too. What needs files and folders stands behind the feature
-//! `fs`: [`write_file`], [`StagedFolder`]. Data sets as tar shards stand behind the feature `shards`.
+//! `fs`: [`write_file`], [`StagedFolder`]. Data sets as tar shards stand behind the feature `shards`, the import of scans
+//! behind the feature `scan`.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -13,22 +14,32 @@ mod folder;
 mod glb;
 mod npy;
 mod obj;
+mod packing;
 mod picture;
 mod rgbd;
+#[cfg(feature = "scan")]
+mod scan;
 #[cfg(feature = "shards")]
 mod shards;
 mod template;
 
 pub use camera::{CameraFile, PixelCenters, camera_to_json, parse_camera};
 pub use error::FormatError;
-pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerprint};
 #[cfg(feature = "fs")]
-pub use folder::{StagedFolder, check_folder, replace_folder, write_file, write_folder};
+pub use fingerprint::sha256_file;
+pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerprint};
+#[cfg(all(feature = "fs", feature = "scan"))]
+pub use folder::read_scan_file;
+#[cfg(feature = "fs")]
+pub use folder::{FolderKind, FolderLock, StagedFolder, check_folder, replace_folder, write_file, write_folder};
 pub use glb::textured_glb;
 pub use npy::{bool_npy, f32_npy};
 pub use obj::{mesh_from_obj, mesh_to_obj};
+pub use packing::pack_rectangles;
 pub use picture::{LONGEST_SIDE, decode_picture, encode_png};
 pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode_jpeg, encode_mask_png};
+#[cfg(feature = "scan")]
+pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
 #[cfg(all(feature = "shards", feature = "fs"))]
 pub use shards::IndexedShards;
 #[cfg(feature = "shards")]

@@ -1,10 +1,9 @@
-//! Meshes as text: the part of Wavefront OBJ that templates need.
+//! Meshes as text: the part of Wavefront OBJ that templates and scans need.
 
 use crate::FormatError;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::fmt::Write;
-use std::str::FromStr;
 
 /// `mesh` (mm, template frame) as the text of an OBJ file: `v`, `vt` and `f a/a b/b c/c`, all digits of every number.
 /// OBJ has y up, the viewer on the +z side and v up, so (x, y, z) stands there as (x, -y, -z) and v as 1 - v: an upright
@@ -25,50 +24,131 @@ pub fn mesh_to_obj(mesh: &TriangleMesh) -> String {
     text
 }
 
-/// Reads what [`mesh_to_obj`] writes: vertices with one texture coordinate each, triangles, comments. For files of other
-/// programs there is `deepsft template import`.
+/// Reads what [`mesh_to_obj`] writes: as many texture coordinates as vertices, and faces whose corners name both by one
+/// number. For files of other programs there is [`crate::read_scan`].
 ///
 /// # Errors
-/// [`FormatError::TemplateMesh`] names the line that is not understood; [`FormatError::Geometry`] when the arrays do not
-/// fit together.
+/// [`FormatError::Obj`] names the line that is not understood; [`FormatError::TemplateMesh`] when a corner names
+/// different numbers; [`FormatError::Geometry`] when the arrays do not fit together.
 pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
-    let (mut vertices, mut texture_coordinates, mut faces) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, line) in obj.split(|&byte| byte == b'\n').enumerate() {
-        let mut read = || -> Option<()> {
-            let mut words = std::str::from_utf8(line).ok()?.split_ascii_whitespace();
-            match words.next() {
-                None => return Some(()),
-                Some(comment) if comment.starts_with('#') => return Some(()),
-                Some("v") => {
-                    let [x, y, z] = numbers(&mut words)?;
-                    vertices.push(DVec3::new(x, -y, -z));
-                }
-                Some("vt") => {
-                    let [u, v] = numbers(&mut words)?;
-                    texture_coordinates.push(DVec2::new(u, 1.0 - v));
-                }
-                Some("f") => {
-                    let mut corner = || -> Option<usize> {
-                        let (vertex, texture) = words.next()?.split_once('/')?;
-                        let vertex: usize = vertex.parse().ok()?;
-                        (texture.parse() == Ok(vertex)).then(|| vertex.checked_sub(1)).flatten()
-                    };
-                    faces.push([corner()?, corner()?, corner()?]);
-                }
-                Some(_) => return None,
-            }
-            words.next().is_none().then_some(())
-        };
-        read().ok_or(FormatError::TemplateMesh { line: number + 1 })?;
+    let file = ObjFile::parse(obj)?;
+    let mut faces = Vec::new();
+    for face in file.groups.iter().flat_map(|group| &group.faces) {
+        if face.iter().any(|corner| corner.texture != Some(corner.position)) {
+            return Err(FormatError::TemplateMesh);
+        }
+        faces.push(face.map(|corner| corner.position));
     }
-    Ok(TriangleMesh::new(vertices, texture_coordinates, faces)?)
+    let vertices = file.positions.iter().map(|&[x, y, z]| DVec3::new(x, -y, -z)).collect();
+    let texture_coordinates = file.texture_coordinates.iter().map(|&[u, v]| DVec2::new(u, 1.0 - v));
+    Ok(TriangleMesh::new(vertices, texture_coordinates.collect(), faces)?)
 }
 
-/// The next N words as numbers.
-fn numbers<'a, const N: usize>(words: &mut impl Iterator<Item = &'a str>) -> Option<[f64; N]> {
+/// What an OBJ file says of positions, texture coordinates and faces; all else in it is passed over.
+#[derive(Debug, Default)]
+pub(crate) struct ObjFile {
+    pub(crate) positions: Vec<[f64; 3]>,
+    pub(crate) texture_coordinates: Vec<[f64; 2]>,
+    /// Faces of one object, group and material each; none is empty.
+    pub(crate) groups: Vec<ObjGroup>,
+    /// The files of its materials.
+    pub(crate) material_files: Vec<String>,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ObjGroup {
+    pub(crate) name: String,
+    pub(crate) material: Option<String>,
+    /// Triangles; polygons come as fans.
+    pub(crate) faces: Vec<[ObjCorner; 3]>,
+}
+
+/// Numbers from 0 of a position and of texture coordinates, both of which there are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ObjCorner {
+    pub(crate) position: usize,
+    pub(crate) texture: Option<usize>,
+}
+
+impl ObjFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`FormatError::Obj`].
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
+        let mut file = Self::default();
+        let mut group = ObjGroup::default();
+        for (number, line) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+            let line = String::from_utf8_lossy(line);
+            let (keyword, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+            let failure = |reason: String| FormatError::Obj { line: number, reason };
+            let missing = |what: &str| failure(format!("{what} expected, not {rest:?}"));
+            match keyword {
+                "v" => file
+                    .positions
+                    .push(numbers(rest).ok_or_else(|| missing("a position of three numbers"))?),
+                "vt" => file
+                    .texture_coordinates
+                    .push(numbers(rest).ok_or_else(|| missing("texture coordinates of two numbers"))?),
+                "f" => {
+                    let corners: Vec<ObjCorner> =
+                        (rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#')))
+                            .map(|word| file.corner(word).map_err(failure))
+                            .collect::<Result<_, _>>()?;
+                    // Points and lines, which some programs write as faces, have no triangles.
+                    let fan = corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]);
+                    group.faces.extend(fan);
+                }
+                "mtllib" => file.material_files.push(rest.trim().to_owned()),
+                "o" | "g" => file.begin(&mut group, |group| rest.trim().clone_into(&mut group.name)),
+                "usemtl" => file.begin(&mut group, |group| group.material = Some(rest.trim().to_owned())),
+                _ => {}
+            }
+        }
+        file.begin(&mut group, |_| ());
+        Ok(file)
+    }
+
+    /// Ends `group` if it has faces, and changes it to the next.
+    fn begin(&mut self, group: &mut ObjGroup, change: impl FnOnce(&mut ObjGroup)) {
+        if !group.faces.is_empty() {
+            self.groups.push(group.clone());
+            group.faces.clear();
+        }
+        change(group);
+    }
+
+    /// A corner `position/texture/normal`, of which only the position must be there.
+    fn corner(&self, word: &str) -> Result<ObjCorner, String> {
+        let mut numbers = word.split('/');
+        let mut index = |count: usize, what: &str| -> Result<Option<usize>, String> {
+            let Some(number) = numbers.next().filter(|number| !number.is_empty()) else {
+                return Ok(None);
+            };
+            let number: i64 = number
+                .parse()
+                .map_err(|_| format!("{word:?} is not a corner of a face"))?;
+            // From 1, or from the end.
+            let index = if number < 0 { count as i64 + number } else { number - 1 };
+            match usize::try_from(index) {
+                Ok(index) if index < count => Ok(Some(index)),
+                _ => Err(format!(
+                    "a face names {what} {number}, which is out of bounds: there are {count} before it"
+                )),
+            }
+        };
+        let position = index(self.positions.len(), "position")?.ok_or("a corner of a face has no position")?;
+        let texture = index(self.texture_coordinates.len(), "texture coordinates")?;
+        Ok(ObjCorner { position, texture })
+    }
+}
+
+/// The first N words as numbers.
+fn numbers<const N: usize>(words: &str) -> Option<[f64; N]> {
+    let mut words = words.split_ascii_whitespace();
     let mut numbers = [0.0; N];
     for number in &mut numbers {
-        *number = f64::from_str(words.next()?).ok()?;
+        *number = words.next()?.parse().ok()?;
     }
     Some(numbers)
 }
@@ -97,27 +177,51 @@ mod tests {
         for (from, to, line) in [
             ("v 4 5 6", "v 4 five 6", 3),
             ("v 4 5 6", "v 4 5", 3),
-            ("vt 0 1", "vt 0 1 0 0", 6),
-            ("f 1/1", "f 1/2", 9),
+            ("vt 0 1", "vt 0", 6),
             ("f 1/1", "f 0/0", 9),
-            ("f 1/1 2/2 3/3", "f 1/1 2/2 3/3 1/1", 9),
-            ("# a", "mtllib x.mtl\n#", 1),
+            ("f 1/1", "f -4/1", 9),
+            ("f 1/1", "f 1/-9223372036854775808", 9),
+            ("f 1/1", "f one", 9),
+            ("f 1/1", "f /1", 9),
+            ("3/3", "4/4", 9),
         ] {
             let error = mesh_from_obj(GOOD.replace(from, to).as_bytes()).unwrap_err();
             assert!(
-                matches!(error, FormatError::TemplateMesh { line: l } if l == line),
+                matches!(error, FormatError::Obj { line: l, .. } if l == line),
                 "{to}: {error}"
             );
         }
-        let missing = mesh_from_obj(GOOD.replace("vt 1 0\n", "").as_bytes()).unwrap_err();
+        let different = mesh_from_obj(GOOD.replace("f 1/1", "f 1/2").as_bytes()).unwrap_err();
+        assert!(matches!(different, FormatError::TemplateMesh));
+    }
+
+    #[test]
+    fn polygons_are_fans_and_names_are_kept() {
+        let text = "o box\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nusemtl a b\nf 1 2 3 -1 # a square\nusemtl c\nf 1//7 2 3\nf 1 2\n";
+        let file = ObjFile::parse(text.as_bytes()).unwrap();
+        let corners = |group: &ObjGroup| -> Vec<[usize; 3]> {
+            group
+                .faces
+                .iter()
+                .map(|face| face.map(|corner| corner.position))
+                .collect()
+        };
+        assert_eq!(corners(&file.groups[0]), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(corners(&file.groups[1]), [[0, 1, 2]]);
+        let names: Vec<_> = file
+            .groups
+            .iter()
+            .map(|g| (g.name.as_str(), g.material.as_deref()))
+            .collect();
+        assert_eq!(names, [("box", Some("a b")), ("box", Some("c"))]);
+    }
+
+    #[test]
+    fn arrays_that_do_not_fit_together_are_refused() {
+        let missing = mesh_from_obj(GOOD.replace("vt 1 0\n", "").replace("f 1/1 2/2 3/3", "").as_bytes()).unwrap_err();
         assert!(matches!(
             missing,
             FormatError::Geometry(GeometryError::TextureCoordinates { actual: 2, expected: 3 })
-        ));
-        let far = mesh_from_obj(GOOD.replace("3/3", "4/4").as_bytes()).unwrap_err();
-        assert!(matches!(
-            far,
-            FormatError::Geometry(GeometryError::FaceIndex { vertex: 3, .. })
         ));
         let nan = mesh_from_obj(GOOD.replace("v 4 5 6", "v 4 NaN 6").as_bytes()).unwrap_err();
         assert!(matches!(

@@ -9,7 +9,7 @@ use std::io::Cursor;
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
 pub const LONGEST_SIDE: u32 = 16_384;
 
-/// Most memory the pixels of a decoded file may take, bytes: 178 megapixels of 8-bit RGB.
+/// Most memory the pixels of a picture may take, bytes, as the file has them and as 8-bit RGB: 178 megapixels.
 const MOST_BYTES: u64 = 512 << 20;
 
 /// Decodes a PNG or JPEG file. The picture is turned upright as its EXIF orientation asks,
@@ -43,7 +43,9 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(failure)?;
     let (width, height) = decoder.dimensions();
-    if width.max(height) > LONGEST_SIDE || decoder.total_bytes() > MOST_BYTES {
+    // A file may hold one bit per pixel: what counts is also what becomes of it.
+    let rgb_bytes = 3 * u64::from(width) * u64::from(height);
+    if width.max(height) > LONGEST_SIDE || decoder.total_bytes().max(rgb_bytes) > MOST_BYTES {
         return Err(FormatError::PictureTooLarge {
             width,
             height,
@@ -112,13 +114,20 @@ mod tests {
         let mut header = small[12..29].to_vec();
         header[4..8].copy_from_slice(&width.to_be_bytes());
         header[8..12].copy_from_slice(&height.to_be_bytes());
-        // The PNG specification's CRC-32 (reflected polynomial), over the chunk's type and content.
-        let crc = !header.iter().fold(u32::MAX, |crc, &byte| {
+        let mut bytes = [&small[..12], &header, &small[29..]].concat();
+        checked(&mut bytes);
+        bytes
+    }
+
+    /// Writes the checksum of a PNG file's header chunk: the specification's CRC-32 (reflected polynomial), over the
+    /// chunk's type and content.
+    fn checked(png: &mut [u8]) {
+        let crc = !png[12..29].iter().fold(u32::MAX, |crc, &byte| {
             (0..8).fold(crc ^ u32::from(byte), |crc, _| {
                 if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 }
             })
         });
-        [&small[..12], &header, &crc.to_be_bytes(), &small[33..]].concat()
+        png[29..33].copy_from_slice(&crc.to_be_bytes());
     }
 
     #[test]
@@ -147,7 +156,16 @@ mod tests {
             "{error}"
         );
         assert!(error.to_string().contains("20000 x 20000"), "{error}");
-        // 15,000 x 15,000 RGB has short enough sides but 675 million bytes.
+        // 15,000 x 15,000 RGB has short enough sides but 675 million bytes. So has a grey picture of one bit per pixel, whose
+        // file and whose decoded bytes are smaller.
+        let mut one_bit = png_header(15_000, 15_000);
+        one_bit[24..26].copy_from_slice(&[1, 0]);
+        checked(&mut one_bit);
+        let error = decode_picture(&one_bit).unwrap_err();
+        assert!(
+            matches!(error, FormatError::PictureTooLarge { width: 15_000, .. }),
+            "{error}"
+        );
         assert!(matches!(
             decode_picture(&png_header(15_000, 15_000)),
             Err(FormatError::PictureTooLarge { .. })

@@ -25,7 +25,7 @@ pub enum GeometryError {
         height: usize,
         /// Bytes met.
         actual: usize,
-        /// Bytes expected: 3 a pixel.
+        /// Bytes expected: 3 per pixel.
         expected: usize,
     },
     /// A picture has no pixels.
@@ -45,7 +45,7 @@ pub enum GeometryError {
         actual: f64,
     },
     /// A face names a vertex that is not there.
-    #[error("face {face} names vertex {vertex}, the mesh has {vertices}")]
+    #[error("face {face} names vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
     FaceIndex {
         /// Index of the face.
         face: usize,
@@ -61,7 +61,7 @@ pub enum GeometryError {
         vertex: usize,
     },
     /// A measurement names a vertex that is not there.
-    #[error("measurement of vertex {vertex}, the mesh has {vertices}")]
+    #[error("measurement of vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
     VertexIndex {
         /// The vertex it names.
         vertex: usize,
@@ -69,7 +69,7 @@ pub enum GeometryError {
         vertices: usize,
     },
     /// A measurement names a face that is not there.
-    #[error("measurement on face {face}, the mesh has {faces}")]
+    #[error("measurement on face {face}, expected one of the mesh's {faces} (from 0)")]
     FaceOutOfRange {
         /// The face it names.
         face: usize,

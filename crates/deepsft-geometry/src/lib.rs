@@ -41,7 +41,7 @@ pub use glam;
 pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma};
 pub use maps::{
     ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
-    relit_photo_consistency_error, remove_islands,
+    relit_photo_consistency_error, remove_islands, visible_surface,
 };
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
 pub use recovery::{MeshRecovery, RecoveredMesh};

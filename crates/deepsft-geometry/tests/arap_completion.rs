@@ -6,7 +6,7 @@ mod shapes;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::solver::{Bending, Isometry, LengthScale, MeshSolver, PointData, SolveOptions, VertexPoint};
 use deepsft_geometry::{
-    ArapCompletion, Completion, CompletionOptions, GeometryError, RigidMotion, TriangleMesh, Welding,
+    ArapCompletion, Completion, CompletionEnergy, CompletionOptions, GeometryError, RigidMotion, TriangleMesh, Welding,
 };
 use shapes::{bent, bent_tube, closed_tube, normals, pose, rmse, sheet};
 
@@ -65,6 +65,34 @@ fn laplacian(mesh: &TriangleMesh, points: &[VertexPoint]) -> Vec<DVec3> {
     start.iter().zip(&moved).map(|(a, b)| a + b).collect()
 }
 
+/// The completion where it has converged, which takes tens to hundreds of iterations.
+fn minimum(mesh: &TriangleMesh, points: &[VertexPoint]) -> Completion {
+    let options = CompletionOptions {
+        max_iterations: 2000,
+        step_tolerance: 1e-6,
+        ..CompletionOptions::default()
+    };
+    let least = ArapCompletion::new(mesh, options)
+        .unwrap()
+        .complete(points, None)
+        .unwrap();
+    assert!(least.report.converged, "{:?}", least.report);
+    least
+}
+
+/// The energy that is minimised, with the paper's weights.
+fn weighted(energy: CompletionEnergy) -> f64 {
+    energy.data + 20.0 * energy.arap + 0.005 * energy.smoothness
+}
+
+/// The paper's "fewer than 10" iterations seldom reach the minimum where much is hidden. Of the energy between rigid alignment
+/// and minimum they must leave at most this fraction (measured: 0.4 % with three fifths of a sheet hidden), ...
+const MOST_ENERGY_LEFT: f64 = 0.01;
+
+/// ... and of the rigid alignment's error of hidden vertices the distance to the minimum may be at most this fraction
+/// (measured: 0.18).
+const MOST_DISTANCE_LEFT: f64 = 0.25;
+
 /// How far the visible part may give way, mm: the paper's own tables have up to 0.4 mm for its sheets and
 /// toys; the tube's bend stretches it by a tenth, which ARAP takes back.
 const MOST_VISIBLE_MM: f64 = 2.0;
@@ -78,17 +106,27 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
         "{name}: {hidden_fraction} hidden"
     );
     let Completion { vertices, report } = complete(mesh, &points);
+    let least = minimum(mesh, &points);
+    let [reached, start, bottom] =
+        [report.final_energy, report.initial_energy, least.report.final_energy].map(weighted);
+    let left = (reached - bottom) / (start - bottom);
+    let off_mm = rmse(&vertices, &least.vertices, |_| true);
     let hidden = |i: usize| !visible(i);
     let [arap, rigid, laplacian] =
         [&vertices, &rigid(mesh, &points), &laplacian(mesh, &points)].map(|v| rmse(v, truth, hidden));
     println!(
         "{name}: {:.0} % hidden, RMSE of hidden vertices: ARAP {arap:.2}, rigid {rigid:.2}, Laplacian {laplacian:.2} mm, \
-         visible {:.3} mm, {} iterations",
+         visible {:.3} mm, {} iterations, converged {}, {left:.2e} of the energy left, {off_mm:.2} mm from the minimum",
         100.0 * hidden_fraction,
         rmse(&vertices, truth, visible),
-        report.iterations
+        report.iterations,
+        report.converged
     );
-    assert!(report.iterations < 10);
+    assert!(
+        left < MOST_ENERGY_LEFT && off_mm < MOST_DISTANCE_LEFT * rigid,
+        "{name}: {left} of the energy is left, {off_mm} mm from the minimum"
+    );
+    assert!(report.converged || report.iterations == 9, "{name}: {report:?}");
     assert_eq!(report.visible_vertices, points.len());
     assert!(
         arap < rigid && arap < laplacian,
@@ -184,7 +222,7 @@ fn every_frame_may_see_other_vertices_and_the_last_mesh_is_a_better_start() {
         assert_eq!(cold, fresh, "what was seen before leaves no trace");
         if let Some(last) = &last {
             let warm = completion.complete(&seen, Some(last)).unwrap();
-            let energy = |c: &Completion| c.report.initial_energy.data + 20.0 * c.report.initial_energy.arap;
+            let energy = |c: &Completion| weighted(c.report.initial_energy);
             assert!(energy(&warm) < 0.5 * energy(&cold), "frame {frame}");
         }
         last = Some(cold.vertices);
@@ -450,9 +488,7 @@ fn the_energy_of_the_result_is_a_minimum() {
         .complete(&seen, None)
         .unwrap();
     assert!(solved.report.converged, "{:?}", solved.report);
-    let total = |c: &Completion| {
-        c.report.initial_energy.data + 20.0 * c.report.initial_energy.arap + 0.005 * c.report.initial_energy.smoothness
-    };
+    let total = |c: &Completion| weighted(c.report.initial_energy);
     let frozen = CompletionOptions {
         max_iterations: 0,
         ..Default::default()

@@ -325,7 +325,7 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
         let noisy: Vec<DVec3> = (0..truth.len()).map(|i| truth[i] + 3.0 * unit * wobble(i)).collect();
         let data = PointData::new(&mesh, scale, &points(&noisy, 5)).unwrap();
         let image = Reprojection::new(&mesh, &camera(), &image, Robust::Cauchy(3.0)).unwrap();
-        let depth = DepthPrior::new(&mesh, &depths, 0.1, Robust::Huber(1.0)).unwrap();
+        let depth = DepthPrior::new(&mesh, &depths, 0.1, Robust::Cauchy(1.0)).unwrap();
         let isometry = Isometry::new(&mesh, scale, 10.0).unwrap();
         let arap = Arap::new(&mesh, scale, 1.0, 0.005).unwrap();
         let bending = Bending::new(&mesh, 0.1).unwrap();

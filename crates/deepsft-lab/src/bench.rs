@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use deepsft::ModelBundle;
 use deepsft_cli::failure::usage;
 use deepsft_cli::input;
-use deepsft_cli::output::atomic;
+use deepsft_formats::write_file;
 use serde::Serialize;
 use std::path::PathBuf;
 use throughput::{Rate, SampleTime};
@@ -123,7 +123,7 @@ fn measure_synthesis(arguments: &BenchArguments, bundle: &ModelBundle) -> Result
     print_rates("synthesis", &report.synthesis);
     print_sample_times(&report.sample_time);
     match &arguments.json {
-        Some(path) => Ok(atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?),
+        Some(path) => Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?),
         None => Ok(()),
     }
 }
@@ -196,7 +196,7 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
     };
     print(&report);
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     Ok(())
 }

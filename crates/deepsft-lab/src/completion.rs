@@ -3,7 +3,9 @@
 mod accuracy;
 mod benchmark_shape;
 mod interpolation;
+mod partial_view;
 mod picture;
+mod rod_bend;
 mod speed;
 mod subject;
 

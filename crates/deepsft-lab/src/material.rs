@@ -4,8 +4,9 @@ use crate::poster::{POSTER_HEIGHT_MM, POSTER_PRINT_PIXELS_PER_MM, POSTER_WIDTH_M
 use crate::toy::toy_template;
 use anyhow::Result;
 use clap::Args;
-use deepsft::{TEMPLATE_FILE, template_to_files};
-use deepsft_cli::output::{atomic, turntable};
+use deepsft::template_to_files;
+use deepsft_cli::output::turntable;
+use deepsft_formats::{FolderKind, check_folder, write_folder};
 use deepsft_geometry::Template;
 use std::path::PathBuf;
 
@@ -37,16 +38,16 @@ pub struct ToyArguments {
 }
 
 pub fn write_poster(arguments: &PosterArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    check_folder(&arguments.out, &FolderKind::TEMPLATE)?;
     let template = Template::thin_shell(poster_a4_picture()?, POSTER_WIDTH_MM, POSTER_HEIGHT_MM)?;
     let mut files = template_to_files(&template)?;
     files.insert(PDF_FILE.to_owned(), poster_a4_pdf(POSTER_PRINT_PIXELS_PER_MM)?);
-    atomic::write_folder(&arguments.out, &[TEMPLATE_FILE], &files)?;
+    write_folder(&arguments.out, &FolderKind::TEMPLATE, &files)?;
     println!("poster to print and template: {}", arguments.out.display());
     Ok(())
 }
 
 pub fn write_toy(arguments: &ToyArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    check_folder(&arguments.out, &FolderKind::TEMPLATE)?;
     turntable::write_template(&arguments.out, &toy_template()?)
 }

@@ -76,7 +76,10 @@ pub fn poster_a4_picture_at(pixels_per_mm: f64) -> Result<Picture> {
 /// # Errors
 /// As [`poster_a4_picture_at`].
 pub fn poster_a4_pdf(pixels_per_mm: f64) -> Result<Vec<u8>> {
-    pdf::page(&poster_a4_picture_at(pixels_per_mm)?)
+    pdf::page(
+        &poster_a4_picture_at(pixels_per_mm)?,
+        [POSTER_WIDTH_MM, POSTER_HEIGHT_MM],
+    )
 }
 
 /// A line of exactly 100 mm in the bottom margin, to check the print with a ruler. It keeps 4.2 mm from

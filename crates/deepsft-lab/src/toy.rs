@@ -13,9 +13,9 @@ mod surface_nets;
 
 use anyhow::Result;
 use body::BOUNDS_MM;
+use deepsft_formats::pack_rectangles;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Template, TriangleMesh};
-use deepsft_synth::pack_rectangles;
 use sewing::Piece;
 use surface_nets::Implicit;
 
@@ -126,7 +126,7 @@ mod tests {
             stretch.push(-flat / (b - a).cross(c - a).length());
         }
         stretch.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| stretch[(share * (stretch.len() - 1) as f64) as usize];
+        let at = |fraction: f64| stretch[(fraction * (stretch.len() - 1) as f64) as usize];
         // Area in the texture per area of the surface, between its 2nd and 98th percentile: a half ball laid flat as a disc
         // that keeps lengths along its meridians has from 1 to pi / 2, and the muzzle and the feet come on top.
         assert!(at(0.98) / at(0.02) < 3.0, "{}", at(0.98) / at(0.02));
@@ -149,7 +149,7 @@ mod tests {
             .map(|&[a, b]| v[a].distance(v[b]))
             .collect();
         lengths.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| lengths[(share * (lengths.len() - 1) as f64) as usize];
+        let at = |fraction: f64| lengths[(fraction * (lengths.len() - 1) as f64) as usize];
         assert!(at(0.99) / at(0.01) < 6.0, "{} to {}", at(0.01), at(0.99));
         // Colours at mirrored places of the surface differ by more than the pile.
         let (texture, uv) = (toy.texture(), toy.mesh().texture_coordinates());

@@ -124,7 +124,7 @@ fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
         (Some(1), Some(30))
     );
     assert!(
-        figures["tracked_share_after_answer"].as_f64().unwrap() > 0.9,
+        figures["tracked_fraction_after_answer"].as_f64().unwrap() > 0.9,
         "{figures}"
     );
     assert_eq!(figures["per_clip"][0]["frames"].as_array().unwrap().len(), 30);

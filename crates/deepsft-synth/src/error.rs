@@ -40,6 +40,14 @@ pub enum SynthError {
         /// The file.
         path: PathBuf,
     },
+    /// A photograph of the user's cannot be used.
+    #[error("{reason}: {path}")]
+    Photograph {
+        /// What is wrong with it.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
     /// A file was refused.
     #[error(transparent)]
     Format(#[from] FormatError),

@@ -5,20 +5,16 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod atlas;
 mod clip;
-mod dataset;
 mod deform;
 mod error;
-mod fingerprint;
-mod random;
+mod in_order;
+pub mod random;
 mod recording;
 mod render;
 mod scene;
 
-pub use atlas::pack_rectangles;
 pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
-pub use dataset::describe_dataset;
 pub use deepsft_formats::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
     IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,
@@ -26,21 +22,22 @@ pub use deepsft_formats::{
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    RodBend, capsule, deform, edge_length_change,
+    capsule, deform, edge_length_change,
 };
 pub use error::SynthError;
+pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
     ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
     RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
-    Cover, OccluderKind, PartialView, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, covered,
-    disturbed_maps, faded, fraction_in_view, sample_pose,
+    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
+    sample_pose,
 };
 
-/// Hashes and smooth noise that depend on nothing but their arguments, for painting templates.
-pub mod noise {
-    pub use crate::random::mix;
+/// Colours and smooth noise, for painting.
+pub mod painting {
+    pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -7,18 +7,25 @@ use rand_pcg::Pcg64Mcg;
 /// What a random stream is for. Every purpose has its own stream, so that drawing more numbers for one leaves
 /// the others as they were.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Stream {
+pub enum Stream {
+    /// What is around the template: background, light, occluders, camera.
     Scene,
+    /// Its shape and pose.
     Shape,
+    /// The shapes that samples draw from.
     Pool,
+    /// How it moves in a clip.
     Motion,
+    /// Disturbances of known size, for measurements.
     Disturbance,
+    /// An RGB-D recording.
     Recording,
+    /// The noise of a depth camera.
     DepthNoise,
 }
 
 /// The generator of a purpose within sample `index` of the data set `seed`.
-pub(crate) fn generator(seed: u64, index: u64, stream: Stream) -> Pcg64Mcg {
+pub fn generator(seed: u64, index: u64, stream: Stream) -> Pcg64Mcg {
     let mixed = mix(mix(mix(seed) ^ index) ^ stream as u64);
     Pcg64Mcg::seed_from_u64(mixed)
 }
@@ -49,7 +56,7 @@ pub(crate) fn unit_direction<R: Rng + ?Sized>(rng: &mut R) -> DVec3 {
 }
 
 /// A number drawn uniformly between the two ends.
-pub(crate) fn between<R: Rng + ?Sized>([low, high]: [f64; 2], rng: &mut R) -> f64 {
+pub fn between<R: Rng + ?Sized>([low, high]: [f64; 2], rng: &mut R) -> f64 {
     low + (high - low) * rng.random::<f64>()
 }
 
@@ -59,7 +66,7 @@ pub(crate) fn chance<R: Rng + ?Sized>(probability: f64, rng: &mut R) -> bool {
 }
 
 /// -1 or 1, equally often.
-pub(crate) fn sign<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+pub fn sign<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     if chance(0.5, rng) { -1.0 } else { 1.0 }
 }
 

@@ -77,7 +77,7 @@ fn a_sheet_that_leaves_is_gone_and_comes_back_without_a_jump() {
             assert_eq!(sample.truth.area(), 0, "seed {seed}, frame {frame}");
             assert!(!sample.has_template);
         }
-        // No faster than the fastest hand in view: 1.5 m/s at 330 mm are 58 pixels a frame.
+        // No faster than the fastest hand in view: 1.5 m/s at 330 mm are 58 pixels per frame.
         let fastest = (0..59).map(|frame| step_px(&story, frame)).fold(0.0, f64::max);
         assert!(fastest < 58.0, "seed {seed}: {fastest} px a frame");
     }
@@ -139,7 +139,7 @@ fn a_longer_exposure_blurs_what_moves_and_leaves_the_truth() {
     let fastest = (0..59)
         .max_by(|a, b| step_px(&story, *a).total_cmp(&step_px(&story, *b)))
         .unwrap();
-    // Something to blur: 3 pixels a frame at least.
+    // Something to blur: 3 pixels per frame at least.
     assert!(step_px(&story, fastest) > 3.0);
     let samples = [0.0, 1.0 / 30.0].map(|exposure| with(exposure).render(fastest).unwrap());
     assert_eq!(samples[0].truth, samples[1].truth);

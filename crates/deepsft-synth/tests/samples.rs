@@ -190,7 +190,10 @@ fn photographs_serve_as_backgrounds_and_as_other_sheets() {
         ..SynthConfig::default()
     };
     let plain = synthesizer(config.clone());
-    let with = synthesizer(config).with_photographs(vec![magenta]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("magenta.png");
+    std::fs::write(&file, deepsft_formats::encode_png(&magenta).unwrap()).unwrap();
+    let with = synthesizer(config).with_photographs(vec![file]).unwrap();
     let changed = (0..20)
         .filter(|&index| plain.sample(1, index).image != with.sample(1, index).image)
         .count();

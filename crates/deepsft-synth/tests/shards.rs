@@ -199,7 +199,7 @@ fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
 fn the_description_comes_back_and_foreign_versions_are_refused() {
     let config = SynthConfig::default();
     let shards = vec!["shard-000000.tar".to_owned()];
-    let description = deepsft_synth::describe_dataset(SYNTHESIZER.template(), &config, 3, 6, shards);
+    let description = DatasetDescription::new(SYNTHESIZER.template(), config.description(), 3, 6, shards);
     let text = description.to_json().unwrap();
     assert_eq!(DatasetDescription::from_json(&text).unwrap(), description);
     let newer = text.replace("\"format_version\": 1", "\"format_version\": 2");

@@ -90,6 +90,14 @@ pub enum TrainError {
         /// Index of the first such sample.
         index: u64,
     },
+    /// A sample's mesh is not that of the model's template.
+    #[error("its mesh has {actual} vertices, the model's template {expected}")]
+    VertexCount {
+        /// Vertices of the sample.
+        actual: usize,
+        /// Vertices of the template.
+        expected: usize,
+    },
     /// A worker that makes samples stopped.
     #[error("a data worker stopped before the training did")]
     WorkerStopped,

@@ -20,15 +20,19 @@ pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSour
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationSummary, FitSummary, FrameFit, FrameResult, FrameTruth, MeasuredPixels,
-    SetMetrics,
+    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitSummary, FrameFit, FrameReport, FrameResult,
+    FrameTruth, MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
 pub use loss::{
     DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, Residual, SupervisedLosses, TexturePyramid,
     TuningLoss, squared_total_variation, step_one_loss, supervised_maps_loss,
 };
-pub use run::{Checkpoint, CurvePoint, Fingerprint, Progress, existing_checkpoints};
+pub use run::{
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Fingerprint, Progress, TrainingCourse, curve_csv,
+    existing_checkpoints, model_card,
+};
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
+    tuning_json, tuning_table,
 };

@@ -9,11 +9,13 @@ mod fingerprint;
 mod frame_part;
 mod recorded_frames;
 mod recording_metrics;
+mod report;
 mod training_frame;
 mod tune;
 
 pub use fingerprint::set_aside_outdated;
 pub use recorded_frames::{RecordedFrames, TuningSet};
 pub use recording_metrics::{MeanMedian, RecordingMetrics};
+pub use report::{tuning_json, tuning_table};
 pub use training_frame::TrainingFrame;
 pub use tune::{Tuned, tune};

@@ -6,7 +6,7 @@ mod common;
 use burn::tensor::Device;
 use common::{alone, copy, small_compact, template, weights};
 use deepsft_geometry::training_camera;
-use deepsft_synth::{IndexedShards, Sample, SampleRecord, SynthConfig, Synthesizer, write_shard};
+use deepsft_synth::{DatasetDescription, IndexedShards, Sample, SampleRecord, SynthConfig, Synthesizer, write_shard};
 use deepsft_train::{
     BatchShape, Budget, Progress, SampleSource, Schedule, StoredSamples, TrainConfig, TrainError, Trained, train,
 };
@@ -27,7 +27,13 @@ fn stored(folder: &Path, seed: u64, samples: u64) -> StoredSamples {
     write_shard(File::create(&path).unwrap(), records).unwrap();
     let mut shards = IndexedShards::new(training_camera());
     shards.add(path).unwrap();
-    let set = deepsft_synth::describe_dataset(&template(), synthesizer.config(), seed, samples, Vec::new());
+    let set = DatasetDescription::new(
+        &template(),
+        synthesizer.config().description(),
+        seed,
+        samples,
+        Vec::new(),
+    );
     StoredSamples::new(shards, &[set]).unwrap()
 }
 

@@ -6,7 +6,7 @@ use crate::{
     estimate::{RawEstimate, Times, object, rgba},
     failure::Failure,
     input::{bundle_files, camera_from, maps_from, picture_from},
-    mesh::{RawRefined, template_mesh},
+    mesh::{RawMesh, template_mesh},
     settle,
 };
 use deepsft::{
@@ -32,8 +32,8 @@ struct Core {
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
-    /// Made for the first frame that is refined.
-    refinement: RefCell<Option<FrameFitter>>,
+    /// Made for the first frame that is fitted.
+    fitter: RefCell<Option<FrameFitter>>,
     /// Made for the first frame that is completed.
     completion: RefCell<Option<MapsCompletion>>,
 }
@@ -66,7 +66,7 @@ impl Engine {
                     bundle,
                     estimator,
                     device: description,
-                    refinement: RefCell::new(None),
+                    fitter: RefCell::new(None),
                     completion: RefCell::new(None),
                 }),
             })
@@ -111,12 +111,12 @@ impl Engine {
         settle::promise(async move { core.estimate(&rgba, width, height, &camera).await })
     }
 
-    /// Physics refinement of one frame: the mesh that explains the canonical image, found from the network's maps.
+    /// Fits the template's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
     ///
     /// `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
     /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<RawRefined | undefined>")]
-    pub fn refine(
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
+    pub fn fit(
         &self,
         depth: Vec<f32>,
         registration: Vec<f32>,
@@ -124,8 +124,8 @@ impl Engine {
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let refined = core.refine(depth, &registration, &canonical)?;
-            Ok(refined.map_or(JsValue::UNDEFINED, JsValue::from))
+            let fitted = core.fit(depth, &registration, &canonical)?;
+            Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
 
@@ -134,7 +134,7 @@ impl Engine {
     ///
     /// `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
     /// vertices. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<RawRefined | undefined>")]
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
     pub fn complete(&self, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
@@ -199,7 +199,7 @@ impl Core {
         ))
     }
 
-    fn complete(&self, depth: Vec<f32>, registration: &[f32]) -> Result<Option<RawRefined>, Failure> {
+    fn complete(&self, depth: Vec<f32>, registration: &[f32]) -> Result<Option<RawMesh>, Failure> {
         let maps = maps_from(depth, registration)?;
         let mut completion = self.completion.borrow_mut();
         let completion = match &mut *completion {
@@ -211,19 +211,19 @@ impl Core {
         };
         let mut stopwatch = Stopwatch::start();
         let completed = completion.complete(&maps, self.estimator.canonical_camera(), None)?;
-        Ok(completed.map(|completed| RawRefined::of_completion(&completed, stopwatch.lap_ms())))
+        Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
     }
 
-    fn refine(&self, depth: Vec<f32>, registration: &[f32], canonical: &[u8]) -> Result<Option<RawRefined>, Failure> {
+    fn fit(&self, depth: Vec<f32>, registration: &[f32], canonical: &[u8]) -> Result<Option<RawMesh>, Failure> {
         let maps = maps_from(depth, registration)?;
         let canonical = picture_from(canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;
-        let mut refinement = self.refinement.borrow_mut();
-        let refinement = match &mut *refinement {
-            Some(refinement) => refinement,
+        let mut fitter = self.fitter.borrow_mut();
+        let fitter = match &mut *fitter {
+            Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.bundle.template(), FitOptions::default())?),
         };
         let mut stopwatch = Stopwatch::start();
-        let refined = refinement.fit(&canonical, self.estimator.canonical_camera(), &maps, None)?;
-        Ok(refined.map(|refined| RawRefined::new(&refined, stopwatch.lap_ms())))
+        let fitted = fitter.fit(&canonical, self.estimator.canonical_camera(), &maps, None)?;
+        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
     }
 }

@@ -20,7 +20,7 @@ mod tracker;
 
 pub use engine::Engine;
 pub use estimate::RawEstimate;
-pub use mesh::RawRefined;
+pub use mesh::RawMesh;
 pub use tracker::{MeshTracker, RawTracked};
 
 use wasm_bindgen::prelude::*;

@@ -5,35 +5,33 @@ use deepsft::geometry::{CompletedMaps, TriangleMesh, fitting::FrameFit, glam::DV
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;
 
-/// One frame after physics refinement. The arrays belong to JavaScript.
+/// One frame with the whole mesh in it. The arrays belong to JavaScript.
 #[wasm_bindgen]
-pub struct RawRefined {
+pub struct RawMesh {
     accepted: bool,
     vertices: Float32Array,
     confidence: Float32Array,
     depth: Float32Array,
     registration: Float32Array,
-    refine_ms: f64,
+    solve_ms: f64,
 }
 
-impl RawRefined {
+impl RawMesh {
     /// Copies mesh and maps out of WebAssembly's memory.
-    pub fn new(refined: &FrameFit, refine_ms: f64) -> Self {
+    pub fn of_fit(fitted: &FrameFit, solve_ms: f64) -> Self {
         Self {
-            accepted: refined.accepted,
-            vertices: positions(&refined.vertices_camera),
-            confidence: refined.confidence.as_slice().into(),
-            depth: refined.maps.depth().into(),
-            registration: refined.maps.registration().as_flattened().into(),
-            refine_ms,
+            accepted: fitted.accepted,
+            vertices: positions(&fitted.vertices_camera),
+            confidence: fitted.confidence.as_slice().into(),
+            depth: fitted.maps.depth().into(),
+            registration: fitted.maps.registration().as_flattened().into(),
+            solve_ms,
         }
     }
-}
 
-impl RawRefined {
     /// The same of an ARAP completion: an accepted mesh whose confidence is 1 at the vertices that the maps show and 0 at
     /// those that were recovered.
-    pub fn of_completion(completed: &CompletedMaps, refine_ms: f64) -> Self {
+    pub fn of_completion(completed: &CompletedMaps, solve_ms: f64) -> Self {
         let mut confidence = vec![0.0_f32; completed.vertices_camera.len()];
         for &vertex in &completed.visible {
             confidence[vertex] = 1.0;
@@ -44,13 +42,13 @@ impl RawRefined {
             confidence: confidence.as_slice().into(),
             depth: completed.maps.depth().into(),
             registration: completed.maps.registration().as_flattened().into(),
-            refine_ms,
+            solve_ms,
         }
     }
 }
 
 #[wasm_bindgen]
-impl RawRefined {
+impl RawMesh {
     /// Whether the mesh explains the image better than the network's maps do.
     #[wasm_bindgen(getter)]
     pub fn accepted(&self) -> bool {
@@ -82,9 +80,9 @@ impl RawRefined {
     }
 
     /// Milliseconds it took.
-    #[wasm_bindgen(getter, js_name = refineMs)]
-    pub fn refine_ms(&self) -> f64 {
-        self.refine_ms
+    #[wasm_bindgen(getter, js_name = solveMs)]
+    pub fn solve_ms(&self) -> f64 {
+        self.solve_ms
     }
 }
 

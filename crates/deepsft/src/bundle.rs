@@ -3,11 +3,12 @@
 //! `model.json` describes the network and lists every other file with its size and SHA-256;
 //! `weights.bpk` holds the folded weights (burnpack, f16); `template/` is the template.
 
+use crate::error::DeepSftError;
 use crate::network::{Network, NetworkConfig};
-use crate::{DeepSftError, TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use burn::module::{Module, ModuleMapper, Param};
 use burn::store::{ModuleRecord, burn_pack::Reader};
 use burn::tensor::{Bytes, Device, FloatDType, Tensor};
+use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -27,7 +28,7 @@ const FORMAT_VERSION: u32 = 1;
 /// When a frame counts as showing the template.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundRule {
-    /// Least share of the canonical image that the mask covers.
+    /// Least fraction of the canonical image that the mask covers.
     pub least_area: f64,
     /// Least photo-consistency of what the mask covers, see [`crate::Judgement`].
     pub least_confidence: f64,

@@ -2,47 +2,13 @@
 //!
 //! This is the only place of the crate that names a backend.
 
-use crate::DeepSftError;
+use crate::device_kind::DeviceKind;
+use crate::error::DeepSftError;
 use burn::tensor::Device;
-use std::{fmt, str::FromStr};
+use std::str::FromStr;
 
 /// Name of the CPU's engine where a GPU would have an adapter's name.
 const CPU_NAME: &str = "CPU (burn flex)";
-
-/// What computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum DeviceKind {
-    /// The processor: burn's `flex`, in every build. One thread in a browser; natively as many as burn's
-    /// `rayon` feature gives it.
-    Cpu,
-    /// A GPU through wgpu: the browser's WebGPU, natively what the platform offers best. Builds with the
-    /// feature `webgpu`.
-    WebGpu,
-    /// A GPU through Vulkan, with SPIR-V kernels. Native builds with the feature `vulkan`.
-    Vulkan,
-    /// An NVIDIA GPU through CUDA, whose libraries are looked for when the device is started. Native builds with the
-    /// feature `cuda`.
-    Cuda,
-}
-
-impl DeviceKind {
-    /// The name people type and read: `cpu`, `webgpu`, `vulkan`, `cuda`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cpu => "cpu",
-            Self::WebGpu => "webgpu",
-            Self::Vulkan => "vulkan",
-            Self::Cuda => "cuda",
-        }
-    }
-}
-
-impl fmt::Display for DeviceKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 impl FromStr for DeviceKind {
     type Err = DeepSftError;
@@ -139,7 +105,7 @@ pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device
 #[cfg(any(feature = "webgpu", feature = "vulkan"))]
 mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
-    use crate::DeepSftError;
+    use crate::error::DeepSftError;
     use burn::tensor::wgpu::{WgpuBackend, wgpu};
     use burn::tensor::{DeviceKind as Adapter, DeviceType};
     use std::sync::{Mutex, PoisonError};
@@ -219,7 +185,7 @@ mod gpu {
 #[cfg(feature = "cuda")]
 mod cuda {
     use super::{Device, DeviceDescription, DeviceKind};
-    use crate::DeepSftError;
+    use crate::error::DeepSftError;
     use burn::tensor::DeviceType;
 
     /// The first CUDA device.
@@ -249,7 +215,7 @@ mod cuda {
 #[cfg(not(feature = "cuda"))]
 mod cuda {
     use super::{Device, DeviceDescription, DeviceKind};
-    use crate::DeepSftError;
+    use crate::error::DeepSftError;
 
     pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
         Err(absent())
@@ -271,7 +237,7 @@ mod cuda {
 #[cfg(not(any(feature = "webgpu", feature = "vulkan")))]
 mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
-    use crate::DeepSftError;
+    use crate::error::DeepSftError;
 
     pub(super) async fn start(kind: DeviceKind) -> Result<(Device, DeviceDescription), DeepSftError> {
         Err(absent(kind))

@@ -1,5 +1,6 @@
 //! The one error type of this crate.
 
+use crate::device_kind::DeviceKind;
 use deepsft_formats::FormatError;
 use deepsft_geometry::GeometryError;
 use thiserror::Error;
@@ -68,7 +69,7 @@ pub enum DeepSftError {
     #[error("device {device} is not available: {reason}")]
     DeviceUnavailable {
         /// What was asked for.
-        device: crate::DeviceKind,
+        device: DeviceKind,
         /// What the build, the driver or the browser says.
         reason: String,
     },
@@ -76,7 +77,7 @@ pub enum DeepSftError {
     #[error("{asked} devices {device} were asked for, this machine has {found}")]
     DevicesTooFew {
         /// Their kind.
-        device: crate::DeviceKind,
+        device: DeviceKind,
         /// Number asked for.
         asked: usize,
         /// Number there is.

@@ -1,15 +1,16 @@
 //! The estimator: one image and its camera in, maps and a judgement of them out.
 
+use crate::bundle::{FoundRule, MODEL_FILE, ModelBundle};
+use crate::error::DeepSftError;
 use crate::network::{Network, Stage};
 use crate::photo_consistency::TemplateLuminance;
-use crate::{DeepSftError, FoundRule, MODEL_FILE, ModelBundle};
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, GeometryError, Maps, Picture, remove_islands,
 };
 
-/// Pieces of the mask with fewer pixels than this share of the largest are taken as mistakes: a sheet that a hand cuts in
+/// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
 const LEAST_PIECE: f64 = 0.1;
 
@@ -21,11 +22,11 @@ pub struct Judgement {
     /// Photo-consistency of image and template through the registration, clamped to 0..=1: near 1
     /// when the maps explain the image, near 0 when they do not or nothing is seen.
     pub confidence: f32,
-    /// Share of the image that the mask covers.
+    /// Fraction of the image that the mask covers.
     pub area: f32,
 }
 
-/// One frame's answer.
+/// What the estimator finds in one frame.
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// Depth (mm) and registration in the canonical image.

@@ -8,6 +8,7 @@
 
 mod bundle;
 mod device;
+mod device_kind;
 mod error;
 mod estimator;
 mod network;
@@ -21,12 +22,13 @@ pub use deepsft_formats::{
     mesh_to_obj, parse_camera, template_to_files,
 };
 pub use deepsft_geometry as geometry;
-pub use device::{DeviceDescription, DeviceKind, start_device, start_devices};
+pub use device::{DeviceDescription, start_device, start_devices};
+pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
-    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, pictures_to_tensor,
+    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, layer_table, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;

@@ -109,13 +109,13 @@ fn demo(root: &Path, arguments: &[String]) -> Result<()> {
     if build {
         web::build(root)?;
     }
-    let server = serve::Server::bind(root, port)?;
-    let address = server.address();
-    println!("The demo is at {address} (stop with Ctrl-C)");
+    tools::ensure_node_packages(root, &manifest::Manifest::load(root)?.tools)?;
+    let server = serve::Server::start(root, port)?;
+    println!("The demo is at {} (stop with Ctrl-C)", server.address);
     if open {
-        tools::open_in_browser(&address);
+        tools::open_in_browser(&server.address);
     }
-    server.run()
+    server.wait()
 }
 
 /// The folder of the workspace's Cargo.toml: where `cargo run` says this package lies, or the nearest

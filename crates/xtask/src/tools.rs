@@ -7,7 +7,7 @@ use std::{
     ffi::OsStr,
     fs,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Child, Command, Stdio},
 };
 
 /// Names under which Chromium is installed, the most specific first.
@@ -36,10 +36,18 @@ pub fn npm(root: &Path) -> Command {
 /// When the program is missing or ends with another status than 0.
 pub fn run(command: &mut Command) -> Result<()> {
     announce(command);
-    let status = command
-        .status()
-        .with_context(|| format!("starting {}", program(command)))?;
-    ensure!(status.success(), "{} failed ({status})", program(command));
+    let name = program(command);
+    let mut child = command.spawn().with_context(|| format!("starting {name}"))?;
+    finish(&mut child, &name)
+}
+
+/// Waits for a program.
+///
+/// # Errors
+/// When it ends with another status than 0.
+pub fn finish(child: &mut Child, name: &str) -> Result<()> {
+    let status = child.wait().with_context(|| format!("waiting for {name}"))?;
+    ensure!(status.success(), "{name} failed ({status})");
     Ok(())
 }
 

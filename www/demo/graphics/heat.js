@@ -49,7 +49,7 @@ const LEAST_SPAN_MM = 40;
 export function depthRange(depth) {
   const seen = depth.filter((d, i) => i % 7 === 0 && d > 0).sort();
   if (seen.length === 0) return null;
-  const at = (/** @type {number} */ share) => seen[Math.round(share * (seen.length - 1))];
+  const at = (/** @type {number} */ fraction) => seen[Math.round(fraction * (seen.length - 1))];
   const [near, far] = [at(0.02), at(0.98)];
   const widen = Math.max(0, LEAST_SPAN_MM - (far - near)) / 2;
   return { near: near - widen, far: far + widen };

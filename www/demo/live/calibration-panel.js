@@ -4,7 +4,7 @@ import { FocalCalibration } from "deepsft";
 
 /** @import { CameraStream, Estimate } from "deepsft" */
 
-/** A calibration that contradicts itself by more than this share of the focal length is not kept. */
+/** A calibration that contradicts itself by more than this fraction of the focal length is not kept. */
 const MOST_SPREAD = 0.06;
 
 /** What a person does about each verdict. */

@@ -35,7 +35,7 @@ export class Covering {
   }
 
   /**
-   * Share of each vertex's surroundings that is seen, 0 to 1.
+   * Fraction of each vertex's surroundings that is seen, 0 to 1.
    *
    * @param {number} frame
    * @param {Mesh} mesh
@@ -62,7 +62,7 @@ export class Covering {
   answer(frame, mask) {
     const mesh = this.#meshes.get(frame);
     if (!mesh || this.#seen.length !== mesh.confidence.length) return;
-    const seen = seenShares(mesh, mask);
+    const seen = seenFractions(mesh, mask);
     this.#seen = this.#seen.map((before, i) => before + NEW_WEIGHT * (seen[i] - before));
   }
 }
@@ -75,9 +75,9 @@ export class Covering {
  * @returns {Float32Array}
  */
 export function confirmed(seen, confidence) {
-  return seen.map((share, i) => {
+  return seen.map((fraction, i) => {
     const shown = (confidence[i] - SHOWN.from) / (SHOWN.fully - SHOWN.from);
-    return Math.max(share, Math.min(1, Math.max(0, shown)));
+    return Math.max(fraction, Math.min(1, Math.max(0, shown)));
   });
 }
 
@@ -88,7 +88,7 @@ export function confirmed(seen, confidence) {
  * @param {Uint8Array} mask of the canonical image
  * @returns {Float32Array} 0 or 1 each
  */
-export function seenShares({ vertices, textureCoordinates }, mask) {
+export function seenFractions({ vertices, textureCoordinates }, mask) {
   return Float32Array.from({ length: vertices.length / 3 }, (_, i) => {
     const onBorder = textureCoordinates.subarray(2 * i, 2 * i + 2).some((c) => c <= 0 || c >= 1);
     const reach = onBorder ? REACH.border : REACH.inside;

@@ -137,7 +137,7 @@ export class Hud {
    *
    * @param {Estimate} estimate
    * @param {boolean} tracked whether the tracker has the sheet anyway
-   * @param {number} fps answers a second
+   * @param {number} fps answers per second
    */
   showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
     const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
@@ -165,13 +165,13 @@ export class Hud {
   /**
    * @param {boolean} found
    * @param {"found" | "tracked"} how by the network alone, or by the tracker
-   * @param {number} share of the print that the image agrees with, 0 to 1
+   * @param {number} fraction of the print that the image agrees with, 0 to 1
    */
-  #showState(found, how, share) {
+  #showState(found, how, fraction) {
     element("#state").dataset.state = found ? "found" : "missing";
     element("#state").dataset.how = found ? how : "";
     element("#state-text").textContent = found
-      ? `${STATE_WORDS[how]} · ${Math.round(100 * share)} %`
+      ? `${STATE_WORDS[how]} · ${Math.round(100 * fraction)} %`
       : "Poster not found";
     element("#hint").hidden = found;
   }

@@ -2,7 +2,7 @@
 
 import { DeepSftError } from "deepsft";
 import { animate, prefersStillness } from "../graphics/animation.js";
-import { Covering, confirmed, seenShares } from "./covering.js";
+import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
 import { TemplateLight, shadingOf } from "../stage/shading.js";
 
@@ -18,7 +18,7 @@ const HELD_MS = 250;
 const CONFIRMED_AGREEMENT = 0.35;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
-/** Canvas pixels a CSS pixel, at least, on slow machines. */
+/** Canvas pixels per CSS pixel, at least, on slow machines. */
 const LEAST_QUALITY = 0.5;
 /** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
 const LEAST_AGREEMENT = 0.6;
@@ -128,7 +128,7 @@ export class Live {
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
-    this.#stage.addMesh(mesh, confirmed(seenShares(mesh, mask), mesh.confidence));
+    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, mask), mesh.confidence));
     this.#hud.showMesh(true);
     this.#mesh = mesh;
     this.redraw();

@@ -90,7 +90,7 @@ export class FramePicture {
   /**
    * Makes what is drawn from the newest frame, once.
    *
-   * @param {number} scale canvas pixels a frame pixel that `texture` is to be drawn with
+   * @param {number} scale canvas pixels per frame pixel that `texture` is to be drawn with
    */
   prepare(scale) {
     const gl = this.#gl;

@@ -9,7 +9,7 @@ import { VERTEX_SHADER } from "./stage-shader.js";
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { PaperSource } from "../graphics/papers.js" */
 
-/** Numbers a corner in the buffer that each frame fills: position, normal, confidence and share seen. */
+/** Numbers per corner in the buffer that each frame fills: position, normal, confidence and fraction seen. */
 const STRIDE = 8;
 
 /**
@@ -110,7 +110,7 @@ export class MeshLayer {
 
   /**
    * @param {SurfaceMesh} mesh
-   * @param {Float32Array} seen share of each vertex's surroundings that nothing covers, 0 to 1
+   * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers, 0 to 1
    */
   setMesh({ vertices, normals, confidence }, seen) {
     const [gl, filled] = [this.#gl, this.#filled];

@@ -18,7 +18,7 @@ export const MESH_VERTEX_SHADER = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 a_position;   // camera frame, mm
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec2 a_seen;       // confidence, share not covered by something else
+layout(location = 2) in vec2 a_seen;       // confidence, fraction not covered by something else
 layout(location = 3) in vec2 a_uv;
 layout(location = 4) in float a_diagonal;  // corner opposite the edge that only halves a cell of the grid; -1 for none
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels

@@ -40,11 +40,11 @@ export class TemplateLight {
       const [top, bottom] = [Math.floor((y * height) / this.height), Math.ceil(((y + 1) * height) / this.height)];
       for (let x = 0; x < this.width; x++) {
         const [left, right] = [Math.floor((x * width) / this.width), Math.ceil(((x + 1) * width) / this.width)];
-        const share = 1 / ((bottom - top) * (right - left));
+        const weight = 1 / ((bottom - top) * (right - left));
         for (let j = top; j < bottom; j++) {
           for (let i = left; i < right; i++) {
             for (let k = 0; k < 3; k++)
-              this.rgb[3 * (y * this.width + x) + k] += LINEAR[data[4 * (j * width + i) + k]] * share;
+              this.rgb[3 * (y * this.width + x) + k] += LINEAR[data[4 * (j * width + i) + k]] * weight;
           }
         }
       }

@@ -20,7 +20,7 @@ import { viewOf } from "./view.js";
 
 /** @typedef {"paper" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
 
-/** Canvas pixels a CSS pixel, at most: more cannot be seen and costs time. */
+/** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
 const MOST_DENSITY = 2;
 /** Canvas pixels, at most, where the processor draws. */
 const MOST_SOFTWARE_PIXELS = 330_000;
@@ -60,7 +60,7 @@ export class Stage {
   depthScale = { near: 0, far: 1, step: 1 };
   /** @type {Overlay} */
   overlay = "paper";
-  /** Canvas pixels a CSS pixel where drawing is slow; 1 leaves it to the screen. */
+  /** Canvas pixels per CSS pixel where drawing is slow; 1 leaves it to the screen. */
   quality = 1;
   /** Whether `draw` is called all the time, so that an overlay can appear bit by bit. */
   animated = false;
@@ -144,7 +144,7 @@ export class Stage {
    *
    * @param {{ frame: ImageBitmap | null, camera: SourcedCamera }} tracked
    * @param {SurfaceMesh | null} mesh null when nothing is followed
-   * @param {Float32Array} seen share of each vertex's surroundings that nothing covers
+   * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers
    */
   showMesh(tracked, mesh, seen) {
     this.#showFrame(tracked, mesh !== null);
@@ -256,7 +256,7 @@ export class Stage {
     });
   }
 
-  /** Canvas pixels a CSS pixel. */
+  /** Canvas pixels per CSS pixel. */
   #density() {
     const { clientWidth, clientHeight } = this.#canvas;
     if (this.software) return Math.min(1, Math.sqrt(MOST_SOFTWARE_PIXELS / Math.max(1, clientWidth * clientHeight)));
@@ -315,13 +315,13 @@ export class Stage {
     if (!camera) return null;
     const canvas = { width: this.#canvas.clientWidth, height: this.#canvas.clientHeight, ...this.#covered };
     const { scale, left, top, region } = viewOf(canvas, camera);
-    const share = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
+    const fraction = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
     return {
       left: left + region.left * scale,
       top: top + region.top * scale,
       width: (region.right - region.left) * scale,
       height: (region.bottom - region.top) * scale,
-      partial: share < 0.95,
+      partial: fraction < 0.95,
     };
   }
 }

@@ -5,7 +5,8 @@
 #   job.sh train NUMBER OF   train a network for every OFth folder of TEMPLATES  needs TEMPLATES, MINUTES, OUT
 #   job.sh track NUMBER OF   track every OFth video of VIDEOS                    needs MODEL, VIDEOS, OUT; CAMERA if known
 #
-# NUMBER counts from 1. A job may run again after it was killed: it skips what is finished and resumes what is not.
+# NUMBER counts from 1. A job may run again after it was killed: it skips what is finished and resumes what is not. One bad
+# template or video does not stop the others; the job then fails at its end.
 set -eu
 kind=$1 number=$2 of=$3
 export PATH="${DEEPSFT_BIN:-.}:$PATH"
@@ -25,19 +26,27 @@ synth)
     ;;
 train)
     mkdir -p "$OUT"
-    ours "$TEMPLATES" | while IFS= read -r template; do
-        model=$OUT/$(basename "$template")
-        if [ -e "$model/model.json" ]; then continue; fi
-        deepsft train --template "$template" --out "$model" --minutes "$MINUTES" --resume </dev/null
-    done
+    ours "$TEMPLATES" | {
+        failed=0
+        while IFS= read -r template; do
+            model=$OUT/$(basename "$template")
+            if [ -e "$model/model.json" ]; then continue; fi
+            deepsft train --template "$template" --out "$model" --minutes "$MINUTES" --resume </dev/null || failed=1
+        done
+        exit $failed
+    }
     ;;
 track)
     mkdir -p "$OUT"
-    ours "$VIDEOS" | while IFS= read -r video; do
-        track=$OUT/$(basename "$video")
-        if [ -e "$track/track.json" ]; then continue; fi
-        deepsft track --model "$MODEL" ${CAMERA:+--camera "$CAMERA"} --out "$track" "$video" </dev/null
-    done
+    ours "$VIDEOS" | {
+        failed=0
+        while IFS= read -r video; do
+            track=$OUT/$(basename "$video")
+            if [ -e "$track/track.json" ] && ! grep -q ended_early "$track/track.json"; then continue; fi
+            deepsft track --model "$MODEL" ${CAMERA:+--camera "$CAMERA"} --out "$track" "$video" </dev/null || failed=1
+        done
+        exit $failed
+    }
     ;;
 *)
     echo "job.sh: unknown kind of job: $kind" >&2

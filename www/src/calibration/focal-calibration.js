@@ -112,7 +112,7 @@ export class FocalCalibration {
 
 /**
  * @param {readonly number[]} h homography from mm to canonical pixels about the principal point
- * @param {number} scale image pixels in a canonical pixel
+ * @param {number} scale image pixels per canonical pixel
  * @param {number} focal assumed, image pixels, to weigh the equations and to know the tilt
  * @returns {View}
  */

@@ -1,105 +1,17 @@
-// The camera: asking for it, keeping it, and saying in words why it is not there.
+// A camera that plays in a video element, and what interrupts it.
 
-import { readCalibration, writeCalibration } from "./calibration-store.js";
 import { DeepSftError } from "../error.js";
+import { readCalibration, writeCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
+import { cameraError, requestCamera, requestStream, stopStream } from "./request.js";
 
 /** @import { SourcedCamera } from "./intrinsics.js" */
+/** @import { OpenCameraOptions } from "./request.js" */
 
-/**
- * @typedef {object} OpenCameraOptions
- * @property {"environment" | "user"} [facing] which way the camera should look; default "environment"
- * @property {string} [deviceId] a certain camera
- */
-
-/** Names of the main back camera where a phone has several; the others are wide or zoom lenses. */
-const MAIN_BACK_CAMERA = /^back camera$|camera2? 0, facing back/i;
-
-/**
- * What to ask for, from the wish to the least that is any use.
- *
- * @param {OpenCameraOptions} options
- * @returns {MediaTrackConstraints[]}
- */
-function constraintSteps({ facing = "environment", deviceId }) {
-  const which = deviceId === undefined ? { facingMode: { ideal: facing } } : { deviceId: { exact: deviceId } };
-  return [{ ...which, width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } }, which, {}];
-}
-
-/**
- * A browser's refusal as an error with a code.
- *
- * @param {unknown} error
- * @returns {DeepSftError}
- */
-export function cameraError(error) {
-  const name = error instanceof Error || error instanceof DOMException ? error.name : "";
-  const explained = (/** @type {import("../error.js").DeepSftErrorCode} */ code, /** @type {string} */ message) =>
-    new DeepSftError(code, message, { cause: error });
-  switch (name) {
-    case "NotAllowedError":
-      return explained(
-        "camera-denied",
-        "The camera was not allowed. Allow it for this page in the browser's address bar, then try again.",
-      );
-    case "NotFoundError":
-      return explained("camera-not-found", "No camera was found. Plug one in, or use the clip or an image.");
-    case "NotReadableError":
-    case "AbortError":
-      return explained("camera-busy", "The camera is in use by another program or tab, or failed to start.");
-    case "OverconstrainedError":
-      return explained("camera-constraints", "No camera here can deliver a usable picture.");
-    case "SecurityError":
-      return explained("insecure-context", "Browsers give pages a camera only over https or from localhost.");
-    default:
-      return explained("internal", `The camera failed: ${error instanceof Error ? error.message : error}`);
-  }
-}
-
-/**
- * getUserMedia with constraints that relax in steps.
- *
- * @param {MediaDevices} devices
- * @param {OpenCameraOptions} options
- * @returns {Promise<MediaStream>}
- */
-async function requestStream(devices, options) {
-  /** @type {unknown} */
-  let refusal;
-  for (const video of constraintSteps(options)) {
-    try {
-      return await devices.getUserMedia({ video, audio: false });
-    } catch (error) {
-      refusal = error;
-      if (!(error instanceof Error || error instanceof DOMException) || error.name !== "OverconstrainedError") break;
-    }
-  }
-  throw cameraError(refusal);
-}
-
-/** @param {MediaStream} stream */
-function stopStream(stream) {
-  for (const track of stream.getTracks()) track.stop();
-}
-
-/**
- * The main back camera instead of a wide or zoom one, where labels tell them apart.
- *
- * @param {MediaDevices} devices
- * @param {MediaStream} stream
- * @returns {Promise<MediaStream>}
- */
-async function preferMainCamera(devices, stream) {
-  const [track] = stream.getVideoTracks();
-  if (MAIN_BACK_CAMERA.test(track.label)) return stream;
-  const main = (await devices.enumerateDevices()).find(
-    ({ kind, label }) => kind === "videoinput" && MAIN_BACK_CAMERA.test(label),
-  );
-  if (!main) return stream;
-  // Phones open one camera at a time.
-  stopStream(stream);
-  return requestStream(devices, { deviceId: main.deviceId });
-}
+/** So long after the page came back a camera that ended counts as one that the browser took away, milliseconds. */
+const RETURN_MS = 5000;
+/** A camera that delivers nothing for so long after an interruption is opened anew, milliseconds. */
+const FROZEN_MS = 3000;
 
 /**
  * Opens a camera and plays it in a video element.
@@ -110,20 +22,12 @@ async function preferMainCamera(devices, stream) {
  * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`, `camera-lost`
  */
 export async function openCamera(video, options = {}) {
-  const devices = navigator.mediaDevices;
-  if (!devices?.getUserMedia) {
-    throw new DeepSftError("insecure-context", "Browsers give pages a camera only over https or from localhost.");
-  }
-  let stream = await requestStream(devices, options);
-  if (options.deviceId === undefined && (options.facing ?? "environment") === "environment") {
-    stream = await preferMainCamera(devices, stream);
-  }
-  const camera = new CameraStream(video, stream);
+  const camera = new CameraStream(video, await requestStream(options));
   try {
     await camera.start();
   } catch (error) {
     camera.stop();
-    throw error instanceof DeepSftError ? error : cameraError(error);
+    throw cameraError(error);
   }
   return camera;
 }
@@ -139,13 +43,25 @@ export async function listCameras() {
 }
 
 /**
- * A camera that plays. Events: `lost`, when the stream ended by itself (`error` then says why), and `resize`, when the
- * picture's size changed because the device was turned; the intrinsics follow by themselves.
+ * A camera that plays. Events:
+ *
+ * - `interrupted`, when the system takes the camera away for a while: a phone call, a locked screen, another tab;
+ * - `resumed`, when it plays again after that, opened anew if need be;
+ * - `lost`, when it ended by itself (`error` then says why);
+ * - `resize`, when the picture's size changed because the device was turned; the intrinsics follow by themselves.
  */
 export class CameraStream extends EventTarget {
   #video;
   #stream;
   #track;
+  /** Ends all listening. */
+  #listening = new AbortController();
+  /** Ends listening to a track. */
+  #trackListening = new AbortController();
+  /** When the page was last seen to come back, milliseconds. */
+  #returnedAt = -Infinity;
+  /** @type {Promise<void> | null} */
+  #resuming = null;
 
   /**
    * Use {@link openCamera}.
@@ -160,22 +76,26 @@ export class CameraStream extends EventTarget {
     [this.#track] = stream.getVideoTracks();
     /** @type {DeepSftError | null} why the stream ended by itself */
     this.error = null;
+    /** Whether the system has taken the camera away for a while. */
+    this.interrupted = false;
   }
 
   /** Plays the stream; called by {@link openCamera}. */
   async start() {
     const video = this.#video;
+    const { signal } = this.#listening;
     video.playsInline = true;
     video.muted = true;
     video.autoplay = true;
-    const lost = new Promise((_, reject) =>
-      this.#track.addEventListener("ended", () => reject(this.#lose()), { once: true }),
-    );
-    lost.catch(() => undefined);
-    video.addEventListener("resize", this.#onResize);
-    video.srcObject = this.#stream;
-    const first = new Promise((resolve) => video.addEventListener("loadeddata", resolve, { once: true }));
-    await Promise.race([Promise.all([video.play(), first]), lost]);
+    video.addEventListener("resize", () => this.dispatchEvent(new Event("resize")), { signal });
+    const returned = () => {
+      if (document.visibilityState === "hidden") return;
+      this.#returnedAt = performance.now();
+      void this.#resume();
+    };
+    document.addEventListener("visibilitychange", returned, { signal });
+    self.addEventListener("pageshow", returned, { signal });
+    await this.#play(this.#stream);
   }
 
   /** Name of the camera. */
@@ -217,12 +137,97 @@ export class CameraStream extends EventTarget {
 
   /** Ends the stream and frees the camera. */
   stop() {
-    this.#video.removeEventListener("resize", this.#onResize);
+    this.#listening.abort();
+    this.#trackListening.abort();
     stopStream(this.#stream);
     if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
   }
 
-  #onResize = () => this.dispatchEvent(new Event("resize"));
+  /**
+   * Plays a stream until its first frame is there.
+   *
+   * @param {MediaStream} stream
+   */
+  async #play(stream) {
+    this.#trackListening.abort();
+    this.#trackListening = new AbortController();
+    const { signal } = this.#trackListening;
+    this.#stream = stream;
+    [this.#track] = stream.getVideoTracks();
+    const track = this.#track;
+    track.addEventListener("mute", () => this.#interrupt(), { signal });
+    track.addEventListener("unmute", () => void this.#resume(), { signal });
+    /** @type {Promise<never>} */
+    const ended = new Promise((_, reject) => {
+      track.addEventListener("ended", () => reject(this.#end()), { signal });
+      signal.addEventListener("abort", () => reject(this.error ?? new DOMException("The camera was stopped.", "AbortError")));
+    });
+    ended.catch(() => undefined);
+    const video = this.#video;
+    const first = new Promise((resolve) => video.addEventListener("loadeddata", resolve, { once: true, signal }));
+    video.srcObject = stream;
+    await Promise.race([Promise.all([video.play(), first]), ended]);
+  }
+
+  #interrupt() {
+    if (this.interrupted) return;
+    this.interrupted = true;
+    this.dispatchEvent(new Event("interrupted"));
+  }
+
+  /**
+   * The track has ended. A page that is away, or has just come back, waits for its return to open the camera anew; else it
+   * was unplugged, or its permission withdrawn.
+   */
+  #end() {
+    const wasAway = document.visibilityState === "hidden" || performance.now() - this.#returnedAt < RETURN_MS;
+    if (!wasAway) return this.#lose();
+    this.#interrupt();
+    void this.#resume();
+    return cameraError(new DOMException("The camera was interrupted while it started.", "AbortError"));
+  }
+
+  /** Plays on after an interruption; one attempt at a time. */
+  #resume() {
+    if (document.visibilityState === "hidden" || this.error || this.#listening.signal.aborted) return null;
+    const attempt = async () => {
+      try {
+        if (this.#track.readyState === "ended") await this.#reopen();
+        // A call goes on: the track tells when it is over.
+        if (this.#track.muted) return this.#interrupt();
+        if (this.#video.paused) await this.#video.play();
+        if (!(await this.#showsFrames())) await this.#reopen();
+      } catch {
+        if (!this.#listening.signal.aborted && document.visibilityState !== "hidden") this.#lose();
+        return;
+      }
+      if (!this.interrupted || this.#listening.signal.aborted) return;
+      this.interrupted = false;
+      this.dispatchEvent(new Event("resumed"));
+    };
+    return (this.#resuming ??= attempt().finally(() => (this.#resuming = null)));
+  }
+
+  /** Opens the same camera once more. */
+  async #reopen() {
+    this.#interrupt();
+    const { deviceId } = this;
+    const facing = this.facing === "user" ? "user" : "environment";
+    stopStream(this.#stream);
+    const stream = await (deviceId === "" ? requestStream({ facing }) : requestCamera(deviceId));
+    if (this.#listening.signal.aborted) return stopStream(stream);
+    await this.#play(stream);
+  }
+
+  /** @returns {Promise<boolean>} whether a new frame comes within {@link FROZEN_MS} */
+  #showsFrames() {
+    const video = this.#video;
+    if (!("requestVideoFrameCallback" in video)) return Promise.resolve(true);
+    return new Promise((resolve) => {
+      video.requestVideoFrameCallback(() => resolve(true));
+      setTimeout(resolve, FROZEN_MS, false);
+    });
+  }
 
   #lose() {
     this.error = new DeepSftError(

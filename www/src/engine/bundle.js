@@ -15,41 +15,33 @@ import { DeepSftError } from "../error.js";
 const MODEL_FILE = "model.json";
 
 /**
+ * Fetches a file whole.
+ *
  * @param {URL} url
- * @param {AbortSignal} [signal]
- * @returns {Promise<Response>}
+ * @param {AbortSignal | undefined} signal
+ * @param {(bytes: number) => void} [onBytes] called with the length of each chunk
+ * @returns {Promise<Uint8Array>}
+ * @throws {DeepSftError} `model-load`
  */
-async function fetchOrExplain(url, signal) {
-  let response;
+async function fetchBytes(url, signal, onBytes = () => undefined) {
   try {
-    response = await fetch(url, { signal });
+    const response = await fetch(url, { signal });
+    if (!response.ok)
+      throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
+    const counter = new TransformStream({
+      transform(chunk, controller) {
+        onBytes(chunk.byteLength);
+        controller.enqueue(chunk);
+      },
+    });
+    return new Uint8Array(await new Response(response.body?.pipeThrough(counter)).arrayBuffer());
   } catch (error) {
     signal?.throwIfAborted();
+    if (error instanceof DeepSftError) throw error;
     throw new DeepSftError("model-load", `${url} could not be fetched: the network or the server failed.`, {
       cause: error,
     });
   }
-  if (!response.ok)
-    throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
-  return response;
-}
-
-/**
- * The body of a response, counted while it arrives.
- *
- * @param {Response} response
- * @param {(bytes: number) => void} onBytes called with the length of each chunk
- * @returns {ReadableStream<Uint8Array<ArrayBuffer>> | null}
- */
-export function countedBody(response, onBytes) {
-  /** @type {TransformStream<Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>>} */
-  const counter = new TransformStream({
-    transform(chunk, controller) {
-      onBytes(chunk.byteLength);
-      controller.enqueue(chunk);
-    },
-  });
-  return response.body && response.body.pipeThrough(counter);
 }
 
 /**
@@ -60,17 +52,18 @@ export function countedBody(response, onBytes) {
  * @returns {Map<string, number>}
  */
 function listedFiles(manifest, url) {
-  let files;
+  let description;
   try {
-    files = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(manifest)).files;
+    description = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(manifest));
   } catch (error) {
     throw new DeepSftError("model-corrupt", `${url} is not JSON; is this the folder of a model?`, { cause: error });
   }
+  const files = description?.files;
   if (typeof files !== "object" || files === null) {
     throw new DeepSftError("model-corrupt", `${url} lists no files.`);
   }
   const sizes = new Map();
-  for (const [name, { size } = /** @type {any} */ ({})] of Object.entries(files)) {
+  for (const [name, entry] of Object.entries(files)) {
     // Only plain relative names: a model must not make the page fetch from elsewhere.
     if (!/^[\w-][\w.-]*(\/[\w-][\w.-]*)*$/.test(name)) {
       throw new DeepSftError(
@@ -78,7 +71,11 @@ function listedFiles(manifest, url) {
         `${url} names the file "${name}", which is not inside the model's folder.`,
       );
     }
-    sizes.set(name, Number.isFinite(size) ? size : 0);
+    const size = Object(entry).size;
+    if (!(Number.isInteger(size) && size >= 0)) {
+      throw new DeepSftError("model-corrupt", `${url} gives the file "${name}" no size.`);
+    }
+    sizes.set(name, size);
   }
   return sizes;
 }
@@ -95,24 +92,18 @@ function listedFiles(manifest, url) {
  */
 export async function fetchBundle(folder, { onProgress, signal } = {}) {
   const manifestUrl = new URL(MODEL_FILE, folder);
-  const manifest = new Uint8Array(await (await fetchOrExplain(manifestUrl, signal)).arrayBuffer());
+  const manifest = await fetchBytes(manifestUrl, signal);
   const sizes = listedFiles(manifest, manifestUrl);
   const totalBytes = [...sizes.values()].reduce((sum, size) => sum + size, 0);
   let loadedBytes = 0;
   onProgress?.({ phase: "model", loadedBytes, totalBytes });
   const contents = await Promise.all(
     [...sizes.keys()].map(async (name) => {
-      const url = new URL(name, folder);
-      const body = countedBody(await fetchOrExplain(url, signal), (bytes) => {
-        loadedBytes += bytes;
+      const bytes = await fetchBytes(new URL(name, folder), signal, (length) => {
+        loadedBytes += length;
         onProgress?.({ phase: "model", loadedBytes, totalBytes });
       });
-      try {
-        return /** @type {const} */ ([name, new Uint8Array(await new Response(body).arrayBuffer())]);
-      } catch (error) {
-        signal?.throwIfAborted();
-        throw new DeepSftError("model-load", `${url} broke off while it was fetched.`, { cause: error });
-      }
+      return /** @type {const} */ ([name, bytes]);
     }),
   );
   return new Map([[MODEL_FILE, manifest], ...contents]);

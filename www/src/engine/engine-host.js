@@ -1,11 +1,11 @@
-// The engine in its worker: the network, and physics refinement of single frames.
+// The engine in its worker: the network, and meshes for single frames.
 
 import initialise, { Engine } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { EngineInfo, EngineTemplate, EstimateRequest, RawEstimate, RawRefined, RefineRequest, StartRequest } from "./engine-worker.js" */
+/** @import { EngineInfo, EngineTemplate, EstimateRequest, MeshRequest, RawEstimate, RawMesh, StartRequest } from "./engine-worker.js" */
 
 /** @type {Engine | undefined} */
 let engine;
@@ -58,7 +58,7 @@ export async function start({ module, files, device: wanted }) {
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-export async function estimate({ frame, intrinsics, refine: wantsPhysics }) {
+export async function estimate({ frame, intrinsics, fit }) {
   const began = performance.now();
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
@@ -66,9 +66,9 @@ export async function estimate({ frame, intrinsics, refine: wantsPhysics }) {
   try {
     const { depth, registration, mask, canonical, found, confidence, times } = raw;
     const { warpMs, networkMs, judgeMs } = times;
-    const refined = wantsPhysics && found ? await refinement({ depth, registration, canonical }) : null;
+    const fitted = fit && found ? await solvedMesh({ depth, registration, canonical }) : null;
     const bitmap = frame instanceof ImageData ? null : frame;
-    const maps = refined?.accepted ? refined : { depth, registration };
+    const maps = fitted?.accepted ? fitted : { depth, registration };
     return {
       value: {
         depth: maps.depth,
@@ -80,14 +80,14 @@ export async function estimate({ frame, intrinsics, refine: wantsPhysics }) {
         times: { warpMs, networkMs, judgeMs },
         readMs,
         bitmap,
-        refined,
+        fitted,
       },
       transfer: [
         maps.depth.buffer,
         maps.registration.buffer,
         mask.buffer,
         canonical.buffer,
-        ...(refined ? [refined.vertices.buffer, refined.confidence.buffer] : []),
+        ...(fitted ? [fitted.vertices.buffer, fitted.confidence.buffer] : []),
         ...(bitmap ? [bitmap] : []),
       ],
     };
@@ -97,27 +97,27 @@ export async function estimate({ frame, intrinsics, refine: wantsPhysics }) {
 }
 
 /**
- * @param {RefineRequest} request
- * @returns {Promise<{ value: RawRefined | null, transfer: Transferable[] }>}
+ * @param {MeshRequest} request
+ * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
  */
-export async function refine(request) {
-  const value = await refinement(request);
+export async function mesh(request) {
+  const value = await solvedMesh(request);
   const arrays = value ? [value.vertices, value.confidence, value.depth, value.registration] : [];
   return { value, transfer: arrays.map(({ buffer }) => buffer) };
 }
 
 /**
- * @param {RefineRequest} request
- * @returns {Promise<RawRefined | null>}
+ * @param {MeshRequest} request
+ * @returns {Promise<RawMesh | null>}
  */
-async function refinement({ depth, registration, canonical }) {
+async function solvedMesh({ depth, registration, canonical }) {
   const raw = await (canonical === null
     ? started().complete(depth, registration)
-    : started().refine(depth, registration, canonical));
+    : started().fit(depth, registration, canonical));
   if (!raw) return null;
   try {
-    const { accepted, vertices, confidence, depth, registration, refineMs } = raw;
-    return { accepted, vertices, confidence, depth, registration, refineMs };
+    const { accepted, vertices, confidence, depth, registration, solveMs } = raw;
+    return { accepted, vertices, confidence, depth, registration, solveMs };
   } finally {
     raw.free();
   }

@@ -1,6 +1,5 @@
 // The engine's side of the contract: what the worker and the page say to each other.
 
-import { countedBody } from "./bundle.js";
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
@@ -39,23 +38,23 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
- * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
+ * @property {RawMesh | null} fitted when a fit was asked for and the template found: what came of it
  */
 
 /**
- * One frame after physics refinement.
+ * The whole mesh in one frame.
  *
- * @typedef {object} RawRefined
+ * @typedef {object} RawMesh
  * @property {boolean} accepted whether the mesh explains the image better than the network's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
  * @property {Float32Array} registration
- * @property {number} refineMs
+ * @property {number} solveMs
  */
 
 /**
- * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
@@ -64,15 +63,18 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /**
- * With the canonical image: physics refinement. Without: ARAP completion.
+ * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
 /**
  * Compiles the WebAssembly module while it downloads.
+ *
+ * Browsers keep compiled code beside the response it came from, so the response itself is compiled, and its bytes are
+ * counted on a copy.
  *
  * @param {URL} url
  * @param {object} [options]
@@ -85,15 +87,14 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
   try {
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`the server answered ${response.status}`);
-    // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
-    const length = response.headers.has("content-encoding") ? null : response.headers.get("content-length");
-    const totalBytes = length === null ? null : Number(length);
-    let loadedBytes = 0;
-    const body = countedBody(response, (bytes) => {
-      loadedBytes += bytes;
-      onProgress?.({ phase: "engine", loadedBytes, totalBytes });
-    });
-    return await WebAssembly.compileStreaming(new Response(body, { headers: { "content-type": "application/wasm" } }));
+    const counted = onProgress && countBytes(response.clone(), onProgress);
+    // Some servers do not know the type; then the browser compiles only bytes.
+    const isTyped = /^application\/wasm$/i.test(response.headers.get("content-type") ?? "");
+    const compiled = isTyped
+      ? WebAssembly.compileStreaming(response)
+      : response.arrayBuffer().then((bytes) => WebAssembly.compile(bytes));
+    const [module] = await Promise.all([compiled, counted]);
+    return module;
   } catch (error) {
     signal?.throwIfAborted();
     const reason = error instanceof Error ? error.message : String(error);
@@ -102,6 +103,25 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
       cause: error,
     });
   }
+}
+
+/**
+ * @param {Response} response read to its end
+ * @param {(progress: LoadProgress) => void} onProgress
+ */
+function countBytes({ headers, body }, onProgress) {
+  // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
+  const length = headers.has("content-encoding") ? null : headers.get("content-length");
+  const totalBytes = length === null ? null : Number(length);
+  let loadedBytes = 0;
+  return body?.pipeTo(
+    new WritableStream({
+      write({ byteLength }) {
+        loadedBytes += byteLength;
+        onProgress({ phase: "engine", loadedBytes, totalBytes });
+      },
+    }),
+  );
 }
 
 /** The worker that runs the network. */
@@ -123,11 +143,11 @@ export class EngineWorker extends WorkerCalls {
   }
 
   /**
-   * @param {RefineRequest} request
-   * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
+   * @param {MeshRequest} request
+   * @returns {Promise<RawMesh | null>} null when the maps show too little of the template
    */
-  refine(request) {
-    return this.call("refine", request);
+  mesh(request) {
+    return this.call("mesh", request);
   }
 }
 

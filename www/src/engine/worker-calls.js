@@ -2,18 +2,65 @@
 
 import { DeepSftError, asDeepSftError } from "../error.js";
 
+/** How long a worker may be silent while a call waits, milliseconds: an emulated GPU takes minutes for its first frame. */
+export const DEFAULT_TIMEOUT_MS = 180_000;
+const TICK_MS = 1000;
+
+/** The package's worker. Bundlers know only this form, and replace the address by that of their own file. */
+const packagedWorker = () => new Worker(new URL("../worker.js", import.meta.url), { type: "module", name: "deepsft" });
+
 /**
- * A module worker at `url`. From another origin (a CDN) it starts through a small script of this page's own.
+ * Starts a worker. Browsers refuse one from another origin (a CDN) with a SecurityError; it then starts through a small
+ * script of this page's own.
  *
- * @param {URL} url
+ * @param {URL | undefined} url address of worker.js; the package's own when absent
+ * @returns {Worker}
+ * @throws {DeepSftError} `engine-load`
+ */
+function startWorker(url) {
+  const start = url === undefined ? packagedWorker : () => new Worker(url, { type: "module", name: "deepsft" });
+  try {
+    return start();
+  } catch (error) {
+    try {
+      if (error instanceof DOMException && error.name === "SecurityError") return throughOwnScript(start);
+    } catch {
+      // The first refusal says more.
+    }
+    const reason = error instanceof Error || error instanceof DOMException ? error.message : error;
+    throw new DeepSftError("engine-load", `The engine's worker could not be started: ${reason}`, { cause: error });
+  }
+}
+
+/**
+ * Repeats `start`, but in place of the worker's script a script of this page starts, which imports that one. Only `start`
+ * knows the address, as a bundler has written it there: it is read from the call.
+ *
+ * @param {() => Worker} start
  * @returns {Worker}
  */
-function startForeignWorker(url) {
-  const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: "text/javascript" });
-  const blobUrl = URL.createObjectURL(script);
-  const worker = new Worker(blobUrl, { type: "module", name: "deepsft" });
-  worker.addEventListener("message", () => URL.revokeObjectURL(blobUrl), { once: true });
-  return worker;
+function throughOwnScript(start) {
+  const { Worker: PageWorker } = self;
+  self.Worker = class extends PageWorker {
+    /**
+     * @param {string | URL} url
+     * @param {WorkerOptions} [options]
+     */
+    constructor(url, options) {
+      const address = JSON.stringify(new URL(url, self.location.href).href);
+      // webpack makes classic scripts of module workers.
+      const script = options?.type === "module" ? `import ${address};` : `importScripts(${address});`;
+      const own = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+      super(own, options);
+      for (const event of ["message", "error"])
+        this.addEventListener(event, () => URL.revokeObjectURL(own), { once: true });
+    }
+  };
+  try {
+    return start();
+  } finally {
+    self.Worker = PageWorker;
+  }
 }
 
 /** A worker with `worker.js` in it, as calls that return promises. */
@@ -26,44 +73,55 @@ export class WorkerCalls {
   #started = false;
   /** @type {{ reason: unknown } | null} why no call can be answered any more */
   #ended = null;
+  /** So long nothing was heard while calls wait, milliseconds. */
+  #silentMs = 0;
+  #clock;
 
-  /** @param {URL | undefined} url address of worker.js where the bundler cannot find it itself */
-  constructor(url) {
-    const own = new URL("../worker.js", import.meta.url);
-    const foreign = url ?? (own.origin === self.location.origin ? undefined : own);
-    // The literal form is what bundlers recognise.
-    this.#worker =
-      foreign === undefined
-        ? new Worker(new URL("../worker.js", import.meta.url), { type: "module", name: "deepsft" })
-        : foreign.origin === self.location.origin
-          ? new Worker(foreign, { type: "module", name: "deepsft" })
-          : startForeignWorker(foreign);
-    this.#worker.addEventListener("message", ({ data: { id, value, error } }) => {
+  /**
+   * @param {URL | undefined} url address of worker.js where the bundler cannot find it itself
+   * @param {number} [timeoutMs] the worker is ended when it is silent for so long while a call waits
+   * @throws {DeepSftError} `engine-load`
+   */
+  constructor(url, timeoutMs = DEFAULT_TIMEOUT_MS) {
+    this.#worker = startWorker(url);
+    // Ticks are counted rather than clock time: while a phone sleeps the page stands still as the worker does.
+    const tickMs = Math.min(TICK_MS, timeoutMs);
+    this.#clock = setInterval(() => {
+      if (this.#waiting.size === 0 || (this.#silentMs += tickMs) <= timeoutMs) return;
+      const seconds = Math.round(timeoutMs / 1000);
+      this.terminate(new DeepSftError("internal", `The engine's worker was silent for ${seconds} s and was stopped. Load it again.`));
+    }, tickMs);
+    this.#worker.addEventListener("message", ({ data: { id, value, error, fatal } }) => {
       const call = this.#waiting.get(id);
       this.#waiting.delete(id);
+      this.#silentMs = 0;
+      this.#started = true;
       if (error) call?.reject(asDeepSftError(error));
       else call?.resolve(value);
-      this.#started = true;
+      if (fatal) this.terminate(asDeepSftError(error));
     });
     this.#worker.addEventListener("error", (event) => {
       event.preventDefault();
       const reason =
         event.message || "its script could not be loaded; if a bundler moved it, pass its address as workerUrl";
-      this.#end(new DeepSftError(this.#started ? "internal" : "engine-load", `The engine's worker failed: ${reason}.`));
+      this.terminate(new DeepSftError(this.#started ? "internal" : "engine-load", `The engine's worker failed: ${reason}.`));
     });
     this.#worker.addEventListener("messageerror", () =>
-      this.#end(new DeepSftError("internal", "A message to the engine was lost.")),
+      this.terminate(new DeepSftError("internal", "A message to the engine was lost.")),
     );
   }
 
   /**
-   * Ends the worker; what is under way, and every later call, rejects with `reason`.
+   * Ends the worker; what is under way, and every later call, rejects with `reason`, or with that of the first end.
    *
    * @param {unknown} reason
    */
   terminate(reason) {
+    clearInterval(this.#clock);
     this.#worker.terminate();
-    this.#end(reason);
+    this.#ended ??= { reason };
+    for (const { reject } of this.#waiting.values()) reject(reason);
+    this.#waiting.clear();
   }
 
   /**
@@ -75,16 +133,28 @@ export class WorkerCalls {
   call(method, request, transfer = []) {
     if (this.#ended) return Promise.reject(this.#ended.reason);
     const id = ++this.#lastId;
-    return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject });
+    try {
       this.#worker.postMessage({ id, method, request }, transfer);
-    });
+    } catch (error) {
+      return Promise.reject(explainedRefusal(error));
+    }
+    if (this.#waiting.size === 0) this.#silentMs = 0;
+    return new Promise((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
   }
+}
 
-  /** @param {unknown} reason */
-  #end(reason) {
-    this.#ended ??= { reason };
-    for (const { reject } of this.#waiting.values()) reject(reason);
-    this.#waiting.clear();
-  }
+/**
+ * Why a message could not be sent. Of what is sent only pictures can be refused.
+ *
+ * @param {unknown} error
+ * @returns {DeepSftError}
+ */
+function explainedRefusal(error) {
+  if (!(error instanceof DOMException && error.name === "DataCloneError")) return asDeepSftError(error);
+  return new DeepSftError(
+    "image-cross-origin",
+    "The image or video comes from another origin, so the browser does not show its pixels. Set crossOrigin on the element, " +
+      "and have the other server allow it (Access-Control-Allow-Origin).",
+    { cause: error },
+  );
 }

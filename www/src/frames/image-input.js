@@ -14,6 +14,9 @@ import { DeepSftError } from "../error.js";
  */
 const MOST_PIXELS = 16_777_216;
 
+/** So long a video may take to jump, milliseconds. */
+const MOST_SEEK_MS = 5000;
+
 /**
  * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
  *
@@ -40,13 +43,27 @@ export async function transferableFrame(image) {
   const { width, height } = bitmap;
   if (width * height <= MOST_PIXELS) return { frame: bitmap, width, height };
   const scale = Math.sqrt(MOST_PIXELS / (width * height));
-  const small = await createImageBitmap(bitmap, {
-    resizeWidth: Math.max(1, Math.floor(width * scale)),
-    resizeHeight: Math.max(1, Math.floor(height * scale)),
-    resizeQuality: "high",
-  });
-  bitmap.close();
-  return { frame: small, width, height };
+  try {
+    const small = await createImageBitmap(bitmap, {
+      resizeWidth: Math.max(1, Math.floor(width * scale)),
+      resizeHeight: Math.max(1, Math.floor(height * scale)),
+      resizeQuality: "high",
+    });
+    return { frame: small, width, height };
+  } catch (error) {
+    throw new DeepSftError("image-unreadable", "The image is too large for this browser.", { cause: error });
+  } finally {
+    bitmap.close();
+  }
+}
+
+/**
+ * Lets a frame's memory go. One that was sent to a worker has none left here.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ */
+export function closeFrame(frame) {
+  if (frame instanceof ImageBitmap) frame.close();
 }
 
 /**
@@ -57,12 +74,32 @@ export async function transferableFrame(image) {
  * @throws {DeepSftError} `image-unreadable` when it has no picture and none is on its way
  */
 async function hasPicture(video) {
+  const until = performance.now() + MOST_SEEK_MS;
   while (video.readyState < video.HAVE_CURRENT_DATA) {
-    if (!video.seeking)
+    const leftMs = until - performance.now();
+    if (!video.seeking || leftMs <= 0)
       throw new DeepSftError("image-unreadable", "The video has no picture yet; wait for its loadeddata event.");
-    await new Promise((resolve) => {
-      for (const event of ["seeked", "loadeddata", "emptied", "error"])
-        video.addEventListener(event, resolve, { once: true });
-    });
+    await firstEvent(video, ["seeked", "loadeddata", "emptied", "error"], leftMs);
   }
+}
+
+/**
+ * Resolves with the first of some events, or when the time is up; nothing listens after that.
+ *
+ * @param {EventTarget} target
+ * @param {string[]} names
+ * @param {number} ms
+ * @returns {Promise<void>}
+ */
+function firstEvent(target, names, ms) {
+  return new Promise((resolve) => {
+    const listening = new AbortController();
+    const done = () => {
+      listening.abort();
+      clearTimeout(timer);
+      resolve();
+    };
+    const timer = setTimeout(done, ms);
+    for (const name of names) target.addEventListener(name, done, { signal: listening.signal });
+  });
 }

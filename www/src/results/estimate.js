@@ -5,23 +5,23 @@ import { DeepSftError } from "../error.js";
 import { SurfaceMesh } from "./surface-mesh.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js" */
+/** @import { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `fit` (of a mesh, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
- * @property {number} refineMs
+ * @property {number} fitMs
  * @property {number} totalMs
  */
 
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -39,7 +39,7 @@ export class EstimateMap {
     this.width = CANONICAL_WIDTH;
     /** Rows. */
     this.height = CANONICAL_HEIGHT;
-    /** Values a pixel. */
+    /** Values per pixel. */
     this.channels = channels;
     /**
      * Where the values live.
@@ -79,10 +79,10 @@ export class EstimateMap {
 /** What one frame shows of the template. */
 export class Estimate {
   #topology;
-  #refine;
-  /** @type {Promise<RawRefined | null> | null} */
-  #refined = null;
-  /** @type {Promise<RawRefined | null> | null} */
+  #makeMesh;
+  /** @type {Promise<RawMesh | null> | null} */
+  #fitted = null;
+  /** @type {Promise<RawMesh | null> | null} */
   #completed = null;
 
   /**
@@ -90,12 +90,12 @@ export class Estimate {
    * @param {SourcedCamera} camera
    * @param {EstimateTimes} times
    * @param {MeshTopology} topology of the template's mesh
-   * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
+   * @param {(request: MeshRequest) => Promise<RawMesh | null>} makeMesh has the engine fit or complete a mesh
    */
-  constructor(raw, camera, times, topology, refine) {
+  constructor(raw, camera, times, topology, makeMesh) {
     this.#topology = topology;
-    this.#refine = refine;
-    if (raw.refined) this.#refined = Promise.resolve(raw.refined);
+    this.#makeMesh = makeMesh;
+    if (raw.fitted) this.#fitted = Promise.resolve(raw.fitted);
     /** Whether the template was found; when not, the maps are best ignored. */
     this.found = raw.found;
     /** How well image and registered template agree, 0 to 1. */
@@ -107,7 +107,7 @@ export class Estimate {
     /** 1 where the object is seen, else 0. */
     this.mask = new EstimateMap(raw.mask, 1);
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
-    this.refined = raw.refined?.accepted === true;
+    this.fitted = raw.fitted?.accepted === true;
     /** The canonical image the maps belong to. */
     this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
     /** The camera that was used, with its source. */
@@ -118,37 +118,37 @@ export class Estimate {
   }
 
   /**
-   * The whole surface, hidden parts included, computed once a method.
+   * The whole surface, hidden parts included, computed once per method.
    *
-   * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-   * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
+   * `fit` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+   * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the network has them and
    * the others follow as rigidly as possible. The mesh's `method` says which it is.
    *
-   * @param {{ method?: "physics" | "arap" }} [options]
+   * @param {{ method?: "fit" | "completion" }} [options]
    * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
    * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
    */
-  async completeMesh({ method = "physics" } = {}) {
+  async completeMesh({ method = "fit" } = {}) {
     if (!this.found) return null;
     // Before anything is waited for: close() may be called meanwhile.
     const maps = { depth: this.depth.values(), registration: this.registration.values() };
-    if (method === "arap") return this.#arapMesh(maps);
-    this.#refined ??= this.#refine({ ...maps, canonical: this.canonical.data });
+    if (method === "completion") return this.#completedMesh(maps);
+    this.#fitted ??= this.#makeMesh({ ...maps, canonical: this.canonical.data });
     try {
-      const refined = await this.#refined;
-      return refined?.accepted ? new SurfaceMesh(refined, this.#topology, "physics") : await this.#arapMesh(maps);
+      const fitted = await this.#fitted;
+      return fitted?.accepted ? new SurfaceMesh(fitted, this.#topology, "fit") : await this.#completedMesh(maps);
     } catch (error) {
-      this.#refined = null;
+      this.#fitted = null;
       throw error;
     }
   }
 
   /** @param {{ depth: Float32Array, registration: Float32Array }} maps */
-  async #arapMesh(maps) {
-    this.#completed ??= this.#refine({ ...maps, canonical: null });
+  async #completedMesh(maps) {
+    this.#completed ??= this.#makeMesh({ ...maps, canonical: null });
     try {
       const completed = await this.#completed;
-      return completed ? new SurfaceMesh(completed, this.#topology, "arap") : null;
+      return completed ? new SurfaceMesh(completed, this.#topology, "completion") : null;
     } catch (error) {
       this.#completed = null;
       throw error;

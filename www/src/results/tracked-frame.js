@@ -30,14 +30,14 @@ export class TrackedFrame {
     this.found = mesh !== null;
     /** The whole surface, hidden parts included; null unless found. */
     this.mesh = mesh;
-    /** Share of the visible print that the image confirms, 0 to 1. */
+    /** Fraction of the visible print that the image confirms, 0 to 1. */
     this.agreement = agreement;
     /** Solver iterations this frame took. */
     this.iterations = iterations;
     /** The camera that was used, with its source. */
     this.camera = camera;
     this.times = times;
-    /** Answers of the network a second, by the time between the last two; 0 before. */
+    /** Answers of the network per second, by the time between the last two; 0 before. */
     this.networkFps = networkFps;
     /** The frame the mesh belongs to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     this.frame = frame;

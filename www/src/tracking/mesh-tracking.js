@@ -1,7 +1,8 @@
 // The loop that follows the mesh through a video, with the network beside it.
 
 import { DeepSftError } from "../error.js";
-import { transferableFrame } from "../frames/image-input.js";
+import { closeFrame, transferableFrame } from "../frames/image-input.js";
+import { Patience } from "../frames/patience.js";
 import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
@@ -36,6 +37,7 @@ const BUSY_MS = 2000;
 export class MeshTracking {
   #parts;
   #frames;
+  #patience = new Patience();
   #stopped = false;
   /** Whether the tracker had the template in its last frame. */
   #found = false;
@@ -146,14 +148,16 @@ export class MeshTracking {
       const interval = this.#found ? 0 : Math.max(SEARCHING_INTERVAL_MS, this.#networkMs / 16);
       if (began - this.#followedAt < interval) continue;
       this.#followedAt = began;
-      const grabbed = await transferableFrame(video);
+      const grabbed = await transferableFrame(video).catch((error) => this.#patience.bear(error));
+      if (!grabbed) continue;
+      this.#patience.reset();
       const grabMs = performance.now() - began;
       const { frame } = grabbed;
       if (this.#stopped) {
         closeFrame(frame);
         return null;
       }
-      const camera = cameraForFrame(this.#parts.camera, grabbed);
+      const camera = this.#cameraOf(grabbed);
       // Two frames of one time would start the track afresh.
       this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
       const number = ++this.#number;
@@ -162,8 +166,21 @@ export class MeshTracking {
       const request = { number, timeS: this.#timeS, frame, intrinsics: intrinsicsOf(camera) };
       const answer = this.#parts.tracker.follow(request);
       // Should a callback throw before it is waited for, nobody waits for it any more.
-      answer.catch(() => undefined);
+      answer.catch(() => closeFrame(frame));
       return { number, camera, began, grabMs, answer };
+    }
+  }
+
+  /**
+   * @param {{ frame: ImageBitmap | ImageData, width: number, height: number }} grabbed closed when its camera is refused
+   * @returns {SourcedCamera}
+   */
+  #cameraOf(grabbed) {
+    try {
+      return cameraForFrame(this.#parts.camera, grabbed);
+    } catch (error) {
+      closeFrame(grabbed.frame);
+      throw error;
     }
   }
 
@@ -229,8 +246,3 @@ export class MeshTracking {
  * @property {number} grabMs
  * @property {Promise<RawTracked>} answer
  */
-
-/** @param {ImageBitmap | ImageData} frame */
-function closeFrame(frame) {
-  if (frame instanceof ImageBitmap) frame.close();
-}

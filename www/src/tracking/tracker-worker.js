@@ -6,9 +6,9 @@ import { WorkerCalls } from "../engine/worker-calls.js";
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
- * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): below `minCutoff` (Hz, default 2) everything passes,
- * faster jitter of a still surface does not; the cut-off rises by `beta` (Hz for each mm/s, default 0.1) with the
- * vertex's speed, so that motion hardly lags.
+ * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
+ * for a vertex at rest. The cut-off rises by `beta` (Hz per mm/s, default 0.1) with the vertex's speed, so that motion hardly
+ * lags.
  *
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */

@@ -38,7 +38,7 @@ after(async () => {
   await rm(folder, { recursive: true, force: true });
 });
 
-test("completeMesh() and refine: \"physics\" give what the native program gives", { timeout: SLOW_MS }, async (t) => {
+test("completeMesh() and fit: true give what the native program gives", { timeout: SLOW_MS }, async (t) => {
   const demo = await openDemo(browser);
   const pictures = frames.map(({ name, png }) => ({ name, png: png.toString("base64") }));
   const answers = await demo.page.evaluate(
@@ -50,9 +50,9 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
         const blob = new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]);
         const raw = await sft.estimate(blob, { camera });
         const [first, again] = await Promise.all([raw.completeMesh(), raw.completeMesh()]);
-        const refined = await sft.estimate(blob, { camera, refine: "physics" });
-        const whole = await refined.completeMesh();
-        const completed = await raw.completeMesh({ method: "arap" });
+        const fitted = await sft.estimate(blob, { camera, fit: true });
+        const whole = await fitted.completeMesh();
+        const completed = await raw.completeMesh({ method: "completion" });
         all.push({
           found: raw.found,
           mesh: first && [...first.vertices],
@@ -64,14 +64,14 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
           confidence: first && [...first.confidence],
           normalsTowardsCamera: first && first.normals.filter((n, i) => i % 3 === 2 && n < 0).length,
           sizes: first && [first.faces.length, first.textureCoordinates.length, sft.template.mesh.faces.length],
-          refined: refined.refined,
-          refineMs: refined.times.refineMs,
-          refinedMesh: whole && [...whole.vertices],
-          depth: [...refined.depth.values()],
-          registration: [...refined.registration.values()],
+          fitted: fitted.fitted,
+          fitMs: fitted.times.fitMs,
+          fittedMesh: whole && [...whole.vertices],
+          depth: [...fitted.depth.values()],
+          registration: [...fitted.registration.values()],
         });
         raw.close();
-        refined.close();
+        fitted.close();
       }
       sft.close();
       return all;
@@ -79,20 +79,20 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
     [pictures, CAMERA],
   );
   const camera = { ...CAMERA, distortion: [0, 0, 0, 0, 0] };
-  const native = await nativeEstimates(join(folder, "native"), frames, camera, "physics");
-  const completions = await nativeEstimates(join(folder, "arap"), frames, camera, "arap");
+  const native = await nativeEstimates(join(folder, "native"), frames, camera, "fit");
+  const completions = await nativeEstimates(join(folder, "completion"), frames, camera, "complete");
   let meshes = 0;
   for (const [i, { name }] of frames.entries()) {
     const [answer, theirs] = [answers[i], native.get(name)];
     assert.equal(answer.found, theirs.found);
-    assert.equal(answer.refined, theirs.refined, `frame ${name}: accepted by one only`);
+    assert.equal(answer.fitted, theirs.fitted, `frame ${name}: accepted by one only`);
     const apart = disagreement(answer, theirs);
     for (const [figure, most] of Object.entries(SAME_MAPS))
       assert.ok(apart[figure] <= most, `frame ${name}: ${figure} ${apart[figure]}`);
     const completion = completions.get(name);
     assert.equal(answer.completed === null, !completion.mesh);
     if (completion.mesh) {
-      assert.equal(answer.completedMethod, "arap");
+      assert.equal(answer.completedMethod, "completion");
       assert.ok(answer.recovered < answer.completed.length / 3, "some vertices are seen");
       const distance = meshDistance(answer.completed, completion.mesh);
       t.diagnostic(`frame ${name}: completed, ${JSON.stringify(distance)}`);
@@ -100,10 +100,10 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
         assert.ok(distance[figure] <= most, `frame ${name}, completed: ${figure} ${distance[figure]}`);
     }
     if (!theirs.mesh) {
-      assert.deepEqual(answer.mesh, answer.completed, "without physics the completion stands in");
+      assert.deepEqual(answer.mesh, answer.completed, "without a fit the completion stands in");
       continue;
     }
-    assert.equal(answer.method, "physics");
+    assert.equal(answer.method, "fit");
     meshes++;
     const vertices = answer.mesh.length / 3;
     assert.equal(answer.confidence.length, vertices);
@@ -111,12 +111,12 @@ test("completeMesh() and refine: \"physics\" give what the native program gives"
     assert.deepEqual(answer.sizes, [answer.sizes[2], 2 * vertices, answer.sizes[2]]);
     assert.ok(answer.normalsTowardsCamera > vertices / 2, "the print faces the camera");
     assert.ok(answer.sameTwice);
-    assert.ok(answer.refineMs > 0);
+    assert.ok(answer.fitMs > 0);
     const distance = meshDistance(answer.mesh, theirs.mesh);
-    t.diagnostic(`frame ${name}: ${JSON.stringify(distance)}, ${answer.refineMs.toFixed(0)} ms`);
+    t.diagnostic(`frame ${name}: ${JSON.stringify(distance)}, ${answer.fitMs.toFixed(0)} ms`);
     for (const [figure, most] of Object.entries(SAME_MESH))
       assert.ok(distance[figure] <= most, `frame ${name}: ${figure} ${distance[figure]}`);
-    assert.deepEqual(answer.refinedMesh, answer.mesh, "both ways give the same mesh");
+    assert.deepEqual(answer.fittedMesh, answer.mesh, "both ways give the same mesh");
   }
   assert.ok(meshes >= 2, `${meshes} meshes`);
   await demo.finish();
@@ -128,11 +128,11 @@ test("a picture without the poster has no mesh, and a closed estimate gives none
     async (png) => {
       const { DeepSft } = await import("./src/index.js");
       const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
-      const grey = await sft.estimate(new ImageData(640, 480), { refine: "physics" });
+      const grey = await sft.estimate(new ImageData(640, 480), { fit: true });
       const shown = await sft.estimate(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
       shown.close();
       const refusal = await shown.completeMesh().catch((error) => error.code);
-      const answer = [[grey.refined, await grey.completeMesh()], refusal];
+      const answer = [[grey.fitted, await grey.completeMesh()], refusal];
       sft.close();
       return answer;
     },

@@ -194,13 +194,13 @@ test(
       const covered = frames.filter(({ film, truth }) => !truth && film >= FRAMES + 6);
       assert.ok(covered.every(({ found }) => !found), "a grey picture shows no sheet");
       const found = shown.filter((one) => one.found);
-      const share = found.length / shown.length;
+      const fraction = found.length / shown.length;
       const seconds = (frames.at(-1).at - frames[0].at) / 1000;
       const errors = found.map(({ vertices, truth }) => meshDistance(scaled(vertices), truth.vertices));
       const report = {
         fps: (frames.length - 1) / seconds,
         networkFps: median(frames.map((one) => one.networkFps)),
-        share,
+        fraction,
         medianPx: median(errors.map((e) => e.medianPx)),
         rmsMm: median(errors.map((e) => e.rmsMm)),
         trackMs: median(frames.map((one) => one.times.trackMs)),
@@ -210,7 +210,7 @@ test(
       };
       t.diagnostic(JSON.stringify(report));
       // After the cover the network has to answer and the track to start.
-      assert.ok(share > 0.8, `found in ${share} of the frames`);
+      assert.ok(fraction > 0.8, `found in ${fraction} of the frames`);
       assert.ok(report.medianPx < 1, `${report.medianPx} px`);
       assert.ok(report.scriptMsAFrame < MOST_SCRIPT_MS, `${report.scriptMsAFrame} ms of the page's thread a frame`);
       await demo.finish();

@@ -5,7 +5,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
-import { WWW, startServer } from "./server.mjs";
+import { WWW, serve } from "../../serve.mjs";
 
 /** The program and its flags: from `cargo xtask test`, or Debian's Chromium with a software WebGPU adapter. */
 const PROGRAM = process.env.DEEPSFT_CHROMIUM ?? "/usr/bin/chromium";
@@ -30,13 +30,15 @@ const SCREENSHOTS = join(WWW, "tests", "screenshots");
  * @param {object} [options]
  * @param {boolean} [options.webgpu] whether there is an adapter
  * @param {string} [options.camera] a .y4m file that the camera shows; no camera without
+ * @param {string} [options.profile] a folder for what the browser keeps; a browser context comes back then
  */
-export async function launch({ webgpu = true, camera } = {}) {
+export async function launch({ webgpu = true, camera, profile } = {}) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
   if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
-  return chromium.launch({ executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 });
+  const options = { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
+  return profile === undefined ? chromium.launch(options) : chromium.launchPersistentContext(profile, options);
 }
 
 /**
@@ -55,7 +57,7 @@ export async function openDemo(
   browser,
   { device = DESKTOP, query = "", permissions = [], expectedErrors = [], prepare } = {},
 ) {
-  const server = await startServer();
+  const server = await serve();
   const context = await browser.newContext({ ...device, permissions });
   context.setDefaultTimeout(SLOW_MS);
   const requests = [];

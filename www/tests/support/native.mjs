@@ -2,6 +2,7 @@
 // same pictures.
 
 import { execFile } from "node:child_process";
+import { existsSync } from "node:fs";
 import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { promisify } from "node:util";
@@ -9,7 +10,7 @@ import { promisify } from "node:util";
 import { glbPositions } from "./glb.mjs";
 import { readNpy } from "./npy.mjs";
 import { decodePng } from "./png.mjs";
-import { ROOT } from "./server.mjs";
+import { ROOT } from "../../serve.mjs";
 import { untar } from "./tar.mjs";
 
 const CLI = process.env.DEEPSFT_CLI ?? join(ROOT, "target", "release", "deepsft");
@@ -110,15 +111,15 @@ export function readTruth(files, name) {
 
 /**
  * What the native estimator answers for pictures as the browser saw them. `mesh` is the whole mesh, camera frame, mm, where
- * physics was asked for and accepted.
+ * one was asked for and accepted.
  *
  * @param {string} folder to work in
  * @param {{ name: string, png: Buffer }[]} pictures
  * @param {object} camera
- * @param {"none" | "physics"} [refine]
- * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number, refined: boolean, mesh: Float32Array | null }>>}
+ * @param {"none" | "fit" | "complete"} [recovery] of the mesh
+ * @returns {Promise<Map<string, { depth: Float32Array, registration: Float32Array, mask: Uint8Array, found: boolean, confidence: number, fitted: boolean, mesh: Float32Array | null }>>}
  */
-export async function nativeEstimates(folder, pictures, camera, refine = "none") {
+export async function nativeEstimates(folder, pictures, camera, recovery = "none") {
   await mkdir(folder, { recursive: true });
   const { width, height, fx, fy, cx, cy, distortion } = camera;
   const cameraFile = join(folder, "camera.json");
@@ -128,16 +129,17 @@ export async function nativeEstimates(folder, pictures, camera, refine = "none")
   const out = join(folder, "out");
   await deepsft(
     "reconstruct",
-    ...["--model", MODEL, "--camera", cameraFile, "--refine", refine, "--out", out],
+    ...["--model", MODEL, "--camera", cameraFile, "--mesh", recovery, "--out", out],
     ...images,
   );
   const answers = new Map();
   for (const { name } of pictures) {
     const read = async (map) => (await readNpy(join(out, name, `${map}.npy`))).values;
-    const { found, confidence, refined = false } = JSON.parse(await readFile(join(out, name, "report.json"), "utf8"));
+    const { found, confidence } = JSON.parse(await readFile(join(out, name, "report.json"), "utf8"));
     const [depth, registration, mask] = await Promise.all(["depth", "registration", "mask"].map(read));
-    const mesh = refined ? glbPositions(await readFile(join(out, name, "whole-mesh.glb"))) : null;
-    answers.set(name, { depth, registration, mask, found, confidence, refined, mesh });
+    const file = join(out, name, "whole-mesh.glb");
+    const mesh = existsSync(file) ? glbPositions(await readFile(file)) : null;
+    answers.set(name, { depth, registration, mask, found, confidence, fitted: mesh !== null, mesh });
   }
   return answers;
 }

@@ -1,22 +1,36 @@
 // openCamera against getUserMedia stand-ins that refuse as browsers do; the real thing is in tests/browser.
 
 import assert from "node:assert/strict";
-import { afterEach, test } from "node:test";
+import { afterEach, beforeEach, test } from "node:test";
 
 import { openCamera } from "deepsft";
 
 class Track extends EventTarget {
   label = "Front Camera";
-  stopped = false;
+  readyState = "live";
+  muted = false;
+  constructor(deviceId) {
+    super();
+    this.deviceId = deviceId;
+  }
   getSettings = () => ({ facingMode: "environment", deviceId: this.deviceId });
   stop() {
-    this.stopped = true;
+    this.readyState = "ended";
+  }
+  /** The browser takes the camera away. */
+  end() {
+    this.readyState = "ended";
+    this.dispatchEvent(new Event("ended"));
+  }
+  mute(muted) {
+    this.muted = muted;
+    this.dispatchEvent(new Event(muted ? "mute" : "unmute"));
   }
 }
 
 class Stream {
-  constructor(label = "Back Camera") {
-    this.track = new Track();
+  constructor(label = "Back Camera", deviceId = "back") {
+    this.track = new Track(deviceId);
     this.track.label = label;
   }
   getTracks = () => [this.track];
@@ -25,19 +39,40 @@ class Stream {
 
 class Video extends EventTarget {
   srcObject = null;
+  paused = true;
   async play() {
+    this.paused = false;
     queueMicrotask(() => this.dispatchEvent(new Event("loadeddata")));
   }
 }
 
+/** The page: shown, or away. */
+class Page extends EventTarget {
+  visibilityState = "visible";
+  show(visible) {
+    this.visibilityState = visible ? "visible" : "hidden";
+    this.dispatchEvent(new Event("visibilitychange"));
+  }
+}
+
+let page;
 const realNavigator = Object.getOwnPropertyDescriptor(globalThis, "navigator");
-afterEach(() =>
-  realNavigator ? Object.defineProperty(globalThis, "navigator", realNavigator) : delete globalThis.navigator,
-);
+beforeEach(() => {
+  page = new Page();
+  Object.assign(globalThis, { document: page, self: new EventTarget() });
+});
+afterEach(() => {
+  delete globalThis.document;
+  delete globalThis.self;
+  if (realNavigator) Object.defineProperty(globalThis, "navigator", realNavigator);
+  else delete globalThis.navigator;
+});
 
 function withDevices(mediaDevices) {
   Object.defineProperty(globalThis, "navigator", { value: { mediaDevices }, configurable: true });
 }
+
+const told = (camera, event) => new Promise((resolve) => camera.addEventListener(event, resolve, { once: true }));
 
 const refusal = (name) => Object.assign(new Error(name), { name });
 
@@ -83,39 +118,146 @@ test("constraints that cannot be met are relaxed in three steps, other refusals 
   assert.equal(calls, 1);
 });
 
-test("of several back cameras the main one is taken, and the other one is let go first", async () => {
-  const wide = new Stream("Back Ultra Wide Camera");
-  const main = new Stream("Back Camera");
+/** A camera as browsers list it. */
+const listed = (deviceId, facing, width, height) => ({
+  kind: "videoinput",
+  // Labels are in the person's language.
+  label: `Kamera ${deviceId}`,
+  deviceId,
+  getCapabilities: () => ({ facingMode: [facing], width: { min: 1, max: width }, height: { min: 1, max: height } }),
+});
+const PHONE_CAMERAS = [
+  { kind: "audioinput", label: "Back Camera", deviceId: "microphone" },
+  listed("front", "user", 6000, 4000),
+  listed("wide", "environment", 3264, 2448),
+  listed("main", "environment", 4080, 3060),
+];
+
+test("of several back cameras the one with the most pixels is taken, and the other one is let go first", async () => {
+  const [wide, main] = [new Stream("Kamera wide", "wide"), new Stream("Kamera main", "main")];
   withDevices({
     getUserMedia: async ({ video }) => {
       if (!video.deviceId) return wide;
-      assert.equal(wide.track.stopped, true);
+      assert.equal(wide.track.readyState, "ended");
       assert.deepEqual(video.deviceId, { exact: "main" });
       return main;
     },
-    enumerateDevices: async () => [
-      { kind: "audioinput", label: "Back Camera", deviceId: "microphone" },
-      { kind: "videoinput", label: "Back Ultra Wide Camera", deviceId: "wide" },
-      { kind: "videoinput", label: "Back Camera", deviceId: "main" },
-    ],
+    enumerateDevices: async () => PHONE_CAMERAS,
   });
-  assert.equal((await openCamera(new Video())).label, "Back Camera");
+  assert.equal((await openCamera(new Video())).deviceId, "main");
+});
+
+test("a main camera that does not open gives the first one back", async () => {
+  const opened = [];
+  withDevices({
+    getUserMedia: async ({ video }) => {
+      const id = video.deviceId?.exact ?? "wide";
+      opened.push(id);
+      if (id === "main") throw refusal("NotReadableError");
+      return new Stream(`Kamera ${id}`, id);
+    },
+    enumerateDevices: async () => PHONE_CAMERAS,
+  });
+  const camera = await openCamera(new Video());
+  assert.deepEqual(opened, ["wide", "main", "wide"]);
+  assert.equal(camera.deviceId, "wide");
+});
+
+test("a camera that is the main one, or whose browser does not tell, stays", async () => {
+  for (const cameras of [PHONE_CAMERAS.slice(0, 3), PHONE_CAMERAS.map((one) => ({ ...one, getCapabilities: undefined }))]) {
+    let calls = 0;
+    withDevices({
+      getUserMedia: async () => (calls++, new Stream("Kamera wide", "wide")),
+      enumerateDevices: async () => cameras,
+    });
+    await openCamera(new Video());
+    assert.equal(calls, 1);
+  }
+});
+
+test("a camera that the system mutes is interrupted until it is unmuted, and plays on then", async () => {
+  const stream = new Stream();
+  withDevices({ getUserMedia: async () => stream, enumerateDevices: async () => [] });
+  const video = new Video();
+  const camera = await openCamera(video);
+  const interrupted = told(camera, "interrupted");
+  stream.track.mute(true);
+  await interrupted;
+  video.paused = true;
+  page.show(true);
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  assert.equal(camera.interrupted, true, "a call that goes on");
+  const resumed = told(camera, "resumed");
+  stream.track.mute(false);
+  await resumed;
+  assert.deepEqual([camera.interrupted, video.paused], [false, false]);
+});
+
+test("a video that was paused while the page was away plays on, also when the page comes out of the browser's cache", async () => {
+  withDevices({ getUserMedia: async () => new Stream(), enumerateDevices: async () => [] });
+  const video = new Video();
+  await openCamera(video);
+  for (const back of [() => page.show(true), () => self.dispatchEvent(new Event("pageshow"))]) {
+    page.show(false);
+    video.paused = true;
+    page.visibilityState = "visible";
+    back();
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    assert.equal(video.paused, false);
+  }
+});
+
+test("a camera that was taken away while the page was away is opened again when the page returns", async () => {
+  const asked = [];
+  const streams = [new Stream(), new Stream()];
+  withDevices({
+    getUserMedia: async ({ video }) => (asked.push(video.deviceId), streams[asked.length - 1]),
+    enumerateDevices: async () => [],
+  });
+  const video = new Video();
+  const camera = await openCamera(video);
+  page.show(false);
+  streams[0].track.end();
+  assert.deepEqual([camera.interrupted, camera.error, asked.length], [true, null, 1]);
+  const resumed = told(camera, "resumed");
+  page.show(true);
+  await resumed;
+  assert.equal(video.srcObject, streams[1]);
+  assert.deepEqual(asked[1], { exact: "back" });
+});
+
+test("a camera that cannot be opened again when the page returns is lost", async () => {
+  const stream = new Stream();
+  let calls = 0;
+  withDevices({
+    getUserMedia: async () => {
+      if (calls++ > 0) throw refusal("NotFoundError");
+      return stream;
+    },
+    enumerateDevices: async () => [],
+  });
+  const camera = await openCamera(new Video());
+  page.show(false);
+  stream.track.end();
+  const lost = told(camera, "lost");
+  page.show(true);
+  await lost;
+  assert.equal(camera.error.code, "camera-lost");
 });
 
 test("a track that ends is reported as a lost camera, and a camera that ends while it starts rejects", async () => {
   const stream = new Stream();
   withDevices({ getUserMedia: async () => stream, enumerateDevices: async () => [] });
   const camera = await openCamera(new Video());
-  const lost = new Promise((resolve) => camera.addEventListener("lost", resolve, { once: true }));
-  stream.track.dispatchEvent(new Event("ended"));
+  const lost = told(camera, "lost");
+  stream.track.end();
   await lost;
   assert.equal(camera.error.code, "camera-lost");
-  assert.equal(stream.track.stopped, true);
 
   const short = new Stream();
   withDevices({ getUserMedia: async () => short, enumerateDevices: async () => [] });
   const video = new Video();
-  video.play = async () => void short.track.dispatchEvent(new Event("ended"));
+  video.play = async () => void short.track.end();
   await assert.rejects(openCamera(video), { code: "camera-lost" });
 });
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { Covering, confirmed, seenShares } from "../../demo/live/covering.js";
+import { Covering, confirmed, seenFractions } from "../../demo/live/covering.js";
 
 /** A point that the canonical camera sees at a pixel, 380 mm away: a millimetre a pixel. */
 const at = (column, row) => [column - CANONICAL_WIDTH / 2 + 0.5, row - CANONICAL_HEIGHT / 2 + 0.5, 380];
@@ -23,7 +23,7 @@ const mesh = (vertex, uv = [0.5, 0.5]) => ({
 });
 
 test("a vertex is seen a pixel beyond the mask, four on the sheet's border, and where the image does not reach", () => {
-  const seen = (column, row, uv) => seenShares(mesh(at(column, row), uv), leftHalf())[0];
+  const seen = (column, row, uv) => seenFractions(mesh(at(column, row), uv), leftHalf())[0];
   assert.deepEqual(
     [100, 240, 241].map((column) => seen(column, 100)),
     [1, 1, 0],
@@ -45,8 +45,8 @@ test("the mask of an older frame is looked up at the mesh of that frame", () => 
   assert.deepEqual([...covering.follow(1, mesh(at(300, 100)), true)], [1], "nothing covers it before the first answer");
   covering.follow(2, mesh(at(100, 100)), true);
   covering.answer(1, leftHalf());
-  const [share] = covering.follow(3, mesh(at(100, 100)), true);
-  assert.ok(Math.abs(share - 0.4) < 1e-6, `${share}: hidden in frame 1, with a weight of 0.6`);
+  const [fraction] = covering.follow(3, mesh(at(100, 100)), true);
+  assert.ok(Math.abs(fraction - 0.4) < 1e-6, `${fraction}: hidden in frame 1, with a weight of 0.6`);
   covering.answer(2, leftHalf());
   const [again] = covering.follow(4, mesh(at(100, 100)), true);
   assert.ok(Math.abs(again - 0.76) < 1e-6, `${again}`);

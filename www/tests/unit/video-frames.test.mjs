@@ -1,6 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { DeepSftError } from "../../src/error.js";
+import { Patience } from "../../src/frames/patience.js";
 import { VideoFrames } from "../../src/frames/video-frames.js";
 
 /** A video whose frames the test shows. */
@@ -63,4 +65,20 @@ test("it says whether a frame waits, and when one last went by untaken", async (
   video.show(40);
   await frames.next();
   assert.equal(frames.missedAt, 30);
+});
+
+test("frames that cannot be read are borne, other errors are not, and neither are failures without end", (t) => {
+  t.mock.timers.enable({ apis: ["Date"] });
+  const clock = t.mock.method(performance, "now", () => Date.now());
+  const unreadable = new DeepSftError("image-unreadable", "");
+  const patience = new Patience();
+  for (let i = 0; i < 10; i++) patience.bear(unreadable);
+  t.mock.timers.tick(60_000);
+  patience.reset();
+  for (let i = 0; i < 20; i++) patience.bear(unreadable);
+  t.mock.timers.tick(60_000);
+  assert.throws(() => patience.bear(unreadable), { code: "image-unreadable" });
+  patience.reset();
+  assert.throws(() => patience.bear(new DeepSftError("closed", "")), { code: "closed" });
+  clock.mock.restore();
 });

@@ -1,22 +1,6 @@
 import { DeepSftError } from "../error.js";
 import type { SourcedCamera } from "./intrinsics.js";
-export type OpenCameraOptions = {
-    /**
-     * which way the camera should look; default "environment"
-     */
-    facing?: "environment" | "user";
-    /**
-     * a certain camera
-     */
-    deviceId?: string;
-};
-/**
- * A browser's refusal as an error with a code.
- *
- * @param {unknown} error
- * @returns {DeepSftError}
- */
-export declare function cameraError(error: unknown): DeepSftError;
+import type { OpenCameraOptions } from "./request.js";
 /**
  * Opens a camera and plays it in a video element.
  *
@@ -36,13 +20,19 @@ export declare function listCameras(): Promise<{
     label: string;
 }[]>;
 /**
- * A camera that plays. Events: `lost`, when the stream ended by itself (`error` then says why), and `resize`, when the
- * picture's size changed because the device was turned; the intrinsics follow by themselves.
+ * A camera that plays. Events:
+ *
+ * - `interrupted`, when the system takes the camera away for a while: a phone call, a locked screen, another tab;
+ * - `resumed`, when it plays again after that, opened anew if need be;
+ * - `lost`, when it ended by itself (`error` then says why);
+ * - `resize`, when the picture's size changed because the device was turned; the intrinsics follow by themselves.
  */
 export declare class CameraStream extends EventTarget {
     #private;
     /** @type {DeepSftError | null} why the stream ended by itself */
     error: DeepSftError | null;
+    /** Whether the system has taken the camera away for a while. */
+    interrupted: boolean;
     /**
      * Use {@link openCamera}.
      *

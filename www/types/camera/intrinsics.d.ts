@@ -63,13 +63,13 @@ export type SourcedCamera = Camera & {
  */
 /** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
 /**
- * Focal length of an unknown camera as a share of its image's long side: the median of a public table of 98
+ * Focal length of an unknown camera as a fraction of its image's long side: the median of a public table of 98
  * phones. Four of five lie within 0.73 and 1.01, so depth from it may be off by a sixth.
  */
-export declare const TYPICAL_FOCAL_SHARE = 0.79;
+export declare const TYPICAL_FOCAL_FRACTION = 0.79;
 /**
  * The guess for an image of unknown origin: principal point at the centre, focal length
- * {@link TYPICAL_FOCAL_SHARE} of the long side.
+ * {@link TYPICAL_FOCAL_FRACTION} of the long side.
  *
  * @param {number} width pixels
  * @param {number} height pixels

@@ -4,14 +4,6 @@ export type LoadProgress = {
     totalBytes: number | null;
 };
 /**
- * The body of a response, counted while it arrives.
- *
- * @param {Response} response
- * @param {(bytes: number) => void} onBytes called with the length of each chunk
- * @returns {ReadableStream<Uint8Array<ArrayBuffer>> | null}
- */
-export declare function countedBody(response: Response, onBytes: (bytes: number) => void): ReadableStream<Uint8Array<ArrayBuffer>> | null;
-/**
  * Fetches a bundle.
  *
  * @param {URL} folder ends in "/"

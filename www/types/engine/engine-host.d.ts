@@ -1,4 +1,4 @@
-import type { EngineInfo, EngineTemplate, EstimateRequest, RawEstimate, RawRefined, RefineRequest, StartRequest } from "./engine-worker.js";
+import type { EngineInfo, EngineTemplate, EstimateRequest, MeshRequest, RawEstimate, RawMesh, StartRequest } from "./engine-worker.js";
 /**
  * @param {StartRequest} request
  * @returns {Promise<{ value: { info: EngineInfo, template: EngineTemplate }, transfer: Transferable[] }>}
@@ -14,15 +14,15 @@ export declare function start({ module, files, device: wanted }: StartRequest): 
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-export declare function estimate({ frame, intrinsics, refine: wantsPhysics }: EstimateRequest): Promise<{
+export declare function estimate({ frame, intrinsics, fit }: EstimateRequest): Promise<{
     value: RawEstimate;
     transfer: Transferable[];
 }>;
 /**
- * @param {RefineRequest} request
- * @returns {Promise<{ value: RawRefined | null, transfer: Transferable[] }>}
+ * @param {MeshRequest} request
+ * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
  */
-export declare function refine(request: RefineRequest): Promise<{
-    value: RawRefined | null;
+export declare function mesh(request: MeshRequest): Promise<{
+    value: RawMesh | null;
     transfer: Transferable[];
 }>;

@@ -50,11 +50,11 @@ export type RawEstimate = {
      */
     bitmap: ImageBitmap | null;
     /**
-     * when physics was asked for and the template found: what came of it
+     * when a fit was asked for and the template found: what came of it
      */
-    refined: RawRefined | null;
+    fitted: RawMesh | null;
 };
-export type RawRefined = {
+export type RawMesh = {
     /**
      * whether the mesh explains the image better than the network's maps
      */
@@ -63,7 +63,7 @@ export type RawRefined = {
     confidence: Float32Array;
     depth: Float32Array;
     registration: Float32Array;
-    refineMs: number;
+    solveMs: number;
 };
 export type MeshTopology = {
     faces: Uint32Array;
@@ -84,9 +84,9 @@ export type StartRequest = {
 export type EstimateRequest = {
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
-    refine: boolean;
+    fit: boolean;
 };
-export type RefineRequest = {
+export type MeshRequest = {
     depth: Float32Array;
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
@@ -123,35 +123,38 @@ export type RefineRequest = {
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
- * @property {RawRefined | null} refined when physics was asked for and the template found: what came of it
+ * @property {RawMesh | null} fitted when a fit was asked for and the template found: what came of it
  */
 /**
- * One frame after physics refinement.
+ * The whole mesh in one frame.
  *
- * @typedef {object} RawRefined
+ * @typedef {object} RawMesh
  * @property {boolean} accepted whether the mesh explains the image better than the network's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
  * @property {Float32Array} registration
- * @property {number} refineMs
+ * @property {number} solveMs
  */
 /**
- * What of a mesh no frame changes: three vertex indices a face, counter-clockwise seen from the front, and (u, v) of each
+ * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
  */
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], refine: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /**
- * With the canonical image: physics refinement. Without: ARAP completion.
+ * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} RefineRequest
+ * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 /**
  * Compiles the WebAssembly module while it downloads.
+ *
+ * Browsers keep compiled code beside the response it came from, so the response itself is compiled, and its bytes are
+ * counted on a copy.
  *
  * @param {URL} url
  * @param {object} [options]
@@ -180,10 +183,10 @@ export declare class EngineWorker extends WorkerCalls {
      */
     estimate(request: EstimateRequest): Promise<RawEstimate>;
     /**
-     * @param {RefineRequest} request
-     * @returns {Promise<RawRefined | null>} null when the maps show too little to fit a mesh to
+     * @param {MeshRequest} request
+     * @returns {Promise<RawMesh | null>} null when the maps show too little of the template
      */
-    refine(request: RefineRequest): Promise<RawRefined | null>;
+    mesh(request: MeshRequest): Promise<RawMesh | null>;
 }
 /** @param {ImageBitmap | ImageData} frame */
 export declare function transferable(frame: ImageBitmap | ImageData): ArrayBuffer | ImageBitmap;

@@ -1,10 +1,16 @@
+/** How long a worker may be silent while a call waits, milliseconds: an emulated GPU takes minutes for its first frame. */
+export declare const DEFAULT_TIMEOUT_MS = 180000;
 /** A worker with `worker.js` in it, as calls that return promises. */
 export declare class WorkerCalls {
     #private;
-    /** @param {URL | undefined} url address of worker.js where the bundler cannot find it itself */
-    constructor(url: URL | undefined);
     /**
-     * Ends the worker; what is under way, and every later call, rejects with `reason`.
+     * @param {URL | undefined} url address of worker.js where the bundler cannot find it itself
+     * @param {number} [timeoutMs] the worker is ended when it is silent for so long while a call waits
+     * @throws {DeepSftError} `engine-load`
+     */
+    constructor(url: URL | undefined, timeoutMs?: number);
+    /**
+     * Ends the worker; what is under way, and every later call, rejects with `reason`, or with that of the first end.
      *
      * @param {unknown} reason
      */

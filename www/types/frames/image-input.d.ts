@@ -11,3 +11,9 @@ export declare function transferableFrame(image: ImageInput): Promise<{
     width: number;
     height: number;
 }>;
+/**
+ * Lets a frame's memory go. One that was sent to a worker has none left here.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ */
+export declare function closeFrame(frame: ImageBitmap | ImageData): void;

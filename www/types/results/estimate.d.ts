@@ -1,30 +1,30 @@
 import { SurfaceMesh } from "./surface-mesh.js";
 import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js";
+import type { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js";
 export type EstimateTimes = {
     captureMs: number;
     warpMs: number;
     networkMs: number;
     judgeMs: number;
-    refineMs: number;
+    fitMs: number;
     totalMs: number;
 };
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology, RawEstimate, RawRefined, RefineRequest } from "../engine/engine-worker.js" */
+/** @import { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), `refine` (physics, where it was asked for), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `fit` (of a mesh, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
- * @property {number} refineMs
+ * @property {number} fitMs
  * @property {number} totalMs
  */
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values a pixel.
+ * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -34,7 +34,7 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
     width: number;
     /** Rows. */
     height: number;
-    /** Values a pixel. */
+    /** Values per pixel. */
     channels: number;
     /**
      * Where the values live.
@@ -78,7 +78,7 @@ export declare class Estimate {
     /** 1 where the object is seen, else 0. */
     mask: EstimateMap<Uint8Array<ArrayBufferLike>>;
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
-    refined: boolean;
+    fitted: boolean;
     /** The canonical image the maps belong to. */
     canonical: ImageData;
     /** The camera that was used, with its source. */
@@ -91,22 +91,22 @@ export declare class Estimate {
      * @param {SourcedCamera} camera
      * @param {EstimateTimes} times
      * @param {MeshTopology} topology of the template's mesh
-     * @param {(request: RefineRequest) => Promise<RawRefined | null>} refine the engine's physics refinement
+     * @param {(request: MeshRequest) => Promise<RawMesh | null>} makeMesh has the engine fit or complete a mesh
      */
-    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, refine: (request: RefineRequest) => Promise<RawRefined | null>);
+    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, makeMesh: (request: MeshRequest) => Promise<RawMesh | null>);
     /**
-     * The whole surface, hidden parts included, computed once a method.
+     * The whole surface, hidden parts included, computed once per method.
      *
-     * `physics` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-     * maps, the mesh is that of `arap`: the paper's completion, in which visible vertices stay about where the network has them and
+     * `fit` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
+     * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the network has them and
      * the others follow as rigidly as possible. The mesh's `method` says which it is.
      *
-     * @param {{ method?: "physics" | "arap" }} [options]
+     * @param {{ method?: "fit" | "completion" }} [options]
      * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
      * @throws {DeepSftError} `closed`, `gpu-lost`, `internal`
      */
     completeMesh({ method }?: {
-        method?: "physics" | "arap";
+        method?: "fit" | "completion";
     }): Promise<SurfaceMesh | null>;
     /** Lets the maps and the frame go. */
     close(): void;

@@ -1,11 +1,11 @@
 import type { MeshTopology } from "../engine/engine-worker.js";
-export type MeshMethod = "physics" | "arap" | "tracking";
+export type MeshMethod = "fit" | "completion" | "tracking";
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 /**
- * Where a mesh comes from: fitted to one image (`physics`), completed from the network's maps (`arap`), or followed through a
+ * Where a mesh comes from: fitted to one image (`fit`), completed from the network's maps (`completion`), or followed through a
  * video (`tracking`).
  *
- * @typedef {"physics" | "arap" | "tracking"} MeshMethod
+ * @typedef {"fit" | "completion" | "tracking"} MeshMethod
  */
 /** A triangle mesh in the camera's frame. */
 export declare class SurfaceMesh {
@@ -13,11 +13,11 @@ export declare class SurfaceMesh {
     /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
     vertices: Float32Array<ArrayBufferLike>;
     /**
-     * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `arap`: 1 where the
+     * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `completion`: 1 where the
      * network sees the vertex, else 0.
      */
     confidence: Float32Array<ArrayBufferLike>;
-    /** Three vertex indices a face, counter-clockwise seen from the printed side. The same array for every frame. */
+    /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     faces: Uint32Array<ArrayBufferLike>;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     textureCoordinates: Float32Array<ArrayBufferLike>;

@@ -22,14 +22,14 @@ export declare class TrackedFrame {
     found: boolean;
     /** The whole surface, hidden parts included; null unless found. */
     mesh: SurfaceMesh | null;
-    /** Share of the visible print that the image confirms, 0 to 1. */
+    /** Fraction of the visible print that the image confirms, 0 to 1. */
     agreement: number;
     /** Solver iterations this frame took. */
     iterations: number;
     /** The camera that was used, with its source. */
     camera: SourcedCamera;
     times: TrackedTimes;
-    /** Answers of the network a second, by the time between the last two; 0 before. */
+    /** Answers of the network per second, by the time between the last two; 0 before. */
     networkFps: number;
     /** The frame the mesh belongs to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     frame: ImageBitmap | null;

@@ -60,3 +60,13 @@ export type Following = {
     grabMs: number;
     answer: Promise<RawTracked>;
 };
+/**
+ * A frame that the tracker is following.
+ *
+ * @typedef {object} Following
+ * @property {number} number
+ * @property {SourcedCamera} camera
+ * @property {number} began when the tracker was free for it, milliseconds
+ * @property {number} grabMs
+ * @property {Promise<RawTracked>} answer
+ */

@@ -10,10 +10,10 @@ use std::path::PathBuf;
 
 #[derive(Subcommand)]
 pub enum BundleCommand {
-    /// Check that a model bundle is whole and works: version, sizes and hashes of its files, shapes of the
-    /// weights, and one image through the network.
+    /// Check that a model bundle is whole and works: version, sizes and hashes of its files, shapes of the weights,
+    /// template and camera against the network, and one image through the network.
     #[command(
-        after_help = "Exit code 3 and the reason when it is not.\n\nExample:\n  deepsft bundle verify models/poster-a4"
+        after_help = "The exit code is 3, with the reason, when it is not.\n\nExample:\n  deepsft bundle verify models/poster-a4"
     )]
     Verify(VerifyArguments),
 }

@@ -3,26 +3,40 @@
 use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FOLDER, frame_name};
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
-use crate::output::atomic::{self, StagedFolder};
-use crate::{input, interruption, progress, synthesis};
+use crate::output::atomic::{self, FolderKind, StagedFolder};
+use crate::{input, interruption, progress};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
 use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer};
+use deepsft_synth::{
+    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
+};
 use std::path::{Path, PathBuf};
 
 /// Frames a shard of the truth.
 const SHARD_SIZE: u64 = 500;
 
+/// The folder of a clip.
+const CLIP_FOLDER: FolderKind = FolderKind {
+    known_by: &[CLIP_FILE],
+    files: &[
+        CLIP_FILE,
+        CAMERA_FILE,
+        "frame-#.png",
+        "truth/dataset.json",
+        "truth/shard-#.tar",
+    ],
+};
+
 #[derive(Args)]
 #[command(
     group = ArgGroup::new("object").args(["template", "model"]).required(true),
     after_help = "\
-Writes
+The command writes
   DIR/frame-00000.png ...   the frames
   DIR/camera.json           the camera that took them
-  DIR/clip.json             frames a second, exposure, what happens and when, the seed
+  DIR/clip.json             frames per second, exposure, what happens and when, the seed
   DIR/truth/                a data set as `deepsft synth` writes: depth, registration and the mesh of every frame;
                             `deepsft eval --data DIR/truth` measures a network on it, frame by frame
 
@@ -33,9 +47,9 @@ What can happen:
   leaving     the sheet leaves the view, is away for a while, and comes back
   still       nothing moves; the sensor noise differs from frame to frame
 
-The same template, seed and options give the same frames: on one machine bit for bit, on others too but for the last
-bits, in which libraries of elementary functions differ. `deepsft track` follows the sheet and, as the truth lies
-beside the frames, tells how far off it is. As a video, if the program ffmpeg is there:
+The same template, seed and options give the same frames: on one machine bit for bit. On other machines the last bits
+may differ, as libraries of elementary functions do. `deepsft track` follows the sheet; the truth lies beside the frames,
+so it also reports its errors. The program ffmpeg makes a video of the frames:
   ffmpeg -framerate 30 -i DIR/frame-%05d.png -pix_fmt yuv420p clip.mp4
 
 Example:
@@ -49,7 +63,7 @@ pub struct ClipArguments {
     /// Model bundle whose template to show
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
-    /// Seed of the clip; from 9000000 on no training and no evaluation of this project uses them
+    /// Seed of the clip; no training and no evaluation of this project uses seeds from 9000000 on
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED)]
     seed: u64,
     /// What happens
@@ -75,7 +89,7 @@ pub struct ClipArguments {
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
     let template = template(arguments)?;
-    let folder = StagedFolder::new(&arguments.out, &[CLIP_FILE])?;
+    let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
     let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
@@ -84,10 +98,10 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
     let mut failure = None;
-    let records = synthesis::clip_frames(&story, 0..frames)
+    let records = deepsft_synth::clip_frames(&story, 0..frames)
         .enumerate()
         .map_while(|(frame, sample)| {
-            let written = interruption::check().and(sample).and_then(|sample| {
+            let written = interruption::check().and_then(|()| Ok(sample?)).and_then(|sample| {
                 let png = encode_png(&sample.image)?;
                 atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
                 Ok(SampleRecord {
@@ -105,7 +119,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let config = synthesizer.config();
-    let description = deepsft_synth::describe_dataset(&template, config, arguments.seed, frames as u64, shards);
+    let description = DatasetDescription::new(&template, config.description(), arguments.seed, frames as u64, shards);
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, camera_to_json(&camera))?;
@@ -124,7 +138,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
 
 /// Writes the shards of the truth into a folder of the clip's.
 fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
-    let truth = StagedFolder::new(folder, &[DATASET_FILE])?;
+    let truth = StagedFolder::new(folder, &FolderKind::DATASET)?;
     let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
     truth.commit()?;
     Ok(shards)

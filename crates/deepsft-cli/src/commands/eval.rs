@@ -1,22 +1,19 @@
 //! `deepsft eval`: models against ground truth, in one table.
 
 mod figure;
-mod report;
 mod sets;
-mod table;
 mod worst;
 
 use crate::failure::usage;
+use crate::mesh_choice::MeshChoice;
 use crate::output::{atomic, sheet};
-use crate::refine::Refine;
 use crate::synthesis::SynthesisOptions;
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_train::Evaluation;
+use deepsft_train::{Evaluation, EvaluationReport, accuracy_table, reports_to_json};
 use figure::Chosen;
-use report::Report;
 use sets::{DataSet, FrameSet};
 use std::path::PathBuf;
 use worst::Worst;
@@ -35,7 +32,7 @@ predicted mask; printed are mean and median over the frames that show the object
   rmse_3d_mm             3D points, mm
   frames_per_second      frames answered in a second, one after the other
 The JSON of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
-{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --refine physics,
+{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --mesh,
 \"fit\" says where the mesh was rejected and where it is worse than the network's own maps, whose errors stand beside
 each frame's (\"network_...\").
 
@@ -55,7 +52,7 @@ better the registration).
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
-  deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --refine physics
+  deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --mesh fit
   deepsft eval --model with-tv --model without-tv --synthetic 200 --seed 999 --data held-out --data recording
   deepsft eval --model models/poster-a4 --synthetic 200 --seed 999 --ablation
   deepsft eval --model models/poster-a4 --synthetic 100 --seed 999 --figure figure.png"
@@ -75,12 +72,11 @@ pub struct EvalArguments {
     /// Measure on a data set as `deepsft synth` writes, or on an RGB-D recording; may be given several times
     #[arg(long, visible_alias = "dataset", value_name = "DIR")]
     data: Vec<PathBuf>,
-    /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
-    /// network sees by what is hidden (arap)
-    #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
-    refine: Refine,
+    /// How to find the whole mesh, whose maps are then measured
+    #[arg(long, alias = "refine", value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
+    mesh: MeshChoice,
     /// Measure the maps after each block of the network
-    #[arg(long, conflicts_with_all = ["refine", "sheet", "figure"])]
+    #[arg(long, conflicts_with_all = ["mesh", "sheet", "figure"])]
     ablation: bool,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
@@ -140,9 +136,9 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
             reports.push(report);
         }
     }
-    println!("{}", table::table(&reports));
+    println!("{}", accuracy_table(&reports));
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &report::to_json(&reports)?)?;
+        atomic::write_file(path, &reports_to_json(&reports)?)?;
     }
     for (path, rows) in [(&arguments.sheet, worst_rows), (&arguments.figure, figure_rows)] {
         if let Some(path) = path {
@@ -181,14 +177,14 @@ struct Measured<'a> {
 
 impl Measured<'_> {
     /// A row of the table, and the frames to draw.
-    fn evaluation(&self, set: FrameSet) -> Result<(Report, Worst, Chosen)> {
+    fn evaluation(&self, set: FrameSet) -> Result<(EvaluationReport, Worst, Chosen)> {
         let bar = progress::counting(set.count, "frames");
         let (mut worst, mut chosen) = (Worst::default(), Chosen::new(set.count));
         let mut unreadable = None;
         let frames = set
             .frames
             .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
-        let mut refinement = self.arguments.refine.prepare(self.bundle.template())?;
+        let mut refinement = self.arguments.mesh.prepare(self.bundle.template())?;
         let evaluation = Evaluation::run(
             self.estimator,
             refinement.as_mut(),
@@ -208,7 +204,7 @@ impl Measured<'_> {
         match unreadable {
             Some(error) => Err(error),
             None => Ok((
-                Report::new(self.name, None, &set.name, &evaluation, self.device),
+                EvaluationReport::new(self.name, None, &set.name, &evaluation, self.device),
                 worst,
                 chosen,
             )),
@@ -216,7 +212,7 @@ impl Measured<'_> {
     }
 
     /// A row for each stage of the network.
-    fn ablation(&self, set: FrameSet) -> Result<Vec<Report>> {
+    fn ablation(&self, set: FrameSet) -> Result<Vec<EvaluationReport>> {
         let bar = progress::counting(set.count, "frames");
         let mut unreadable = None;
         let frames = set
@@ -227,7 +223,8 @@ impl Measured<'_> {
         if let Some(error) = unreadable {
             return Err(error);
         }
-        let report = |(stage, evaluation)| Report::new(self.name, Some(stage), &set.name, &evaluation, self.device);
+        let report =
+            |(stage, evaluation)| EvaluationReport::new(self.name, Some(stage), &set.name, &evaluation, self.device);
         Ok(stages.into_iter().map(report).collect())
     }
 }

@@ -1,18 +1,17 @@
 //! `deepsft network`: what a network is made of.
 
-mod layer_table;
-
 use crate::network_choice;
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use deepsft::layer_table;
 
 #[derive(Subcommand)]
 pub enum NetworkCommand {
     /// Print a network's layers: sizes, parameters and operations, by block and in all.
     #[command(after_help = "\
-Operations are those of convolutions and dense layers for one 480 x 270 image, a multiplication and an addition
-counted as two. A network by its name is described as it is trained, with batch normalisation (four parameters a
-channel); that of a model is folded.
+Operations are those of convolutions and dense layers for one 480 x 270 image; a multiplication and an addition count as
+two. A network given by name is described as it is trained, with batch normalisation (four parameters per channel). The
+network of a model is folded.
 
 Examples:
   deepsft network describe paper
@@ -32,7 +31,7 @@ pub fn run(command: &NetworkCommand) -> Result<()> {
     let network = network_choice::named(&arguments.network)?;
     print!(
         "{}",
-        layer_table::text(network.config().architecture.name(), &network.describe())
+        layer_table(network.config().architecture.name(), &network.describe())
     );
     Ok(())
 }

@@ -2,13 +2,14 @@
 
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::failure::{self, BlameInput, usage};
-use crate::output::{atomic, glb, npy, panels, sheet, surface};
-use crate::refine::Refine;
+use crate::mesh_choice::MeshChoice;
+use crate::output::atomic::FolderKind;
+use crate::output::{atomic, glb, npy, panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
-use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error};
+use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,27 +18,48 @@ use std::time::Instant;
 /// Name of the report, by which a folder of results is known.
 const REPORT_FILE: &str = "report.json";
 
+/// The folder of an image's results.
+const RESULTS_FOLDER: FolderKind = FolderKind {
+    known_by: &[REPORT_FILE],
+    files: &[
+        REPORT_FILE,
+        "depth.npy",
+        "registration.npy",
+        "mask.npy",
+        "sheet.png",
+        "mesh.glb",
+        "whole-mesh.glb",
+    ],
+};
+
 #[derive(Args)]
 #[command(after_help = "\
-Writes for each image DIR/<name of the image>/ with
+The command writes for each image DIR/<name of the image>/ with
   depth.npy         f32 [270, 480]: depth in mm (z of the camera frame), -1 where the object is not seen
   registration.npy  f32 [270, 480, 2]: place on the template, (0, 0) its top left corner, (1, 1) its bottom
                     right one; -1 where the object is not seen
   mask.npy          bool [270, 480]: where the object is seen
   sheet.png         input, a checkerboard laid on the object, depth, difference to the template
   mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
-  whole-mesh.glb    with --refine physics or arap: the whole object, hidden parts included
+  whole-mesh.glb    with --mesh fit or complete: the whole object, hidden parts included
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
-Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the image is
-taken for one of a typical phone: depths are then wrong by the share by which the focal length is.
+Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the command assumes a typical
+phone: depths are then wrong by the same fraction as the focal length.
 
-A camera file holds, in pixels, and the distortion in OpenCV's order:
+--mesh fit fits the template's mesh to the network's maps and then to the image. The maps become those of the mesh, unless
+the network's own maps explain the image better. --mesh complete keeps what the network sees and recovers the hidden rest
+as rigidly as possible (ARAP, as in the paper); it corrects nothing that is seen.
+
+A camera file holds pixels, and the distortion in OpenCV's order:
   {\"width\": 1920, \"height\": 1080, \"fx\": 1400.0, \"fy\": 1400.0, \"cx\": 960.0, \"cy\": 540.0,
    \"distortion\": [0.0, 0.0, 0.0, 0.0, 0.0]}
 
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
+
 Example:
-  deepsft reconstruct --model models/poster-a4 --camera camera.json --refine physics --out results a.jpg b.jpg")]
+  deepsft reconstruct --model models/poster-a4 --camera camera.json --mesh fit --out results a.jpg b.jpg")]
 pub struct ReconstructArguments {
     /// Model bundle of the object
     #[arg(long, value_name = "BUNDLE")]
@@ -48,10 +70,9 @@ pub struct ReconstructArguments {
     /// Folder to write; results of the same images there are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Fit the template's mesh to the image, starting from the network's maps (physics), or only complete what the
-    /// network sees by what is hidden (arap)
-    #[arg(long, value_name = "HOW", value_enum, default_value_t = Refine::None)]
-    refine: Refine,
+    /// How to find the whole mesh
+    #[arg(long, alias = "refine", value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
+    mesh: MeshChoice,
     /// What computes: cpu, or vulkan, webgpu or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
@@ -68,12 +89,12 @@ struct Report {
     found: bool,
     /// 0 to 1: how well the template explains the image.
     confidence: f32,
-    /// Share of the canonical image that the object covers.
+    /// Fraction of the canonical image that the object covers.
     mask_area: f32,
-    /// Whether the maps are those of a fitted mesh; absent when none was asked for. False when the
-    /// network's own maps explained the image better or there was too little to fit a mesh to.
+    /// Whether the maps are those of a mesh; absent when none was asked for. False when the network's own maps explained
+    /// the image better or showed too little for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
-    refined: Option<bool>,
+    mesh_taken: Option<bool>,
     /// Least, median and greatest depth, mm.
     depth_mm: Option<[f32; 3]>,
     /// The paper's E_pr, intensities 0 to 1, not corrected for light.
@@ -94,7 +115,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
     let texture_png = encode_png(bundle.template().texture())?;
     let mut model = Model {
-        refinement: arguments.refine.prepare(bundle.template())?,
+        recovery: arguments.mesh.prepare(bundle.template())?,
         bundle,
         estimator,
         device,
@@ -134,7 +155,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
                 "two of the images would be written to {folder}: reconstruct them one by one"
             )));
         }
-        atomic::check_folder(&folder, &[REPORT_FILE])?;
+        atomic::check_folder(&folder, &RESULTS_FOLDER)?;
         folders.push(folder);
     }
     Ok(folders)
@@ -142,7 +163,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// A model ready to be used on one image after the other.
 struct Model {
-    refinement: Option<MeshRecovery>,
+    recovery: Option<MeshRecovery>,
     bundle: ModelBundle,
     estimator: Estimator,
     device: DeviceDescription,
@@ -150,7 +171,7 @@ struct Model {
 }
 
 impl Model {
-    /// Does one image; the answer is a line about it.
+    /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
@@ -161,13 +182,13 @@ impl Model {
         let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
         let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
         let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
-        let mut refined = self.refinement.as_ref().map(|_| false);
+        let mut mesh_taken = self.recovery.as_ref().map(|_| false);
         let mut whole = None;
-        if let Some(refinement) = self.refinement.as_mut().filter(|_| judgement.found) {
+        if let Some(recovery) = self.recovery.as_mut().filter(|_| judgement.found) {
             let camera = self.estimator.canonical_camera();
-            let fitted = stages.time("refinement", || refinement.recover(&canonical, camera, &maps))?;
+            let fitted = stages.time("mesh", || recovery.recover(&canonical, camera, &maps))?;
             if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
-                refined = Some(true);
+                mesh_taken = Some(true);
                 maps = fitted.maps;
                 whole = Some(self.bundle.template().mesh().with_vertices(fitted.vertices_camera)?);
             }
@@ -178,7 +199,7 @@ impl Model {
             found: judgement.found,
             confidence: judgement.confidence,
             mask_area: judgement.area,
-            refined,
+            mesh_taken,
             depth_mm: depth_range(&maps),
             photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
@@ -189,7 +210,7 @@ impl Model {
         };
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
-        atomic::write_folder(folder, &[REPORT_FILE], &files)?;
+        atomic::write_folder(folder, &RESULTS_FOLDER, &files)?;
         let found = if judgement.found { "found" } else { "not found" };
         Ok(format!(
             "{}: {found}, confidence {:.2}: {}",
@@ -227,7 +248,7 @@ impl Model {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = surface::visible_surface(maps, self.estimator.canonical_camera())?;
+        let mesh = visible_surface(maps, self.estimator.canonical_camera())?;
         let registration = maps.registration().iter().flatten().copied();
         let mut files = BTreeMap::from([
             (

@@ -3,20 +3,20 @@
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::output::atomic::{self, StagedFolder};
+use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::progress;
 use crate::{input, interruption};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SampleRecord, SimulatedFrame,
-    SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
+    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Frames a shard of the truth.
+/// Frames per shard of the truth.
 const SHARD_SIZE: u64 = 500;
 
 /// Quality of the colour pictures: what a camera's stream has.
@@ -25,11 +25,26 @@ const JPEG_QUALITY: u8 = 92;
 /// Name of the file that says in words what the folder is.
 const README: &str = "README.md";
 
+/// The folder of a simulated recording. The truth is what recordings of other people do not have: their folders are never
+/// replaced.
+const SIMULATED_FOLDER: FolderKind = FolderKind {
+    known_by: &["truth/dataset.json"],
+    files: &[
+        CAMERA_FILE,
+        README,
+        "rgb/#.jpg",
+        "depth/#.png",
+        "mask/#.png",
+        "truth/dataset.json",
+        "truth/shard-#.tar",
+    ],
+};
+
 #[derive(Subcommand)]
 pub enum RecordingCommand {
-    /// Simulate a recording of a template: nobody recorded it, a program made it up.
+    /// Simulate a recording of a template: a program makes it up, nobody records it.
     Simulate(SimulateArguments),
-    /// Read every frame of a recording and tell what is in it.
+    /// Read every frame of a recording and report what is in it.
     Verify(VerifyArguments),
 }
 
@@ -44,7 +59,7 @@ pub fn run(command: &RecordingCommand) -> Result<()> {
 #[command(
     group = ArgGroup::new("object").args(["template", "model"]).required(true),
     after_help = "\
-Writes a simulated RGB-D recording in the layout of TUM and Open3D:
+The command writes a simulated RGB-D recording in the layout of TUM and Open3D:
   DIR/camera.json      the colour camera, the depth camera, where it stands; depth_scale; \"simulated\": true
   DIR/rgb/NNNNNN.jpg   colour pictures of 960 x 540 pixels
   DIR/depth/NNNNNN.png depth pictures of 512 x 424 pixels, 16-bit, millimetres, 0 where nothing was measured
@@ -53,15 +68,17 @@ Writes a simulated RGB-D recording in the layout of TUM and Open3D:
                        image. Training never reads it; it is there to measure on
   DIR/README.md        that it is simulated, and how
 
-The pictures are not drawn as those of step 1: the sheet is a print with duller colours and a few
-per cent smaller than the template (a page fitted into a printer's margins), the light is harder and more
-coloured, the camera is noisier, there are hands before and sheets behind. The depth camera stands beside the colour
-camera and errs in the style of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges,
-whole millimetres, nothing nearer than 500 mm. The sheet moves smoothly; every 20 frames there is another take with
-another motion, another background and other hands; light, print and camera stay what they are, as where one
-recording is made. The same seed gives the same recording.
+The pictures differ from those of step 1. The sheet is a print with duller colours, up to 5 % smaller or larger than the
+template (printers scale pages to their margins). The light is harder and more coloured, the camera is noisier, there are
+hands before the sheet and other sheets behind it. The depth camera stands beside the colour camera. It errs in the style
+of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels at edges, whole millimetres, nothing
+nearer than 500 mm. The sheet moves smoothly. Every 20 frames another take begins, with another motion, another background
+and other hands. Light, print and camera stay the same, as in one place. The same seed gives the same recording.
 
-Your own recordings go into the same folders; `deepsft recording verify` tells what is wrong with one.
+Your own recordings go into the same folders; `deepsft recording verify` says what is wrong with one.
+
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
 Example:
   deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
@@ -80,7 +97,7 @@ pub struct SimulateArguments {
     /// Seed of the recording
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Write where the sheet is seen, as a recording that was segmented brings it
+    /// Also write masks of where the sheet is seen, as a segmented recording has them
     #[arg(long)]
     masks: bool,
     /// Give every take other light, paper and camera settings, as if made in many places
@@ -100,9 +117,7 @@ pub struct VerifyArguments {
 
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let template = template(arguments)?;
-    // The truth is what recordings of other people do not have: their folders are never replaced.
-    let marker = format!("{TRUTH_FOLDER}/{DATASET_FILE}");
-    let folder = StagedFolder::new(&arguments.out, &[&marker])?;
+    let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
     let config = SimulationConfig {
         conditions_change: arguments.changing_place,
         ..SimulationConfig::default()
@@ -126,7 +141,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
             });
             record.map_err(|error| failure = Some(error)).ok()
         });
-    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &[DATASET_FILE])?;
+    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &FolderKind::DATASET)?;
     let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
     truth.commit()?;
     if let Some(error) = failure {
@@ -134,8 +149,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
-    let description =
-        deepsft_synth::describe_dataset(&template, simulator.renderer(), arguments.seed, frames as u64, shards);
+    let description = DatasetDescription::new(
+        &template,
+        simulator.renderer().description(),
+        arguments.seed,
+        frames as u64,
+        shards,
+    );
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;

@@ -17,21 +17,20 @@ use std::time::Instant;
 
 #[derive(Args)]
 #[command(after_help = "\
-Writes DIR/dataset.json and tar shards in the WebDataset layout. A shard holds for each sample
+The command writes DIR/dataset.json and tar shards in the WebDataset layout. A shard holds for each sample
   NNNNNN.rgb.png    the image
   NNNNNN.depth.png  16-bit, tenths of a millimetre, 0 where the object is not seen
   NNNNNN.uv.png     16-bit, u and v in red and green, 65535 is 1
   NNNNNN.json       camera, seed, index, light, the mesh in camera coordinates
-dataset.json says how isometric the deformations are: median and 95th percentile of the relative change of the
-lengths of the mesh's edges, over all samples; of a template that is no sheet also how many shapes had to be made
-weaker than they were drawn.
+dataset.json says how isometric the deformations are: median and 95th percentile of the relative change of the mesh's edge
+lengths, over all samples. For a template that is no sheet it also counts the shapes that had to be weakened.
 
-Finished shards are in DIR.partial until all are. The same command goes on where it was interrupted, in whatever
-way, and makes no finished shard again.
+Finished shards stay in DIR.partial until all are there. The command resumes after any interruption and makes no finished
+shard again.
 
-The same template, options, seed and index give the same sample: on one machine bit for bit, on others too but for
-the last bits, in which libraries of elementary functions differ. So jobs can share a large set. Each job writes its
-own part into the same folder, which is read as one data set when all are there:
+The same template, options, seed and index give the same sample: on one machine bit for bit. On other machines the last
+bits may differ, as libraries of elementary functions do. Jobs can therefore divide a large set. Each job writes its own
+part into the same folder; commands read the folder as one data set once all parts are there:
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 1/4 --out cover-data
   ...
   deepsft synth --template cover --count 60000 --seed 5 --images paper --shard 4/4 --out cover-data
@@ -118,18 +117,19 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         first: indices.start,
         samples: indices.end - indices.start,
         shard_size: arguments.shard_size,
-        fingerprint: format!("{:016x}", synthesizer.fingerprint()),
+        fingerprint: synthesizer.fingerprint(),
     };
     if let Some(path) = &arguments.sheet {
-        let some: Vec<_> = synthesis::samples(synthesizer.clone(), seed, indices.clone())
+        let some: Vec<_> = deepsft_synth::samples(synthesizer.clone(), seed, indices.clone())
             .take(contact_sheet::SAMPLES)
-            .collect();
+            .collect::<Result<_, _>>()?;
         atomic::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
         println!("{} samples on a sheet: {}", some.len(), path.display());
     }
     match dataset::open(&place) {
         Ok(there) if is_planned(&there, &plan) => {
             dataset::check_shards(&place, &there)?;
+            dataset::check_hashes(&place, &there)?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
@@ -194,8 +194,9 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
     while set.finished() < plan.samples {
         let first = plan.first + set.finished();
         let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
-        let samples = synthesis::in_order(first..end, |index| {
+        let samples = deepsft_synth::in_order(first..end, |index| {
             let (sample, strength) = synthesizer.sample_and_strength(seed, index);
+            synthesizer.check_photographs()?;
             let seen = sample.has_template;
             let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));
             let record = SampleRecord { seed, index, sample };
@@ -208,14 +209,15 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place
         set.write_shard(samples.inspect(|_| bar.inc(1)))?;
     }
     bar.finish_and_clear();
-    let mut description = deepsft_synth::describe_dataset(
+    let mut description = DatasetDescription::new(
         synthesizer.template(),
-        synthesizer.config(),
+        synthesizer.config().description(),
         seed,
         plan.samples,
         set.shards(),
     );
     description.shard_bytes = set.shard_bytes();
+    description.shard_sha256 = set.shard_sha256();
     description.first = plan.first;
     description.part = arguments.shard.map(|part| (part.number, part.of));
     description.fingerprint = plan.fingerprint;

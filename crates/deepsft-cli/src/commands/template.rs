@@ -6,16 +6,16 @@ use crate::failure::BlameInput;
 use crate::{input, output::atomic};
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft::{TEMPLATE_FILE, template_to_files};
+use deepsft::template_to_files;
 use deepsft_geometry::{Picture, Template};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Longest side of a texture, pixels: six a millimetre of a sheet 680 mm wide, and more than a 480-pixel
+/// Longest side of a texture, pixels: six per millimetre of a sheet 680 mm wide, and more than a 480-pixel
 /// image of it can show.
 const LONGEST_SIDE: usize = 4096;
 
-/// Share by which the sides' ratio of picture and size may differ before a warning.
+/// Fraction by which the sides' ratio of picture and size may differ before a warning.
 const RATIO_TOLERANCE: f64 = 0.05;
 
 /// Deviation of the grey levels (of 255) below which a picture has too little to hold on to.
@@ -31,7 +31,7 @@ pub enum TemplateCommand {
 Example: an A4 sheet in landscape
   deepsft template new --image sheet.png --size-mm 297x210 --out sheet
 
-Writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR --out MODEL")]
+The command writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR --out MODEL")]
     New(NewArguments),
     /// Make the template of an object of any shape from a scan or model of it (OBJ or glTF with a texture).
     #[command(after_help = import::AFTER_HELP)]
@@ -43,7 +43,7 @@ pub struct NewArguments {
     /// Picture of the object's front (PNG or JPEG)
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
-    /// Size of the object in millimetres as the picture shows it: width, x, height
+    /// Width x height of the object in millimetres, as the picture shows it
     #[arg(long, value_name = "WxH")]
     size_mm: SizeMm,
     /// Folder to write; an older template there is replaced
@@ -81,7 +81,7 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
 }
 
 fn new(arguments: &NewArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
     let SizeMm { width, height } = arguments.size_mm;
     for warning in warnings(&picture, arguments.size_mm) {
@@ -93,7 +93,11 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let size = (texture.width(), texture.height());
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
-    atomic::write_folder(&arguments.out, &[TEMPLATE_FILE], &template_to_files(&template)?)?;
+    atomic::write_folder(
+        &arguments.out,
+        &atomic::FolderKind::TEMPLATE,
+        &template_to_files(&template)?,
+    )?;
     println!(
         "template of {width} x {height} mm with {} x {} pixels: {}",
         size.0,

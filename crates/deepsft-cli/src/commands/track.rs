@@ -6,8 +6,8 @@ mod track_folder;
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::clip_folder::{CAMERA_FILE, Clip};
 use crate::failure::{self, BlameInput};
-use crate::output::{atomic, glb, wireframe};
-use crate::track_errors::{self, TRACKED_PX};
+use crate::output::atomic::{self, FolderKind};
+use crate::output::{glb, wireframe};
 use crate::video::Video;
 use crate::{input, interruption, progress};
 use anyhow::{Result, anyhow};
@@ -18,6 +18,7 @@ use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::Sample;
+use deepsft_train::tracking_errors::{self, TRACKED_PX};
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -25,6 +26,18 @@ use track_folder::TrackFolder;
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
+
+/// The folder of a track.
+const TRACK_FOLDER: FolderKind = FolderKind {
+    known_by: &[TRACK_FILE],
+    files: &[
+        TRACK_FILE,
+        "track.csv",
+        "vertices.npy",
+        "meshes/frame-#.glb",
+        "pictures/frame-#.png",
+    ],
+};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -43,6 +56,9 @@ The command writes
 VIDEO is a folder of PNG or JPEG frames, taken in natural order (frame-2 before frame-10), a .y4m file, or any file that
 the program ffmpeg reads (it must be on the PATH). The command takes the camera.json in the folder if you give no
 --camera, else it assumes a typical phone. Depths are then wrong by the same fraction as the focal length.
+
+cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
+that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
 A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
 is 3. Ctrl-C does the same (exit code 130).
@@ -103,7 +119,7 @@ impl TrackArguments {
 }
 
 pub fn run(arguments: &TrackArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TRACK_FILE])?;
+    atomic::check_folder(&arguments.out, &TRACK_FOLDER)?;
     let clip = Clip::open(&arguments.video)?;
     let rate = arguments
         .fps
@@ -306,13 +322,13 @@ impl Track<'_> {
 
     fn compare(&self, sample: &Sample, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
         let (template, camera) = (self.template, self.estimator.canonical_camera());
-        let truth = track_errors::canonical_truth(sample, template, camera)?;
+        let truth = tracking_errors::canonical_truth(sample, template, camera)?;
         let metrics = match vertices_camera {
             [] => None,
-            vertices => Some(track_errors::errors(template, vertices, &truth, camera)?),
+            vertices => Some(tracking_errors::mesh_errors(template, vertices, &truth, camera)?),
         };
         Ok(FrameTruth {
-            print_in_view: track_errors::print_in_view(&truth),
+            print_in_view: tracking_errors::fraction_in_view(&truth),
             registration_rmse_px: metrics.and_then(|m| m.registration_rmse_px),
             points_rmse_mm: metrics.and_then(|m| m.points_rmse_mm),
         })

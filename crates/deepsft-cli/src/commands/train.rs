@@ -13,7 +13,7 @@ use crate::output::atomic;
 use crate::{input, synthesis};
 use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
-use bundle_folder::MARKERS;
+use bundle_folder::BUNDLE_FOLDER;
 use data_sets::DataSets;
 use deepsft::{ModelBundle, start_devices};
 use deepsft_train::{Precision, existing_checkpoints};
@@ -23,7 +23,9 @@ use training::Training;
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
     let mut plan = Plan::new(arguments)?;
-    atomic::check_folder(&arguments.out, &MARKERS)?;
+    atomic::check_folder(&arguments.out, &BUNDLE_FOLDER)?;
+    // Two trainings would overwrite each other's checkpoints.
+    let _alone = atomic::FolderLock::acquire(&arguments.out)?;
     for checkpoint in plan.checkpoints() {
         let found = existing_checkpoints(&checkpoint);
         if !arguments.resume && !found.is_empty() {

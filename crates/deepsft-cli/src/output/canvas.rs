@@ -1,121 +1,177 @@
-//! A picture to compose on: rectangles, other pictures, lines of text.
+//! A picture to compose on: other pictures, rectangles, lines, dots and text.
+//!
+//! Coordinates are pixels from the top left corner of the canvas; the centre of the first pixel is at (0.5, 0.5). What lies
+//! outside is cut off.
 
+use super::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
-use font8x8::UnicodeFonts;
+use tiny_skia::{FillRule, LineCap, LineJoin, Paint, PathBuilder, PixmapMut, Rect, Stroke, StrokeDash, Transform};
 
-/// Side of a character of text at scale 1, pixels.
-pub const CHARACTER: usize = 8;
-
-/// An RGB picture in the making. What lies outside is cut off.
+/// An RGB picture in the making.
 pub struct Canvas {
     width: usize,
     height: usize,
-    pixels: Vec<[u8; 3]>,
+    /// Opaque RGBA, row-major.
+    pixels: Vec<u8>,
 }
 
 impl Canvas {
     /// A canvas of one colour.
-    pub fn new(width: usize, height: usize, color: [u8; 3]) -> Self {
+    pub fn new(width: usize, height: usize, [r, g, b]: [u8; 3]) -> Self {
         Self {
             width,
             height,
-            pixels: vec![color; width * height],
+            pixels: [r, g, b, 255].repeat(width * height),
         }
     }
 
-    /// Sets the pixel at column `x`, row `y`.
-    pub fn set(&mut self, x: usize, y: usize, color: [u8; 3]) {
-        if x < self.width && y < self.height {
-            self.pixels[y * self.width + x] = color;
+    /// A canvas that shows `picture`.
+    pub fn of(picture: &Picture) -> Self {
+        let pixels = picture.rgb().chunks_exact(3).flat_map(|c| [c[0], c[1], c[2], 255]);
+        Self {
+            width: picture.width(),
+            height: picture.height(),
+            pixels: pixels.collect(),
         }
     }
 
     /// Puts `picture` with its top left corner at (`left`, `top`).
     pub fn draw(&mut self, picture: &Picture, left: usize, top: usize) {
-        for y in 0..picture.height() {
-            for x in 0..picture.width() {
-                self.set(left + x, top + y, picture.pixel(x, y));
+        for y in 0..picture.height().min(self.height.saturating_sub(top)) {
+            for x in 0..picture.width().min(self.width.saturating_sub(left)) {
+                let at = 4 * ((top + y) * self.width + left + x);
+                self.pixels[at..at + 3].copy_from_slice(&picture.pixel(x, y));
             }
         }
     }
 
-    /// Draws a straight line, one pixel wide; (0, 0) is the middle of the first pixel.
-    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), color: [u8; 3]) {
-        let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().max(1.0);
-        for i in 0..=steps as usize {
-            let t = i as f64 / steps;
-            let (x, y) = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
-            if x.round() >= 0.0 && y.round() >= 0.0 {
-                self.set(x.round() as usize, y.round() as usize, color);
-            }
+    /// Fills a rectangle. Borders between pixels are sharp, others are blended.
+    pub fn fill(&mut self, left: f64, top: f64, width: f64, height: f64, color: [u8; 3]) {
+        let Some(rectangle) = Rect::from_xywh(left as f32, top as f32, width as f32, height as f32) else {
+            return;
+        };
+        if let Some(mut pixels) = self.pixels() {
+            pixels.fill_rect(rectangle, &paint(color), Transform::identity(), None);
         }
     }
 
-    /// Writes `text` (ASCII; other characters become `?`) with its top left corner at (`left`, `top`), each dot of
-    /// the 8 x 8 font a square of `scale` pixels.
-    pub fn write(&mut self, text: &str, left: usize, top: usize, scale: usize, color: [u8; 3]) {
-        for (i, character) in text.chars().enumerate() {
-            let glyph = font8x8::BASIC_FONTS
-                .get(character)
-                .or_else(|| font8x8::BASIC_FONTS.get('?'));
-            for (row, bits) in glyph.unwrap_or_default().into_iter().enumerate() {
-                for column in (0..CHARACTER).filter(|column| bits >> column & 1 == 1) {
-                    for dot in 0..scale * scale {
-                        let x = left + (i * CHARACTER + column) * scale + dot % scale;
-                        self.set(x, top + row * scale + dot / scale, color);
-                    }
+    /// Draws a line through `points`, `width` pixels wide.
+    pub fn line(&mut self, points: &[(f64, f64)], width: f64, color: [u8; 3]) {
+        self.stroke(points, width, None, color);
+    }
+
+    /// Draws a dashed line through `points`.
+    pub fn dashed_line(&mut self, points: &[(f64, f64)], width: f64, color: [u8; 3]) {
+        self.stroke(points, width, StrokeDash::new(vec![4.0, 4.0], 0.0), color);
+    }
+
+    fn stroke(&mut self, points: &[(f64, f64)], width: f64, dash: Option<StrokeDash>, color: [u8; 3]) {
+        let mut path = PathBuilder::new();
+        for (i, &(x, y)) in points.iter().enumerate() {
+            match i {
+                0 => path.move_to(x as f32, y as f32),
+                _ => path.line_to(x as f32, y as f32),
+            }
+        }
+        let stroke = Stroke {
+            width: width as f32,
+            line_cap: LineCap::Butt,
+            line_join: LineJoin::Round,
+            dash,
+            ..Stroke::default()
+        };
+        if let (Some(path), Some(mut pixels)) = (path.finish(), self.pixels()) {
+            pixels.stroke_path(&path, &paint(color), &stroke, Transform::identity(), None);
+        }
+    }
+
+    /// Draws a round dot.
+    pub fn dot(&mut self, (x, y): (f64, f64), radius: f64, color: [u8; 3]) {
+        let circle = PathBuilder::from_circle(x as f32, y as f32, radius as f32);
+        if let (Some(circle), Some(mut pixels)) = (circle, self.pixels()) {
+            pixels.fill_path(&circle, &paint(color), FillRule::Winding, Transform::identity(), None);
+        }
+    }
+
+    /// Writes `text`; the middle of its capitals is at the height of `middle`, and its point of `align` at `x`.
+    pub fn write(&mut self, text: &str, (x, middle): (f64, f64), align: Align, lettering: Lettering) {
+        let (width, height) = (self.width as i64, self.height as i64);
+        let pixels = &mut self.pixels;
+        lettering.rasterise(text, x, middle, align, |column, row, covered| {
+            if (0..width).contains(&column) && (0..height).contains(&row) {
+                let at = 4 * (row * width + column) as usize;
+                for (under, ink) in pixels[at..at + 3].iter_mut().zip(lettering.color) {
+                    let (under_value, ink) = (f32::from(*under), f32::from(ink));
+                    *under = (under_value + covered.min(1.0) * (ink - under_value)).round() as u8;
                 }
             }
-        }
+        });
     }
 
     /// The finished picture.
     pub fn into_picture(self) -> Picture {
-        Picture::from_fn(self.width, self.height, |x, y| self.pixels[y * self.width + x])
+        Picture::from_fn(self.width, self.height, |x, y| {
+            let at = 4 * (y * self.width + x);
+            [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]]
+        })
+    }
+
+    /// `None` when there is no pixel.
+    fn pixels(&mut self) -> Option<PixmapMut<'_>> {
+        PixmapMut::from_bytes(&mut self.pixels, self.width as u32, self.height as u32)
     }
 }
 
-/// Width in pixels of `text` at `scale`.
-pub fn text_width(text: &str, scale: usize) -> usize {
-    text.chars().count() * CHARACTER * scale
+fn paint([r, g, b]: [u8; 3]) -> Paint<'static> {
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(r, g, b, 255);
+    paint
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn dots(text: &str, scale: usize) -> Vec<String> {
-        let mut canvas = Canvas::new(text_width(text, scale), CHARACTER * scale, [0; 3]);
-        canvas.write(text, 0, 0, scale, [255; 3]);
+    #[test]
+    fn pictures_and_rectangles_keep_their_colours_and_are_cut_at_the_border() {
+        let mut canvas = Canvas::new(6, 4, [1; 3]);
+        canvas.draw(&Picture::from_fn(10, 10, |_, _| [5, 6, 7]), 4, 2);
+        canvas.fill(-3.0, 0.0, 5.0, 1.0, [200, 100, 50]);
         let picture = canvas.into_picture();
-        let dot = |x, y| if picture.pixel(x, y)[0] > 0 { '#' } else { '.' };
-        (0..picture.height())
-            .map(|y| (0..picture.width()).map(|x| dot(x, y)).collect())
-            .collect()
+        let row = |y| (0..6).map(|x| picture.pixel(x, y)[0]).collect::<Vec<u8>>();
+        assert_eq!([row(0), row(2)], [[200, 200, 1, 1, 1, 1], [1, 1, 1, 1, 5, 5]]);
+        assert_eq!(Canvas::of(&picture).into_picture(), picture);
     }
 
     #[test]
-    fn a_letter_stands_upright_and_unmirrored() {
-        let l = dots("L", 1);
-        assert!(
-            l[6].matches('#').count() > l[1].matches('#').count(),
-            "its foot is below: {l:#?}"
-        );
-        assert!(
-            l[1][..4].contains('#') && !l[1][5..].contains('#'),
-            "its stem is on the left: {l:#?}"
-        );
-    }
-
-    #[test]
-    fn scale_2_doubles_every_dot_and_what_is_outside_is_cut() {
-        let (once, twice) = (dots("g", 1), dots("g", 2));
-        for (y, row) in twice.iter().enumerate() {
-            assert_eq!(*row, once[y / 2].chars().flat_map(|c| [c, c]).collect::<String>());
+    fn a_line_covers_the_pixels_it_passes_through_by_what_lies_on_them() {
+        let mut canvas = Canvas::new(8, 8, [0; 3]);
+        // Two pixels wide about y = 3: rows 2 and 3 whole.
+        canvas.line(&[(0.0, 3.0), (8.0, 3.0)], 2.0, [240; 3]);
+        // One pixel wide about x = 6: half of columns 5 and 6.
+        canvas.line(&[(6.0, 4.0), (6.0, 8.0)], 1.0, [240; 3]);
+        let picture = canvas.into_picture();
+        for y in 0..4 {
+            assert_eq!(picture.pixel(1, y), if y < 2 { [0; 3] } else { [240; 3] }, "row {y}");
         }
-        let mut canvas = Canvas::new(4, 4, [1; 3]);
-        canvas.write("WWW", 2, 3, 3, [9; 3]);
-        canvas.draw(&Picture::from_fn(10, 10, |_, _| [5; 3]), 3, 3);
-        assert_eq!([canvas.into_picture().pixel(3, 3)], [[5; 3]]);
+        assert!([5, 6].iter().all(|&x| picture.pixel(x, 6)[0].abs_diff(120) <= 2));
+    }
+
+    #[test]
+    fn a_dot_and_a_dashed_line_and_text_leave_their_ink() {
+        let ink = |draw: &dyn Fn(&mut Canvas)| {
+            let mut canvas = Canvas::new(40, 20, [0; 3]);
+            draw(&mut canvas);
+            let picture = canvas.into_picture();
+            picture.rgb().iter().map(|&c| f64::from(c) / 255.0).sum::<f64>() / 3.0
+        };
+        let dot = ink(&|canvas| canvas.dot((20.0, 10.0), 5.0, [255; 3]));
+        assert!((dot - 25.0 * std::f64::consts::PI).abs() < 2.0, "{dot}");
+        let dashed = ink(&|canvas| canvas.dashed_line(&[(0.0, 10.0), (40.0, 10.0)], 2.0, [255; 3]));
+        assert!((dashed - 40.0).abs() < 2.0, "half of 40 x 2 pixels: {dashed}");
+        let lettering = Lettering::regular(16.0, [255; 3]);
+        let whole = ink(&|canvas| canvas.write("mm", (20.0, 10.0), Align::Centre, lettering));
+        let cut = ink(&|canvas| canvas.write("mm", (0.0, 10.0), Align::Centre, lettering));
+        assert!(whole > 40.0 && cut < 0.6 * whole && cut > 0.4 * whole, "{whole} {cut}");
     }
 }

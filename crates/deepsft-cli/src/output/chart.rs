@@ -1,15 +1,31 @@
 //! A chart: curves over one axis, with ticks and a grid.
 
-use super::canvas::{CHARACTER, Canvas, text_width};
+use super::canvas::Canvas;
+use super::lettering::{Align, Lettering};
 
 /// Colour of the ground.
-pub const PAPER: [u8; 3] = [252, 251, 247];
-/// Colour of axes' numbers and titles.
-pub const INK: [u8; 3] = [40, 40, 46];
-const GRID: [u8; 3] = [222, 220, 212];
+pub const PAPER: [u8; 3] = [255; 3];
+/// Colour of titles and axes.
+pub const INK: [u8; 3] = [40, 42, 50];
+/// Colour of numbers along axes.
+pub const FAINT_INK: [u8; 3] = [104, 108, 120];
+/// Colour of the lines behind curves.
+pub const GRID: [u8; 3] = [228, 230, 235];
+
+/// Height of an em of titles and of numbers, pixels.
+pub const TITLE_SIZE: f64 = 14.0;
+/// As `TITLE_SIZE`, for numbers and names along axes.
+pub const NUMBER_SIZE: f64 = 12.0;
 
 /// Left, right, top and bottom margins of a chart, pixels.
-pub const MARGINS: [usize; 4] = [72, 24, 34, 30];
+pub const MARGINS: [usize; 4] = [64, 24, 40, 50];
+
+/// Least distance of two numbers along the vertical axis, pixels.
+const NUMBERS_APART: f64 = 15.0;
+
+/// Length of a line in a legend, and the gap beside it, pixels.
+const LEGEND_LINE: f64 = 22.0;
+const LEGEND_GAP: f64 = 7.0;
 
 /// Points of one colour, joined by lines: (x, y) in order.
 pub struct Curve {
@@ -23,6 +39,8 @@ pub struct Curve {
 pub struct Chart {
     /// Above the chart.
     pub title: String,
+    /// What x is: below the chart.
+    pub x_name: String,
     /// Drawn in this order.
     pub curves: Vec<Curve>,
     /// Whether y is drawn on a logarithmic scale.
@@ -44,9 +62,12 @@ impl Chart {
     /// the title.
     pub fn draw(&self, canvas: &mut Canvas, column: usize, row: usize) {
         let [left, _, top, _] = MARGINS;
-        let (left, top, (width, height)) = (column + left, row + top, self.size);
+        let (left, top) = ((column + left) as f64, (row + top) as f64);
+        let (width, height) = (self.size.0 as f64, self.size.1 as f64);
+        let foot = top + height;
         let scale = |value: f64| if self.logarithmic { value.max(1e-9).ln() } else { value };
-        canvas.write(&self.title, left, row + (MARGINS[2] - CHARACTER) / 2, 1, INK);
+        let title = Lettering::semibold(TITLE_SIZE, INK).fitting(&self.title, width);
+        canvas.write(&self.title, (left, top - 20.0), Align::Left, title);
         let values = || {
             self.curves
                 .iter()
@@ -67,52 +88,53 @@ impl Chart {
         };
         let (low, high) = (scale(ticks[0]), scale(ticks[ticks.len() - 1]));
         let last = self.last.max(f64::MIN_POSITIVE);
-        let x_of = |x: f64| left as f64 + x / last * width as f64;
-        let y_of = |value: f64| top as f64 + (high - scale(value)) / (high - low) * height as f64;
+        let x_of = |x: f64| left + x / last * width;
+        let y_of = |value: f64| top + (high - scale(value)) / (high - low) * height;
+        // A line one pixel wide is sharp when it runs along the middle of a row or column.
+        let sharp = |at: f64| at.floor() + 0.5;
+        let numbers = Lettering::regular(NUMBER_SIZE, FAINT_INK);
+        let mut free_below = f64::INFINITY;
         for &tick in &ticks {
             let y = y_of(tick);
-            canvas.line((left as f64, y), (x_of(last), y), GRID);
-            let label = label(tick);
-            canvas.write(
-                &label,
-                (left - 8).saturating_sub(text_width(&label, 1)),
-                y as usize - CHARACTER / 2,
-                1,
-                INK,
-            );
+            canvas.line(&[(left, sharp(y)), (left + width, sharp(y))], 1.0, GRID);
+            if y + NUMBERS_APART <= free_below {
+                canvas.write(&label(tick), (left - 9.0, y), Align::Right, numbers);
+                free_below = y;
+            }
         }
         for tick in linear_ticks(0.0, last).into_iter().filter(|&t| t <= last) {
-            let x = x_of(tick);
-            canvas.line((x, top as f64), (x, (top + height) as f64), GRID);
+            let x = sharp(x_of(tick));
+            canvas.line(&[(x, top), (x, foot)], 1.0, GRID);
             let label = if tick >= 1000.0 {
                 format!("{}k", label(tick / 1000.0))
             } else {
                 label(tick)
             };
-            canvas.write(
-                &label,
-                (x as usize).saturating_sub(text_width(&label, 1) / 2),
-                top + height + 6,
-                1,
-                INK,
-            );
+            canvas.write(&label, (x, foot + 14.0), Align::Centre, numbers);
         }
+        canvas.line(&[(left, sharp(foot)), (left + width, sharp(foot))], 1.0, FAINT_INK);
+        canvas.write(&self.x_name, (left + width / 2.0, foot + 33.0), Align::Centre, numbers);
         for curve in &self.curves {
-            for pair in curve.points.windows(2) {
-                let place = |(x, value): (f64, f64)| (x_of(x), y_of(value));
-                canvas.line(place(pair[0]), place(pair[1]), curve.color);
-            }
-            for &(x, value) in &curve.points {
-                let (x, y) = (x_of(x) as usize, y_of(value) as usize);
-                for dot in 0..25 {
-                    canvas.set(
-                        (x + dot % 5).saturating_sub(2),
-                        (y + dot / 5).saturating_sub(2),
-                        curve.color,
-                    );
-                }
+            let place = |&(x, value): &(f64, f64)| (x_of(x), y_of(value));
+            let points: Vec<(f64, f64)> = curve.points.iter().map(place).collect();
+            canvas.line(&points, 2.0, curve.color);
+            for &point in &points {
+                canvas.dot(point, 3.0, curve.color);
             }
         }
+    }
+}
+
+/// Draws what the colours of curves stand for, from `left` on with its middle at height `middle`.
+pub fn legend(canvas: &mut Canvas, entries: &[([u8; 3], &str)], left: f64, middle: f64) {
+    let lettering = Lettering::regular(NUMBER_SIZE, INK);
+    let mut x = left;
+    for &(color, name) in entries {
+        canvas.line(&[(x, middle), (x + LEGEND_LINE, middle)], 2.0, color);
+        canvas.dot((x + LEGEND_LINE / 2.0, middle), 3.0, color);
+        x += LEGEND_LINE + LEGEND_GAP;
+        canvas.write(name, (x, middle), Align::Left, lettering);
+        x += lettering.width(name) + 3.0 * LEGEND_GAP;
     }
 }
 

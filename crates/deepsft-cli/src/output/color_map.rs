@@ -28,10 +28,10 @@ impl ColorMap {
         };
         let at = value.clamp(0.0, 1.0) * (colors.len() - 1) as f64;
         let first = (at as usize).min(colors.len() - 2);
-        let share = (at - first as f64).max(0.0);
+        let fraction = (at - first as f64).max(0.0);
         std::array::from_fn(|k| {
             let channel = |color: u32| f64::from(color.to_be_bytes()[k + 1]);
-            (channel(colors[first]) * (1.0 - share) + channel(colors[first + 1]) * share + 0.5) as u8
+            (channel(colors[first]) * (1.0 - fraction) + channel(colors[first + 1]) * fraction + 0.5) as u8
         })
     }
 }

@@ -52,8 +52,8 @@ pub fn draw(samples: &[Sample]) -> Picture {
             })
         };
         let depth = |pixel: usize| {
-            let share = (sample.truth.depth()[pixel] - near) / (far - near).max(1.0);
-            ColorMap::Viridis.color(1.0 - f64::from(share))
+            let fraction = (sample.truth.depth()[pixel] - near) / (far - near).max(1.0);
+            ColorMap::Viridis.color(1.0 - f64::from(fraction))
         };
         let registration = |pixel: usize| {
             let [u, v] = sample.truth.registration()[pixel].map(|c| (255.0 * c) as u8);

@@ -6,10 +6,9 @@ pub mod chart;
 pub mod color_map;
 pub mod contact_sheet;
 pub mod curve_plot;
-pub mod model_card;
+pub mod lettering;
 pub mod panels;
 pub mod sheet;
-pub mod surface;
 pub mod turntable;
 pub mod wireframe;
 

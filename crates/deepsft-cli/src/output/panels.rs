@@ -60,9 +60,9 @@ pub fn depth_range(maps: &Maps) -> [f64; 2] {
         .map(|p| f64::from(maps.depth()[p]))
         .collect();
     depths.sort_unstable_by(f64::total_cmp);
-    let percentile = |share: f64| {
+    let percentile = |fraction: f64| {
         depths
-            .get((share * depths.len() as f64) as usize)
+            .get((fraction * depths.len() as f64) as usize)
             .copied()
             .unwrap_or(0.0)
     };

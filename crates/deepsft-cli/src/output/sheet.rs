@@ -1,14 +1,44 @@
 //! Picture sheets: rows of titled panels with colour bars.
 
-use super::canvas::{CHARACTER, Canvas, text_width};
+use super::canvas::Canvas;
 use super::color_map::ColorMap;
+use super::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
 
 const PAPER: [u8; 3] = [24, 24, 28];
 const INK: [u8; 3] = [236, 236, 236];
 
-/// Pixels between panels and around lines of text, at text scale 1.
-const GAP: usize = 4;
+/// Colour of titles and numbers; captions are in `INK`.
+const FAINT_INK: [u8; 3] = [190, 192, 200];
+
+/// Measures of a sheet, pixels. Text is to be legible beside a panel of full size and to fit beside a small one.
+struct Layout {
+    /// Between panels, and above and below rows.
+    gap: usize,
+    /// Height of a line of text.
+    line: usize,
+    /// Height of an em of text.
+    text: f64,
+    /// Thickness of a colour bar.
+    bar: usize,
+}
+
+const LARGE: Layout = Layout {
+    gap: 10,
+    line: 26,
+    text: 17.0,
+    bar: 12,
+};
+
+const SMALL: Layout = Layout {
+    gap: 6,
+    line: 18,
+    text: 12.0,
+    bar: 8,
+};
+
+/// Width of a panel from which on the layout is the large one, pixels.
+const LARGE_PANEL: usize = 400;
 
 /// What the colours of a panel stand for.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,11 +58,11 @@ impl ColorBar {
         self.colors.color((value - low) / (high - low))
     }
 
-    /// The label of the value at `share` (0 to 1) of the bar.
-    fn label(&self, share: f64) -> String {
+    /// The label of the value at `fraction` (0 to 1) of the bar.
+    fn label(&self, fraction: f64) -> String {
         let [low, high] = self.range;
         let decimals = if high - low < 10.0 { 1 } else { 0 };
-        let number = format!("{:.decimals$} {}", low + (high - low) * share, self.unit);
+        let number = format!("{:.decimals$} {}", low + (high - low) * fraction, self.unit);
         number.trim_end().to_owned()
     }
 }
@@ -60,36 +90,37 @@ pub fn sheet(rows: &[Row]) -> Option<Picture> {
     let first = rows.iter().find_map(|row| row.panels.first())?;
     let (panel_width, panel_height) = (first.picture.width(), first.picture.height());
     let columns = rows.iter().map(|row| row.panels.len()).max()?;
-    // Text is to be legible beside a panel of full size and to fit beside a small one.
-    let scale = if panel_width >= 400 { 2 } else { 1 };
-    let (line, gap) = ((CHARACTER + GAP) * scale, GAP * scale);
+    let layout = if panel_width >= LARGE_PANEL { LARGE } else { SMALL };
+    let Layout { gap, line, text, bar } = layout;
     let bar_height = |row: &Row| {
         let any = row.panels.iter().any(|panel| panel.bar.is_some());
-        if any { line + CHARACTER * scale + gap } else { 0 }
+        if any { gap / 2 + bar + line } else { 0 }
     };
-    let caption_height = |row: &Row| if row.caption.is_empty() { 0 } else { line };
+    let caption_height = |row: &Row| if row.caption.is_empty() { 0 } else { line + gap / 2 };
     let row_height = |row: &Row| caption_height(row) + line + panel_height + bar_height(row) + 2 * gap;
 
     let width = columns * (panel_width + gap) + gap;
     let height = rows.iter().map(row_height).sum::<usize>() + gap;
     let mut canvas = Canvas::new(width, height, PAPER);
+    let middle = |line_top: usize| line_top as f64 + line as f64 / 2.0;
     let mut top = gap;
     for row in rows {
-        canvas.write(&row.caption, gap, top, scale, INK);
+        let caption = Lettering::semibold(text, INK).fitting(&row.caption, (width - 2 * gap) as f64);
+        canvas.write(&row.caption, (gap as f64, middle(top)), Align::Left, caption);
         let panel_top = top + caption_height(row) + line;
         for (i, panel) in row.panels.iter().enumerate() {
             let left = gap + i * (panel_width + gap);
-            canvas.write(&panel.title, left, panel_top - line, scale, INK);
+            let title = Lettering::regular(text, FAINT_INK).fitting(&panel.title, panel_width as f64);
+            canvas.write(
+                &panel.title,
+                (left as f64, middle(panel_top - line)),
+                Align::Left,
+                title,
+            );
             canvas.draw(&panel.picture, left, panel_top);
             if let Some(bar) = &panel.bar {
-                draw_bar(
-                    &mut canvas,
-                    bar,
-                    left,
-                    panel_top + panel_height + gap,
-                    panel_width,
-                    scale,
-                );
+                let below = panel_top + panel_height + gap / 2;
+                draw_bar(&mut canvas, bar, (left, below), panel_width, &layout);
             }
         }
         top += row_height(row);
@@ -97,24 +128,16 @@ pub fn sheet(rows: &[Row]) -> Option<Picture> {
     Some(canvas.into_picture())
 }
 
-fn draw_bar(canvas: &mut Canvas, bar: &ColorBar, left: usize, top: usize, width: usize, scale: usize) {
-    let thickness = CHARACTER * scale;
-    for x in 0..width {
-        let color = bar.colors.color(x as f64 / (width - 1).max(1) as f64);
-        for y in 0..thickness {
-            canvas.set(left + x, top + y, color);
-        }
-    }
-    for share in [0.0, 0.5, 1.0] {
-        let label = bar.label(share);
-        let room = width.saturating_sub(text_width(&label, scale));
-        canvas.write(
-            &label,
-            left + (room as f64 * share) as usize,
-            top + thickness + GAP * scale / 2,
-            scale,
-            INK,
-        );
+fn draw_bar(canvas: &mut Canvas, bar: &ColorBar, (left, top): (usize, usize), width: usize, layout: &Layout) {
+    let ramp = Picture::from_fn(width, layout.bar, |x, _| {
+        bar.colors.color(x as f64 / (width - 1).max(1) as f64)
+    });
+    canvas.draw(&ramp, left, top);
+    let middle = (top + layout.bar) as f64 + layout.line as f64 / 2.0;
+    for (fraction, align) in [(0.0, Align::Left), (0.5, Align::Centre), (1.0, Align::Right)] {
+        let x = left as f64 + width as f64 * fraction;
+        let lettering = Lettering::regular(layout.text, FAINT_INK);
+        canvas.write(&bar.label(fraction), (x, middle), align, lettering);
     }
 }
 
@@ -153,10 +176,15 @@ mod tests {
         ];
         let picture = sheet(&rows).unwrap();
         assert_eq!(count(&picture, [7, 8, 9]), 3 * 100 * 50);
-        assert_eq!(picture.width(), 2 * 104 + 4);
+        assert_eq!(picture.width(), 2 * 106 + 6);
         // The last colour of the map is on the last column of the bar and nowhere else: 8 pixels.
         assert_eq!(count(&picture, [0xfd, 0xe7, 0x25]), 8);
-        assert!(count(&picture, INK) > 100);
+        // Neither paper nor panels nor the ramp have light grey: that is lettering.
+        let light = picture
+            .rgb()
+            .chunks_exact(3)
+            .filter(|pixel| pixel.iter().all(|&c| c > 120));
+        assert!(light.count() > 100);
         assert!(sheet(&[]).is_none());
     }
 

@@ -2,8 +2,9 @@
 
 use super::atomic;
 use super::canvas::Canvas;
+use super::lettering::{Align, Lettering};
 use anyhow::Result;
-use deepsft::{TEMPLATE_FILE, encode_png, template_to_files};
+use deepsft::{encode_png, template_to_files};
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -48,7 +49,8 @@ pub fn turntable(template: &Template) -> Result<Picture> {
         let view = synthesizer.render_clean(template.mesh().vertices().iter().map(place).collect())?;
         let (left, top) = (number % 3 * SIDE, number / 3 * SIDE);
         canvas.draw(&view.image, left, top);
-        canvas.write(name, left + 8, top + 8, 2, [255; 3]);
+        let corner = (left as f64 + 12.0, top as f64 + 18.0);
+        canvas.write(name, corner, Align::Left, Lettering::semibold(16.0, [255; 3]));
     }
     Ok(canvas.into_picture())
 }
@@ -57,7 +59,7 @@ pub fn turntable(template: &Template) -> Result<Picture> {
 pub fn write_template(out: &Path, template: &Template) -> Result<()> {
     let mut files = template_to_files(template)?;
     files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
-    atomic::write_folder(out, &[TEMPLATE_FILE], &files)?;
+    atomic::write_folder(out, &atomic::FolderKind::TEMPLATE, &files)?;
     let (size, texture) = (template.extent_mm(), template.texture());
     println!(
         "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",

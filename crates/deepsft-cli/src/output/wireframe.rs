@@ -11,8 +11,8 @@ const CERTAIN: [f64; 3] = [60.0, 245.0, 110.0];
 /// Lines that reach farther outside the picture than this many of its sides are left out.
 const FARTHEST: f64 = 4.0;
 
-/// `picture` (of `camera`) with the lines of the template's grid (of a mesh: its edges) at `vertices_camera` (mm), from red to green with their
-/// `confidence` (0 to 1, one a vertex; all 1 when there are none).
+/// `picture` (of `camera`) with the lines of the template's grid (of a mesh: its edges) at `vertices_camera` (mm), from red to
+/// green with their `confidence` (0 to 1, one per vertex; all 1 when there are none).
 pub fn wireframe(
     picture: &Picture,
     camera: &Camera,
@@ -20,8 +20,7 @@ pub fn wireframe(
     vertices_camera: &[DVec3],
     confidence: &[f32],
 ) -> Picture {
-    let mut canvas = Canvas::new(picture.width(), picture.height(), [0; 3]);
-    canvas.draw(picture, 0, 0);
+    let mut canvas = Canvas::of(picture);
     let size = DVec2::new(picture.width() as f64, picture.height() as f64);
     let pixels: Vec<Option<DVec2>> = vertices_camera
         .iter()
@@ -35,10 +34,9 @@ pub fn wireframe(
             return;
         };
         let sure = |vertex: usize| confidence.get(vertex).map_or(1.0, |c| f64::from(*c));
-        let share = f64::midpoint(sure(a), sure(b)).clamp(0.0, 1.0);
-        let color = std::array::from_fn(|k| (DOUBTFUL[k] + share * (CERTAIN[k] - DOUBTFUL[k])) as u8);
-        // The first pixel's centre is at (0.5, 0.5).
-        canvas.line((from.x - 0.5, from.y - 0.5), (to.x - 0.5, to.y - 0.5), color);
+        let certainty = f64::midpoint(sure(a), sure(b)).clamp(0.0, 1.0);
+        let color = std::array::from_fn(|k| (DOUBTFUL[k] + certainty * (CERTAIN[k] - DOUBTFUL[k])) as u8);
+        canvas.line(&[(from.x, from.y), (to.x, to.y)], 1.0, color);
     };
     let Some((columns, rows)) = template.grid() else {
         template.mesh().edges().into_iter().for_each(|[a, b]| line(a, b));

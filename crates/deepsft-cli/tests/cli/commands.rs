@@ -193,13 +193,18 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     let sheet = deepsft::decode_picture(&fs::read(results.join("sheet.png")).unwrap()).unwrap();
     assert!(sheet.width() > 2 * 480 && sheet.height() > 2 * 270);
     assert_eq!(fs::read(results.join("mesh.glb")).unwrap()[..4], *b"glTF");
-    assert!(report["refined"].is_null());
+    assert!(report["mesh_taken"].is_null());
 
-    // An untrained network finds nothing that could be refined, and the report says so.
-    for how in ["physics", "arap"] {
-        deepsft(folder.path(), &[&arguments[..], &["--refine", how]].concat()).succeeds();
+    // An untrained network finds nothing to fit a mesh to, and the report says so; the option's first names still work.
+    for how in [
+        ["--mesh", "fit"],
+        ["--mesh", "complete"],
+        ["--refine", "physics"],
+        ["--refine", "arap"],
+    ] {
+        deepsft(folder.path(), &[&arguments[..], &how].concat()).succeeds();
         let report = json(&results.join("report.json"));
-        assert_eq!(report["refined"].as_bool(), Some(false), "{how}");
+        assert_eq!(report["mesh_taken"].as_bool(), Some(false), "{how:?}");
         assert!(!results.join("whole-mesh.glb").exists());
     }
 }

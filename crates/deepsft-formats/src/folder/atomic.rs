@@ -1,5 +1,6 @@
 //! Files and folders that are there whole or not at all: written beside their place, then renamed.
 
+use super::FolderKind;
 use crate::FormatError;
 use std::collections::BTreeMap;
 use std::fs;
@@ -28,8 +29,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
 ///
 /// # Errors
 /// As [`StagedFolder::new`] and [`StagedFolder::commit`].
-pub fn write_folder(path: &Path, markers: &[&str], files: &BTreeMap<String, Vec<u8>>) -> Result<(), FormatError> {
-    let staged = StagedFolder::new(path, markers)?;
+pub fn write_folder(path: &Path, kind: &FolderKind, files: &BTreeMap<String, Vec<u8>>) -> Result<(), FormatError> {
+    let staged = StagedFolder::new(path, kind)?;
     for (name, bytes) in files {
         let file = staged.path().join(name);
         let write = || -> io::Result<()> {
@@ -46,12 +47,13 @@ pub fn write_folder(path: &Path, markers: &[&str], files: &BTreeMap<String, Vec<
 /// A folder that is filled beside its place and put there whole by [`StagedFolder::commit`]; dropped
 /// without that, nothing of it stays.
 ///
-/// A folder that stands there already is replaced if it holds one of some `markers`, files by which its
-/// kind is known, or nothing; anything else is somebody's own and stays as it is.
+/// A folder that stands there already is replaced if it is of the same kind or empty; anything else is somebody's own and
+/// stays as it is. Files in it that are not of the kind stay too.
 #[derive(Debug)]
 pub struct StagedFolder {
     place: PathBuf,
     beside: tempfile::TempDir,
+    kind: FolderKind,
 }
 
 impl StagedFolder {
@@ -59,8 +61,8 @@ impl StagedFolder {
     ///
     /// # Errors
     /// [`FormatError::ForeignFolder`] for a folder of another kind, [`FormatError::Write`].
-    pub fn new(place: &Path, markers: &[&str]) -> Result<Self, FormatError> {
-        check_folder(place, markers)?;
+    pub fn new(place: &Path, kind: &FolderKind) -> Result<Self, FormatError> {
+        check_folder(place, kind)?;
         let begin = || -> io::Result<tempfile::TempDir> {
             fs::create_dir_all(parent(place))?;
             tempfile::Builder::new().prefix(".partial-").tempdir_in(parent(place))
@@ -68,6 +70,7 @@ impl StagedFolder {
         Ok(Self {
             beside: begin().map_err(|error| unwritten(&error, place))?,
             place: place.to_path_buf(),
+            kind: *kind,
         })
     }
 
@@ -81,16 +84,18 @@ impl StagedFolder {
     /// # Errors
     /// [`FormatError::Write`]; what was there before is still there then.
     pub fn commit(self) -> Result<(), FormatError> {
-        replace_folder(self.beside.path(), &self.place)
+        replace_folder(self.beside.path(), &self.place, &self.kind)
     }
 }
 
-/// Renames the folder `beside` to `place`, both in one folder; an older one there is removed.
+/// Renames the folder `beside` to `place`, both in one folder. An older one there is removed, but for its files that are
+/// not of the `kind`: they are put into the new one first.
 ///
 /// # Errors
 /// [`FormatError::Write`]; what was there before is still there then, or the error names where it is.
-pub fn replace_folder(beside: &Path, place: &Path) -> Result<(), FormatError> {
+pub fn replace_folder(beside: &Path, place: &Path, kind: &FolderKind) -> Result<(), FormatError> {
     let replace = || -> io::Result<()> {
+        keep_foreign(beside, place, kind)?;
         let_all_read(beside, 0o755)?;
         // A folder cannot be renamed over a full one: the old one steps aside first.
         let aside = tempfile::Builder::new()
@@ -119,7 +124,7 @@ pub fn replace_folder(beside: &Path, place: &Path) -> Result<(), FormatError> {
 ///
 /// # Errors
 /// [`FormatError::ForeignFolder`] when it would not, [`FormatError::File`] when it cannot be told.
-pub fn check_folder(path: &Path, markers: &[&str]) -> Result<(), FormatError> {
+pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
     let unreadable = |error: io::Error| FormatError::File {
         reason: format!("could not look into the folder: {error}"),
         path: path.to_path_buf(),
@@ -128,11 +133,35 @@ pub fn check_folder(path: &Path, markers: &[&str]) -> Result<(), FormatError> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         entries => entries.map_err(unreadable)?,
     };
-    if entries.next().is_some() && !markers.iter().any(|marker| path.join(marker).is_file()) {
+    if entries.next().is_some() && !kind.known_by.iter().any(|marker| path.join(marker).is_file()) {
         return Err(FormatError::ForeignFolder {
-            markers: markers.join(" or "),
+            markers: kind.known_by.join(" or "),
             path: path.to_path_buf(),
         });
+    }
+    Ok(())
+}
+
+/// Puts the files of `place` that are not of `kind` into `beside` too: by another link to the same file, or as a copy.
+fn keep_foreign(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        let entries = match fs::read_dir(place.join(&folder)) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            entries => entries?,
+        };
+        for entry in entries {
+            let entry = entry?;
+            let name = folder.join(entry.file_name());
+            let (old, new) = (entry.path(), beside.join(&name));
+            // A link to a folder is a file here.
+            if entry.file_type()?.is_dir() {
+                folders.push(name);
+            } else if !kind.has(&name) && fs::symlink_metadata(&new).is_err() {
+                fs::create_dir_all(parent(&new))?;
+                fs::hard_link(&old, &new).or_else(|_| fs::copy(&old, &new).map(drop))?;
+            }
+        }
     }
     Ok(())
 }
@@ -167,6 +196,11 @@ fn let_all_read(_path: &Path, _mode: u32) -> io::Result<()> {
 mod tests {
     use super::*;
 
+    const KIND: FolderKind = FolderKind {
+        known_by: &["mark"],
+        files: &["mark", "old", "sub/deep", "shard-#.tar"],
+    };
+
     fn files(names: &[&str]) -> BTreeMap<String, Vec<u8>> {
         names
             .iter()
@@ -195,9 +229,9 @@ mod tests {
     fn a_folder_is_replaced_whole_and_leaves_nothing_beside_it() {
         let above = tempfile::tempdir().unwrap();
         let path = above.path().join("new/bundle");
-        write_folder(&path, &["mark"], &files(&["mark", "old", "sub/deep"])).unwrap();
+        write_folder(&path, &KIND, &files(&["mark", "old", "sub/deep"])).unwrap();
         assert_eq!(read_folder(&path), files(&["mark", "old", "sub/deep"]));
-        write_folder(&path, &["mark"], &files(&["mark", "new"])).unwrap();
+        write_folder(&path, &KIND, &files(&["mark", "new"])).unwrap();
         assert_eq!(read_folder(&path), files(&["mark", "new"]));
         assert_eq!(fs::read_dir(above.path().join("new")).unwrap().count(), 1);
     }
@@ -206,16 +240,34 @@ mod tests {
     fn a_folder_of_another_kind_is_left_alone() {
         let above = tempfile::tempdir().unwrap();
         let path = above.path().join("mine");
-        write_folder(&path, &["thesis"], &files(&["thesis"])).unwrap();
-        let error = write_folder(&path, &["mark"], &files(&["mark"])).unwrap_err();
+        fs::create_dir(&path).unwrap();
+        fs::write(path.join("thesis"), "thesis").unwrap();
+        let error = write_folder(&path, &KIND, &files(&["mark"])).unwrap_err();
         assert!(error.to_string().contains("holds no mark"), "{error}");
         assert_eq!(read_folder(&path), files(&["thesis"]));
     }
 
     #[test]
+    fn files_that_are_not_ours_stay_in_a_folder_that_is_replaced() {
+        let above = tempfile::tempdir().unwrap();
+        let path = above.path().join("cover");
+        write_folder(&path, &KIND, &files(&["mark", "old", "shard-000001.tar"])).unwrap();
+        fs::create_dir_all(path.join("sub/mine")).unwrap();
+        for name in ["art.jpg", "sub/mine/notes.txt", "shard-a.tar", "sub/deep"] {
+            fs::write(path.join(name), name).unwrap();
+        }
+        write_folder(&path, &KIND, &files(&["mark"])).unwrap();
+        assert_eq!(
+            read_folder(&path),
+            files(&["art.jpg", "mark", "shard-a.tar", "sub/mine/notes.txt"])
+        );
+        assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
+    }
+
+    #[test]
     fn a_folder_that_is_not_finished_leaves_nothing() {
         let above = tempfile::tempdir().unwrap();
-        let staged = StagedFolder::new(&above.path().join("shards"), &["mark"]).unwrap();
+        let staged = StagedFolder::new(&above.path().join("shards"), &KIND).unwrap();
         fs::write(staged.path().join("half"), "half").unwrap();
         drop(staged);
         assert_eq!(fs::read_dir(above.path()).unwrap().count(), 0);

@@ -29,6 +29,9 @@ pub struct DatasetDescription {
     /// Bytes of each shard, in the same order; empty where they are not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shard_bytes: Vec<u64>,
+    /// SHA-256 of each shard in hexadecimal, in the same order; empty where they are not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shard_sha256: Vec<String>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
     /// [`template_fingerprint`] of the template; empty in sets of earlier versions, which had another.
@@ -112,6 +115,7 @@ impl DatasetDescription {
             part: None,
             shards,
             shard_bytes: Vec::new(),
+            shard_sha256: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
             template_sha256: template_fingerprint(template),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),

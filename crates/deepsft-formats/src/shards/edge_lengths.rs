@@ -9,7 +9,7 @@ const BINS_AN_OCTAVE: f64 = 16.0;
 const LEAST_CHANGE: f64 = 1e-6;
 
 /// Relative change |l / l0 - 1| of a mesh's edge lengths under a deformation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct EdgeLengthChange {
     /// Median over the edges, each counted once.
     pub median: f64,

@@ -39,6 +39,8 @@ struct IndexedShard {
     path: PathBuf,
     /// Number of its first sample.
     first: u64,
+    /// Seed of its samples and index of the first, where they are described.
+    described: Option<(u64, u64)>,
     /// The bytes of each sample's entries.
     samples: Vec<Range<u64>>,
 }
@@ -57,11 +59,28 @@ impl IndexedShards {
     /// [`FormatError::File`] when the file cannot be read, is cut, holds what is no sample, or its first sample cannot be
     /// decoded or was taken by another camera.
     pub fn add(&mut self, path: impl Into<PathBuf>) -> Result<u64, FormatError> {
-        let path = path.into();
+        self.add_shard(path.into(), None)
+    }
+
+    /// As [`IndexedShards::add`], for a shard whose samples are described: they are those of `seed` from `index` on. A sample
+    /// that is read and is another one is an error.
+    ///
+    /// # Errors
+    /// Those of [`IndexedShards::add`], and [`FormatError::File`] when its first sample is not the one described.
+    pub fn add_described(&mut self, path: impl Into<PathBuf>, seed: u64, index: u64) -> Result<u64, FormatError> {
+        self.add_shard(path.into(), Some((seed, index)))
+    }
+
+    fn add_shard(&mut self, path: PathBuf, described: Option<(u64, u64)>) -> Result<u64, FormatError> {
         let samples = positions(&path).map_err(|error| blamed(&error, &path))?;
         let (first, count) = (self.samples(), samples.len() as u64);
         if count > 0 {
-            self.shards.push(IndexedShard { path, first, samples });
+            self.shards.push(IndexedShard {
+                path,
+                first,
+                described,
+                samples,
+            });
             if let Err(error) = self.record(first) {
                 self.shards.pop();
                 return Err(error);
@@ -88,11 +107,17 @@ impl IndexedShards {
         let found = after.checked_sub(1).and_then(|at| {
             let shard = &self.shards[at];
             let within = usize::try_from(number - shard.first).ok()?;
-            Some((&shard.path, shard.samples.get(within)?))
+            Some((shard, shard.samples.get(within)?))
         });
         let samples = self.samples();
-        let (path, bytes) = found.ok_or(FormatError::NoSuchSample { number, samples })?;
+        let (shard, bytes) = found.ok_or(FormatError::NoSuchSample { number, samples })?;
+        let path = &shard.path;
         let record = read(path, bytes).map_err(|error| blamed(&error, path))?;
+        if let Some((seed, first)) = shard.described {
+            record
+                .check_described(seed, first + (number - shard.first))
+                .map_err(|error| blamed(&error, path))?;
+        }
         if record.sample.camera != self.camera {
             let index = record.index;
             return Err(FormatError::File {

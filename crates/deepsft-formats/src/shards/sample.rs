@@ -71,6 +71,22 @@ struct SampleJson {
 pub struct EncodedSample(pub(super) [Vec<u8>; 4]);
 
 impl SampleRecord {
+    /// Whether it is the sample `index` of `seed`, as its data set's description says.
+    ///
+    /// # Errors
+    /// [`FormatError::OtherSample`] when it is not.
+    pub fn check_described(&self, seed: u64, index: u64) -> Result<(), FormatError> {
+        if (self.seed, self.index) == (seed, index) {
+            return Ok(());
+        }
+        Err(FormatError::OtherSample {
+            seed: self.seed,
+            index: self.index,
+            expected_seed: seed,
+            expected_index: index,
+        })
+    }
+
     /// Codes the sample for a shard.
     ///
     /// # Errors

@@ -24,9 +24,9 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// E = E_data + 20 E_arap + 0.005 E_smooth, where E_data ties visible vertices to their 3D points. It
 /// recovers what is hidden; it does not improve what is seen.
 ///
-/// The three coordinates share one n x n matrix, whose symbolic factorisation is done once a template and
+/// The three coordinates share one n x n matrix, whose symbolic factorisation is done once per template and
 /// holds for every set of visible vertices. Each frame is one numeric factorisation, then local
-/// rotations and a solve an iteration (Sorkine and Alexa 2007), the steps sharpened by L-BFGS on
+/// rotations and a solve per iteration (Sorkine and Alexa 2007), the steps sharpened by L-BFGS on
 /// that matrix (Liu et al. 2017, *Quasi-Newton Methods for Real-Time Simulation of Hyperelastic
 /// Materials*), so that far hidden parts arrive within the iterations the paper allows. The energy never
 /// rises. Lengths may be in any unit; the result is the same.

@@ -21,7 +21,7 @@ pub(super) struct Aligned {
 
 /// What holds each vertex in place.
 pub(super) struct Holds {
-    /// One a vertex.
+    /// One per vertex.
     pub(super) of_vertex: Vec<f64>,
     /// Components that nothing held.
     pub(super) loose: usize,

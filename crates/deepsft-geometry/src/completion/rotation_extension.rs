@@ -13,7 +13,7 @@ const LEAST_SINE_SQUARED: f64 = 0.01;
 
 /// A guess of all rotations: where visible neighbours show a cell's rotation it is taken, and the hidden
 /// part continues it as a harmonic function does. (Local rotations alone carry a bend into the hidden
-/// part by one ring of vertices an iteration.) `rigid` stands where nothing is shown. Leaves `matrix` factorised for
+/// part by one ring of vertices per iteration.) `rigid` stands where nothing is shown. Leaves `matrix` factorised for
 /// this purpose.
 pub(super) fn extended_rotations(
     prior: &ArapCells,

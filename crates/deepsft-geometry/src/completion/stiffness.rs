@@ -6,7 +6,7 @@ use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
 /// The n x n matrix that the three coordinates fraction: the cotangent Laplacian, weighted, and on its diagonal what
-/// holds each vertex. Analysed once a template, factorised once a frame.
+/// holds each vertex. Analysed once per template, factorised once per frame.
 #[derive(Debug)]
 pub(super) struct Stiffness {
     cholesky: SparseCholesky,
@@ -47,7 +47,7 @@ impl Stiffness {
         self.cholesky.factor_entries()
     }
 
-    /// Factorises with `holds` on the diagonal, one a vertex.
+    /// Factorises with `holds` on the diagonal, one per vertex.
     pub(super) fn factorize(&mut self, holds: &[f64]) -> Result<(), GeometryError> {
         self.held.copy_from_slice(&self.laplacian);
         for (start, hold) in self.cholesky.column_starts().iter().zip(holds) {

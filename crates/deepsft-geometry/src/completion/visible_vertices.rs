@@ -23,7 +23,7 @@ const MOST_CELLS: usize = 11;
 /// A vertex is visible when three neighbouring pixels of the object enclose its texture coordinate (at the
 /// object's edge: almost enclose it), show the front, and are as far apart in space as on the template,
 /// up to a factor of 2. Pixels whose depth or registration is not finite count as outside. Charts of the
-/// texture must not overlap. The template may be closed and have several charts; a vertex on a seam is found once a chart.
+/// texture must not overlap. The template may be closed and have several charts; a vertex on a seam is found once per chart.
 ///
 /// ```
 /// use deepsft_geometry::glam::DVec3;

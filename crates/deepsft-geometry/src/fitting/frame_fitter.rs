@@ -23,7 +23,7 @@ const JUDGED_BLUR_PX: f32 = 0.7;
 /// Agreement of image and print from which a first try is not followed by a second.
 const CONFIRMED: f64 = 0.8;
 
-/// Solver steps without the image, each stiffness.
+/// Solver steps without the image, for each stiffness.
 const SETTLING_STEPS: usize = 12;
 
 /// The outcome for one frame.
@@ -42,7 +42,7 @@ pub struct FrameFit {
     pub accepted: bool,
     /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
     pub photo_consistency_cost: [f64; 2],
-    /// How each solve went: those without the image, then one a round.
+    /// How each solve went: those without the image, then one per round.
     pub reports: Vec<SolveReport>,
 }
 

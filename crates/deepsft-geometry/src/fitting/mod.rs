@@ -1,13 +1,13 @@
 //! Fitting: the mesh that explains the image.
 //!
-//! The network finds the object; here the template's mesh is fitted to what it found and then to the
-//! image itself, under isometry. [`FrameFitter`] does it for one template:
+//! The network finds the object. [`FrameFitter`] then fits the template's mesh to the network's maps and to the image
+//! itself, under isometry:
 //!
 //! 1. [`measurements`]: registered pixels with depth, away from edges and breaks of the maps.
 //! 2. Rigid alignment, then a solve with reprojection, depth prior, isometry and bending.
-//! 3. PhotoConsistency solves, coarse to fine: the mesh is drawn with its print, drawing and image are
-//!    normalised locally so that light drops out, and the mesh moves until they agree.
-//! 4. The maps are drawn from the mesh. When they explain the image no better than the network's own, those stay.
+//! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
+//!    so that light drops out; the mesh moves until they agree.
+//! 4. The maps are drawn from the mesh. Where they explain the image no better than the network's maps, the network's stay.
 
 mod agreement;
 mod frame_fitter;

@@ -1,4 +1,4 @@
-//! How a fit weighs its terms.
+//! The weights of a fit.
 
 /// How a fit weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +11,8 @@ pub struct FitOptions {
     pub independent_depths: f64,
     /// How many independent measurements the registrations of a frame are worth beside the image.
     pub independent_registrations: f64,
-    /// The same before the image is looked at. Much more: as long as nothing else says where a folded part is, it is
-    /// to go where the network sees it, against bending; the image can only pull in what is a few pixels off.
+    /// The same before the image is compared. Much more, because only the network then says where a folded part is, and
+    /// bending resists the fold. The image can only pull in what is a few pixels off.
     pub settling_registrations: f64,
     /// Weight of isometry.
     pub isometry: f64,
@@ -22,9 +22,9 @@ pub struct FitOptions {
     pub photo_consistency: f64,
     /// Scale of the robust photo-consistency term, local deviations.
     pub photo_consistency_scale: f64,
-    /// Blur of image and drawing, pixels, one entry a round.
+    /// Blur of image and drawing, pixels, one entry per round.
     pub blurs: Vec<f32>,
-    /// Accepted solver steps a round.
+    /// Accepted solver steps per round.
     pub steps: usize,
 }
 

@@ -42,14 +42,9 @@ impl NormalizedImage {
         self.value(index % self.width, index / self.width)
     }
 
-    /// Columns.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Rows.
-    pub fn height(&self) -> usize {
-        self.height
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
     }
 
     /// Bilinear value and its gradient (per pixel) at an image position, pixel centres at half integers;
@@ -139,11 +134,11 @@ pub(crate) struct Normalizer {
     cell_support: Vec<f32>,
 }
 
-/// Pixels a side of the cells in which mean and deviation are taken.
+/// Pixels along each side of the cells in which mean and deviation are taken.
 const CELL: usize = 4;
 
 impl Normalizer {
-    /// For a `mask` (0 or 1 a pixel, row-major, `width` columns); `blur_px` and `window_px` as in
+    /// For a `mask` (0 or 1 per pixel, row-major, `width` columns); `blur_px` and `window_px` as in
     /// [`NormalizedImage::new`].
     pub fn new(mask: &[f32], width: usize, blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);

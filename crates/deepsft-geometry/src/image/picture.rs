@@ -2,7 +2,7 @@
 
 use crate::error::GeometryError;
 
-/// An 8-bit sRGB picture, row-major, three bytes a pixel, first row on top.
+/// An 8-bit sRGB picture, row-major, three bytes per pixel, first row on top.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Picture {
     width: usize,
@@ -50,7 +50,7 @@ impl Picture {
         Self { width, height, rgb }
     }
 
-    /// A picture of rows that were just filled, three bytes a pixel.
+    /// A picture of rows that were just filled, three bytes per pixel.
     pub(crate) fn from_rows(width: usize, height: usize, rgb: Vec<u8>) -> Self {
         debug_assert_eq!(rgb.len(), 3 * width * height);
         Self { width, height, rgb }
@@ -71,7 +71,7 @@ impl Picture {
         (self.width, self.height)
     }
 
-    /// The bytes, row-major, three a pixel.
+    /// The bytes, row-major, three per pixel.
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
     }

@@ -114,7 +114,7 @@ impl Maps {
         self.depth[pixel] > OUTSIDE
     }
 
-    /// One flag a pixel: is the object seen there.
+    /// One flag per pixel: whether the object is seen there.
     pub fn mask(&self) -> Vec<bool> {
         self.depth.iter().map(|&d| d > OUTSIDE).collect()
     }

@@ -9,7 +9,7 @@ use glam::{DMat2, DVec2};
 /// sheets of the surface: 5 % of 500 mm over one pixel is a tilt of 87 degrees at f = 380.
 const DEPTH_JUMP: f64 = 0.05;
 
-/// Bounds on the singular values of the true map's Jacobian (mm of template a pixel), as multiples of
+/// Bounds on the singular values of the true map's Jacobian (mm of template per pixel), as multiples of
 /// the pixel's footprint depth / f. A pixel of an isometric surface has the singular values
 /// 0.8 to 1 (0.8 in the image's corners) and 1 / cos(tilt) footprints. Below the lower bound the
 /// inverse only amplifies rounding; above the upper one (tilt 84 degrees) the neighbours lie on two
@@ -195,7 +195,7 @@ fn jacobian_mm(truth: &Maps, pixel: usize, camera: &Camera, template_size_mm: DV
     (smallest >= JACOBIAN_BOUNDS[0] && largest <= JACOBIAN_BOUNDS[1]).then_some(jacobian)
 }
 
-/// d(u, v) / dx and d(u, v) / dy in units a pixel, where all four neighbours are on the same sheet.
+/// d(u, v) / dx and d(u, v) / dy per pixel, where all four neighbours are on the same sheet.
 pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2]> {
     let (width, height) = (maps.width(), maps.height());
     let (x, y) = (pixel % width, pixel / width);
@@ -223,7 +223,7 @@ mod tests {
     const SHEET_MM: DVec2 = DVec2::new(200.0, 100.0);
 
     /// Maps are f32: depths near 500 are exact, texture coordinates good to 2^-24, which the inverse
-    /// Jacobian (up to 400 px a unit of u here, 200 of v) turns into 2.4e-5 px.
+    /// Jacobian (up to 400 px per unit of u here, 200 of v) turns into 2.4e-5 px.
     const F32_PX: f64 = 5e-5;
 
     /// A plane of constant depth 380 mm: one pixel is 1 mm at f = 380. Texture (0, 0) is at the pixel

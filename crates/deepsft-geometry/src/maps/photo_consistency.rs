@@ -2,6 +2,7 @@
 
 use super::depth_and_registration::Maps;
 use super::metrics::{MeanSquare, central_differences};
+use super::paired_sums::PairedSums;
 use crate::image::{MipLevel, Picture};
 
 /// The template as the registration places it in the image: the paper's rendered image I', black
@@ -47,52 +48,16 @@ pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &
     if (image.width(), image.height()) != (maps.width(), maps.height()) {
         return None;
     }
-    let mut moments = [ColorMoments::default(); 3];
+    let mut colors = [PairedSums::default(); 3];
     for (pixel, drawn) in drawn_colors(texture, maps) {
         let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
-        for ((moments, drawn), seen) in moments.iter_mut().zip(drawn).zip(seen) {
-            moments.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
+        for ((sums, drawn), seen) in colors.iter_mut().zip(drawn).zip(seen) {
+            sums.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
         }
     }
-    let count = moments[0].count;
-    let sum: f64 = moments.iter().map(ColorMoments::residual).sum();
+    let count = colors[0].count();
+    let sum: f64 = colors.iter().map(PairedSums::residual).sum();
     (count > 0.0).then(|| (sum / (3.0 * count)).sqrt())
-}
-
-/// Sums for the straight line from drawn to seen values of one colour.
-#[derive(Clone, Copy, Default)]
-struct ColorMoments {
-    count: f64,
-    drawn: f64,
-    seen: f64,
-    drawn_drawn: f64,
-    drawn_seen: f64,
-    seen_seen: f64,
-}
-
-impl ColorMoments {
-    fn add(&mut self, drawn: f64, seen: f64) {
-        self.count += 1.0;
-        self.drawn += drawn;
-        self.seen += seen;
-        self.drawn_drawn += drawn * drawn;
-        self.drawn_seen += drawn * seen;
-        self.seen_seen += seen * seen;
-    }
-
-    /// Sum of the squared distances from the best line.
-    fn residual(&self) -> f64 {
-        let n = self.count.max(1.0);
-        let spread = |a: f64, b: f64, ab: f64| ab - a * b / n;
-        let (along, across) = (
-            spread(self.drawn, self.drawn, self.drawn_drawn),
-            spread(self.seen, self.seen, self.seen_seen),
-        );
-        let together = spread(self.drawn, self.seen, self.drawn_seen);
-        // A template of one tone has no gain to be found.
-        let explained = if along > 1e-9 { together * together / along } else { 0.0 };
-        (across - explained).max(0.0)
-    }
 }
 
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
@@ -105,7 +70,7 @@ pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item
     inside.map(move |pixel| (pixel, level.sample(maps.uv(pixel))))
 }
 
-/// Change of the registration over a pixel beyond which it is a jump, over a seam of the texture or to another part.
+/// Change of the registration per pixel beyond which it is a jump, over a seam of the texture or to another part.
 const JUMP: f64 = 0.1;
 
 /// How often `texture` is to be halved before one of its texels covers about a pixel of the frame.
@@ -121,7 +86,7 @@ pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
     }
     let texels = area / count.max(1) as f64 * (texture.width() * texture.height()) as f64;
     let most = texture.width().max(texture.height()).ilog2();
-    // Halving divides the texels a pixel by four. 0 when there is no difference: `as` saturates.
+    // Halving divides the texels per pixel by four. 0 when there is no difference: `as` saturates.
     ((texels.log2() / 2.0).round() as u32).min(most)
 }
 
@@ -129,7 +94,7 @@ pub fn mipmap_level(texture: &Picture, maps: &Maps) -> u32 {
 mod tests {
     use super::*;
 
-    /// One texel of a 200 x 100 texture a pixel: texel (x, y) is seen at pixel (x + 100, y + 50).
+    /// One texel of a 200 x 100 texture per pixel: texel (x, y) is seen at pixel (x + 100, y + 50).
     fn frontal(shift_px: f32) -> Maps {
         let mut maps = Maps::empty(480, 270);
         for y in 0..100 {
@@ -193,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_texture_finer_than_the_image_is_averaged() {
-        // Four texels a pixel side, a checkerboard: every pixel sees grey.
+        // Four texels along each side of a pixel, a checkerboard: every pixel sees grey.
         let texture = Picture::from_fn(800, 400, |x, y| [if (x + y) % 2 == 0 { 0 } else { 200 }; 3]);
         let image = Picture::from_fn(480, 270, |_, _| [100; 3]);
         assert!(

@@ -62,7 +62,7 @@ impl ImageTriangle {
         1.0 / self.inverse_depth.at(x, y)
     }
 
-    /// Depth, texture coordinates and their change a pixel at an image position.
+    /// Depth, texture coordinates and their change per pixel at an image position.
     pub fn seen_point(&self, x: f64, y: f64) -> SeenPoint {
         let depth_mm = self.depth_mm(x, y);
         let uv = DVec2::new(self.u_over_depth.at(x, y), self.v_over_depth.at(x, y)) * depth_mm;
@@ -187,7 +187,7 @@ impl Window {
 pub struct Visibility {
     window: Window,
     offset: DVec2,
-    /// Triangle index a pixel of the window, [`Visibility::NONE`] where nothing is seen.
+    /// Triangle index of each pixel of the window, [`Visibility::NONE`] where nothing is seen.
     triangle: Vec<u32>,
     inverse_depth: Vec<f32>,
 }
@@ -282,7 +282,7 @@ impl VisibleSurface {
         &self.camera
     }
 
-    /// The triangles, one a face; `None` where a face is too near or seen edge-on.
+    /// The triangles, one per face; `None` where a face is too near or seen edge-on.
     pub fn triangles(&self) -> &[Option<ImageTriangle>] {
         &self.triangles
     }

@@ -1,7 +1,7 @@
-//! Which things hang together, told pair by pair.
+//! Sets of things that are joined pair by pair.
 
 /// Things 0, 1, 2, ... in sets that can be joined (union-find, ways to the root halved as they are walked): n joins and
-/// questions take hardly more than n steps.
+/// look-ups take hardly more than n steps.
 ///
 /// ```
 /// use deepsft_geometry::DisjointSets;

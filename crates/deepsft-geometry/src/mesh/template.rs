@@ -26,7 +26,7 @@ const TEXTURE_ROUNDING: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Template {
     surface: Surface,
-    /// Millimetres of the unit of u and of v.
+    /// Millimetres that a difference of 1 in u and in v covers.
     size_mm: DVec2,
     mesh: TriangleMesh,
     texture: Picture,
@@ -184,9 +184,9 @@ impl Template {
         })
     }
 
-    /// What a difference of (u, v) is in mm: width and height of a sheet. For other templates the root mean square,
-    /// over the surface, of the millimetres that one unit of u and of v covers, so that a small error of the registration
-    /// times this is about its length on the surface.
+    /// Millimetres that a difference of 1 in u and in v covers: width and height of a sheet. For other templates the
+    /// median over the surface, so that a small error of the registration times this is about its length on the surface.
+    /// The median, because scans have faces that are nearly lines in the texture and would outweigh all others in a mean.
     pub fn size_mm(&self) -> DVec2 {
         self.size_mm
     }
@@ -238,8 +238,7 @@ impl Template {
     }
 }
 
-/// Millimetres of the unit of u and of v: medians over the surface, which a few faces that are nearly lines in the texture,
-/// as scans have them, do not change.
+/// Medians over the surface, by area, of the millimetres that a difference of 1 in u and in v covers.
 fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
     // Length along u, along v, and area of each face.
     let mut scales = Vec::with_capacity(mesh.faces().len());

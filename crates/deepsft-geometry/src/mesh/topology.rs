@@ -7,7 +7,7 @@ use super::welding::Welding;
 use crate::error::GeometryError;
 use std::collections::{HashMap, HashSet};
 
-/// Texels a side of the raster on which [`texture_overlap`] counts.
+/// Texels along each side of the raster on which [`texture_overlap`] counts.
 const OVERLAP_TEXELS: usize = 512;
 
 /// A texel's centre counts to a face when it lies this far inside it (as a barycentric coordinate): neighbours share

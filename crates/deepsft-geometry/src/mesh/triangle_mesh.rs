@@ -3,7 +3,7 @@
 use crate::error::GeometryError;
 use glam::{DVec2, DVec3};
 
-/// A triangle mesh with one texture coordinate a vertex. A vertex on a seam between two charts of
+/// A triangle mesh with one texture coordinate per vertex. A vertex on a seam between two charts of
 /// the texture stands in the mesh once for each chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleMesh {
@@ -56,7 +56,7 @@ impl TriangleMesh {
         &self.vertices
     }
 
-    /// Texture coordinates, one a vertex.
+    /// Texture coordinates, one per vertex.
     pub fn texture_coordinates(&self) -> &[DVec2] {
         &self.texture_coordinates
     }

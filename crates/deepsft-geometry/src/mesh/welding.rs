@@ -89,12 +89,12 @@ impl Welding {
         self.first.get(welded).copied()
     }
 
-    /// From one value a vertex of the original mesh to one a welded vertex: that of the first chart.
+    /// From one value per vertex of the original mesh to one per welded vertex: that of the first chart.
     pub fn weld<T: Copy>(&self, of_mesh: &[T]) -> Vec<T> {
         self.first.iter().map(|&vertex| of_mesh[vertex]).collect()
     }
 
-    /// From one value a welded vertex to one a vertex of the original mesh.
+    /// From one value per welded vertex to one per vertex of the original mesh.
     pub fn split<T: Copy>(&self, of_welded: &[T]) -> Vec<T> {
         self.welded.iter().map(|&point| of_welded[point]).collect()
     }

@@ -1,5 +1,6 @@
 //! What every term checks of its measurements.
 
+use super::energy::Robust;
 use crate::error::GeometryError;
 
 pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<(), GeometryError> {
@@ -15,6 +16,14 @@ pub(crate) fn vertex_in(vertex: usize, vertices: usize) -> Result<(), GeometryEr
         Ok(())
     } else {
         Err(GeometryError::VertexIndex { vertex, vertices })
+    }
+}
+
+/// The scale of a robust function, if it has one.
+pub(crate) fn check_robust(term: &'static str, robust: Robust) -> Result<(), GeometryError> {
+    match robust {
+        Robust::Squares => Ok(()),
+        Robust::Cauchy(scale) => check_scale(term, scale),
     }
 }
 

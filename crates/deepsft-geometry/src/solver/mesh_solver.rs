@@ -35,7 +35,7 @@ pub struct SolveOptions {
     /// Converged when a step lowers the energy by less than this fraction. Default 1e-9.
     pub energy_tolerance: f64,
     /// Whether to count the directions that nothing holds. Default true; costs about one iteration, which a
-    /// tracker that does one or two a frame may want to save.
+    /// tracker that does one or two per frame may want to save.
     pub judge_rank: bool,
     /// First damping, as a fraction of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
     /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it

@@ -91,7 +91,7 @@ impl NormalEquations {
         self.outside
     }
 
-    /// The diagonal of J^T W J, one vector a vertex.
+    /// The diagonal of J^T W J, one vector per vertex.
     pub(crate) fn diagonal(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.starts[..self.gradient.len()].iter().map(|&start| {
             let d = &self.blocks[start];

@@ -4,13 +4,19 @@ use super::workload::{self, compact_network};
 use anyhow::{Result, anyhow};
 use deepsft::{CompactNetwork, DeviceKind, ModelBundle, NetworkConfig, encode_png, images_to_tensor, start_device};
 use deepsft_cli::input;
-use deepsft_cli::output::atomic;
+use deepsft_formats::{FolderKind, write_folder};
 use deepsft_geometry::Picture;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 const DESCRIPTION: &str = "network.json";
+
+/// The folder.
+const KIND: FolderKind = FolderKind {
+    known_by: &[DESCRIPTION],
+    files: &[DESCRIPTION, VALUES, FRAME, "clip-#.png"],
+};
 const VALUES: &str = "arrays.f32";
 const FRAME: &str = "frame.png";
 
@@ -98,7 +104,7 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     for (k, picture) in workload::clip(bundle)?.iter().enumerate() {
         files.insert(format!("clip-{k:02}.png"), encode_png(picture)?);
     }
-    atomic::write_folder(folder, &[DESCRIPTION], &files)?;
+    write_folder(folder, &KIND, &files)?;
     println!(
         "{} weights in {} arrays: {}",
         estimator.parameters(),

@@ -5,15 +5,16 @@ use super::subject::{FrameReport, Object};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::encode_png;
-use deepsft_cli::output::{atomic, sheet};
+use deepsft_cli::output::sheet;
 use deepsft_cli::progress;
+use deepsft_formats::write_file;
 use deepsft_geometry::metrics::Summary;
 use deepsft_geometry::{Camera, training_camera};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Width of a line of the table: hidden shares from one of these to the next.
+/// Width of a line of the table: hidden fractions from one of these to the next.
 const BINS: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
 
 /// Frames of each object on the sheet.
@@ -21,17 +22,18 @@ const WORST: usize = 6;
 
 #[derive(Args)]
 #[command(after_help = "\
-Each frame is an object bent and posed at random, of which the camera sees a part: the rest is hidden by the object
-itself and by one contiguous occluder. From the exact maps of the visible part come the visible vertices, from them
+Each frame shows an object bent and posed at random. The object itself and one contiguous occluder hide a part of it. The
+exact maps of the visible part give the visible vertices; three methods complete the mesh from them:
   ARAP        the whole mesh, completed with the paper's weights, in fewer than 10 iterations
   rigid       the rest shape in the pose of the visible vertices
   Laplacian   displacements from there, interpolated smoothly
-Objects are the A4 poster (bends, folds, curled corners, waves) and a closed tube of 240 x 60 mm (smooth bends and
-twists) with two charts in its texture. The table has, for each range of hidden shares:
+The objects are the A4 poster (bends, folds, curled corners, waves) and a closed tube of 240 x 60 mm (smooth bends and
+twists) with two charts in its texture. The table has, for each range of hidden fractions:
   hidden      RMSE of the hidden vertices, mm and % of the object's largest extent, median over the frames
   visible     RMSE of the visible vertices before and after, mm
   edges       change of the edges' lengths, median over edges and frames, and 95th percentile
   flipped     faces folded back on a neighbour by more than 90 degrees, of all frames together
+  conv        frames whose last step was within a thousandth of an edge; the others took all 9 iterations
 
 Example:
   deepsft-lab completion accuracy --frames 1000 --seed 1 --json completion.json --sheet completion.png")]
@@ -50,10 +52,10 @@ pub struct AccuracyArguments {
     sheet: Option<PathBuf>,
 }
 
-/// Medians over the frames of a range of hidden shares.
+/// Medians over the frames of a range of hidden fractions.
 #[derive(Serialize)]
 struct Row {
-    hidden_share: [f64; 2],
+    hidden_fraction: [f64; 2],
     frames: usize,
     arap_mm: f64,
     arap_percent: f64,
@@ -61,8 +63,8 @@ struct Row {
     arap_p95_mm: f64,
     rigid_mm: f64,
     laplacian_mm: f64,
-    /// Share of the frames in which ARAP is better than both.
-    best_share: f64,
+    /// Fraction of the frames in which ARAP is better than both.
+    best_fraction: f64,
     visible_before_mm: f64,
     visible_after_mm: f64,
     edge_change_median: f64,
@@ -70,7 +72,8 @@ struct Row {
     true_edge_change_p95: f64,
     flipped: usize,
     true_flipped: usize,
-    most_iterations: usize,
+    /// Fraction of the frames whose last step was within the tolerance; the others ran out of iterations.
+    converged_fraction: f64,
 }
 
 #[derive(Serialize)]
@@ -129,11 +132,11 @@ pub fn run(arguments: &AccuracyArguments) -> Result<()> {
     };
     print(&report);
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&rows_of_panels).context("there is no frame to draw")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
 }
@@ -141,11 +144,11 @@ pub fn run(arguments: &AccuracyArguments) -> Result<()> {
 impl Object {
     fn report(&self, without_vertices: u64, per_frame: Vec<FrameReport>) -> Result<ObjectReport> {
         let rows = BINS.windows(2).filter_map(|bin| {
-            let hidden_share = [bin[0], bin[1]];
+            let hidden_fraction = [bin[0], bin[1]];
             let frames: Vec<FrameReport> = (per_frame.iter().copied())
-                .filter(|frame| (hidden_share[0]..hidden_share[1]).contains(&frame.hidden_share))
+                .filter(|frame| (hidden_fraction[0]..hidden_fraction[1]).contains(&frame.hidden_fraction))
                 .collect();
-            self.row(hidden_share, &frames)
+            self.row(hidden_fraction, &frames)
         });
         Ok(ObjectReport {
             name: self.name,
@@ -160,7 +163,7 @@ impl Object {
     }
 
     /// `None` without frames.
-    fn row(&self, hidden_share: [f64; 2], frames: &[FrameReport]) -> Option<Row> {
+    fn row(&self, hidden_fraction: [f64; 2], frames: &[FrameReport]) -> Option<Row> {
         let median = |of: fn(&FrameReport) -> f64| Summary::of(frames.iter().map(|f| Some(of(f)))).map(|s| s.median);
         let mut errors: Vec<f64> = frames.iter().map(|f| f.arap_mm).collect();
         errors.sort_by(f64::total_cmp);
@@ -170,14 +173,14 @@ impl Object {
             .count();
         let arap_mm = median(|f| f.arap_mm)?;
         Some(Row {
-            hidden_share,
+            hidden_fraction,
             frames: frames.len(),
             arap_mm,
             arap_percent: 100.0 * arap_mm / self.extent,
             arap_p95_mm: errors[(errors.len() - 1) * 19 / 20],
             rigid_mm: median(|f| f.rigid_mm)?,
             laplacian_mm: median(|f| f.laplacian_mm)?,
-            best_share: best as f64 / frames.len() as f64,
+            best_fraction: best as f64 / frames.len() as f64,
             visible_before_mm: median(|f| f.visible_before_mm)?,
             visible_after_mm: median(|f| f.visible_after_mm)?,
             edge_change_median: median(|f| f.edge_change_median)?,
@@ -185,7 +188,7 @@ impl Object {
             true_edge_change_p95: median(|f| f.true_edge_change_p95)?,
             flipped: frames.iter().map(|f| f.flipped).sum(),
             true_flipped: frames.iter().map(|f| f.true_flipped).sum(),
-            most_iterations: frames.iter().map(|f| f.iterations).max()?,
+            converged_fraction: frames.iter().filter(|f| f.converged).count() as f64 / frames.len() as f64,
         })
     }
 
@@ -220,7 +223,7 @@ fn print(report: &Report) {
             }
         );
         println!(
-            "  {:<10}{:>7}{:>9}{:>7}{:>8}{:>8}{:>11}{:>7}{:>9}{:>8}{:>9}{:>8}{:>9}{:>6}",
+            "  {:<10}{:>7}{:>9}{:>7}{:>8}{:>8}{:>11}{:>7}{:>9}{:>8}{:>9}{:>8}{:>9}{:>8}",
             "hidden",
             "frames",
             "ARAP mm",
@@ -234,12 +237,12 @@ fn print(report: &Report) {
             "edges %",
             "p95 %",
             "flipped",
-            "iter"
+            "conv %"
         );
         for row in object.rows.iter().chain([&object.all]) {
-            let [low, high] = row.hidden_share.map(|share| 100.0 * share);
+            let [low, high] = row.hidden_fraction.map(|fraction| 100.0 * fraction);
             println!(
-                "  {:<10}{:>7}{:>9.2}{:>7.2}{:>8.1}{:>8.1}{:>11.1}{:>5.0} %{:>9.2}{:>8.2}{:>9.2}{:>8.2}{:>9}{:>6}",
+                "  {:<10}{:>7}{:>9.2}{:>7.2}{:>8.1}{:>8.1}{:>11.1}{:>5.0} %{:>9.2}{:>8.2}{:>9.2}{:>8.2}{:>9}{:>8.0}",
                 if high > 99.0 {
                     "all".to_owned()
                 } else {
@@ -251,13 +254,13 @@ fn print(report: &Report) {
                 row.arap_p95_mm,
                 row.rigid_mm,
                 row.laplacian_mm,
-                100.0 * row.best_share,
+                100.0 * row.best_fraction,
                 row.visible_before_mm,
                 row.visible_after_mm,
                 100.0 * row.edge_change_median,
                 100.0 * row.edge_change_p95,
                 row.flipped,
-                row.most_iterations
+                100.0 * row.converged_fraction
             );
         }
     }
@@ -284,8 +287,11 @@ mod tests {
                 "{}",
                 object.name
             );
-            assert!(all.best_share > 0.6, "{}: {}", object.name, all.best_share);
-            assert!(all.most_iterations < 10);
+            assert!(all.best_fraction > 0.6, "{}: {}", object.name, all.best_fraction);
+            // Nine iterations need not suffice, enough of them must.
+            completion.set_max_iterations(5000);
+            let settled = object.frame(&camera, 77, 0, &mut completion).unwrap().unwrap();
+            assert!(settled.report.converged, "{}", object.name);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The meshes that completion is timed on, and how they move.
 
+use super::rod_bend::RodBend;
 use anyhow::Result;
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{RigidMotion, TriangleMesh, Welding};
-use deepsft_synth::{RodBend, capsule};
+use deepsft_synth::capsule;
 
 /// Size of the sheet, mm.
 const SHEET_MM: [f64; 2] = [297.0, 210.0];
@@ -140,8 +141,8 @@ mod tests {
             .iter()
             .zip([1_500.0, 6_000.0, 11_000.0, 40_000.0].into_iter().cycle())
         {
-            let share = shape.mesh.faces().len() as f64 / wanted;
-            assert!((0.97..1.03).contains(&share), "{} {share}", shape.name);
+            let fraction = shape.mesh.faces().len() as f64 / wanted;
+            assert!((0.97..1.03).contains(&fraction), "{} {fraction}", shape.name);
         }
     }
 
@@ -155,8 +156,8 @@ mod tests {
                 .iter()
                 .filter(|v| first.given.binary_search(v).is_ok())
                 .count();
-            let share = kept as f64 / first.given.len() as f64;
-            assert!((0.8..0.95).contains(&share), "{} {share}", shape.name);
+            let fraction = kept as f64 / first.given.len() as f64;
+            assert!((0.8..0.95).contains(&fraction), "{} {fraction}", shape.name);
         }
     }
 }

@@ -4,7 +4,7 @@ use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{RigidMotion, Welding};
 
-/// The interpolation is done when its residual has fallen to this share.
+/// The interpolation is done when its residual has fallen to this fraction.
 const TOLERANCE: f64 = 1e-9;
 
 /// The rest shape brought onto the visible points by one rigid motion, one position a vertex of the mesh.

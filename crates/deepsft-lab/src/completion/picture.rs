@@ -70,7 +70,7 @@ pub fn panels(object: &Object, camera: &Camera, completed: &Completed) -> sheet:
     let errors_of = |of: &[DVec3]| -> Vec<f64> { of.iter().zip(truth).map(|(a, b)| a.distance(*b)).collect() };
     let mut seen = vec![0.0; truth.len()];
     points.iter().for_each(|p| seen[p.vertex] = 1.0);
-    let seen_color = |share: f64| if share > 0.5 { [110, 200, 120] } else { [120, 120, 130] };
+    let seen_color = |seen: f64| if seen > 0.5 { [110, 200, 120] } else { [120, 120, 130] };
     let centre = truth.iter().sum::<DVec3>() / truth.len().max(1) as f64;
     let side = |vertices: &[DVec3]| turned(vertices, centre, SIDE_RAD);
     let panel = |title: &str, picture: Picture, bar: Option<sheet::ColorBar>| sheet::Panel {
@@ -86,7 +86,7 @@ pub fn panels(object: &Object, camera: &Camera, completed: &Completed) -> sheet:
             "{} {}: {:.0} % hidden; hidden vertices ARAP {:.1}, rigid {:.1}, Laplacian {:.1} mm; visible {:.2} mm",
             object.name,
             report.index,
-            100.0 * report.hidden_share,
+            100.0 * report.hidden_fraction,
             report.arap_mm,
             report.rigid_mm,
             report.laplacian_mm,

@@ -8,7 +8,7 @@ use super::benchmark_shape::{BenchmarkFrame, BenchmarkShape};
 use crate::measuring::{self, Process, Rival, Times};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft_cli::output::atomic;
+use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{ArapCompletion, CompletionOptions};
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ const HEAVY: f64 = 1e6;
 /// Iterations of both programs.
 const ITERATIONS: usize = 10;
 
-/// Share by which our energy may be above the other program's and still count as reaching it: both end at
+/// Fraction by which our energy may be above the other program's and still count as reaching it: both end at
 /// the same minimum where frames are easy, and there rounding decides.
 const SAME_ENERGY: f64 = 1e-6;
 
@@ -138,7 +138,7 @@ pub fn run(arguments: &SpeedArguments) -> Result<()> {
     };
     print(&report);
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! What completion is studied on: objects of which a camera sees a part.
 
 use super::interpolation::{laplacian, rigid};
+use super::partial_view::PartialView;
 use crate::poster::{POSTER_HEIGHT_MM, POSTER_WIDTH_MM};
 use anyhow::Result;
 use deepsft_geometry::glam::DVec3;
@@ -8,10 +9,10 @@ use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{
     ArapCompletion, Camera, CompletionOptions, Picture, Template, TriangleMesh, VisibleVertices, Welding,
 };
-use deepsft_synth::{PartialView, SynthConfig, Synthesizer, capsule, edge_length_change};
+use deepsft_synth::{SynthConfig, Synthesizer, capsule, edge_length_change};
 use serde::Serialize;
 
-/// Hidden shares that are drawn, of a sheet's vertices and of a closed mesh's, whose back is always hidden.
+/// Hidden fractions that are drawn, of a sheet's vertices and of a closed mesh's, whose back is always hidden.
 const SHEET_HIDDEN: [f64; 2] = [0.3, 0.7];
 const CLOSED_HIDDEN: [f64; 2] = [0.5, 0.7];
 
@@ -35,7 +36,7 @@ pub struct Object {
 #[derive(Clone, Copy, Serialize)]
 pub struct FrameReport {
     pub index: u64,
-    pub hidden_share: f64,
+    pub hidden_fraction: f64,
     /// RMSE of the hidden vertices, mm.
     pub arap_mm: f64,
     pub rigid_mm: f64,
@@ -49,7 +50,7 @@ pub struct FrameReport {
     pub true_edge_change_p95: f64,
     pub flipped: usize,
     pub true_flipped: usize,
-    pub iterations: usize,
+    pub converged: bool,
 }
 
 /// A frame with its result.
@@ -134,7 +135,7 @@ impl Object {
         );
         let report = FrameReport {
             index,
-            hidden_share: seen.iter().filter(|seen| !**seen).count() as f64 / seen.len() as f64,
+            hidden_fraction: seen.iter().filter(|seen| !**seen).count() as f64 / seen.len() as f64,
             arap_mm: error_of(&completed.vertices, false),
             rigid_mm: error_of(&rigid(rest, &points), false),
             laplacian_mm: error_of(&laplacian(&self.welding, rest, &points), false),
@@ -145,7 +146,7 @@ impl Object {
             true_edge_change_p95: true_change.p95,
             flipped: flipped(self.welding.mesh(), &self.welding.weld(&completed.vertices)),
             true_flipped: flipped(self.welding.mesh(), &welded_truth),
-            iterations: completed.report.iterations,
+            converged: completed.report.converged,
         };
         Ok(Some(Completed {
             report,

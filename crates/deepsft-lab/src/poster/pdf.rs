@@ -1,6 +1,5 @@
 //! The printable sheet: one A4 landscape page that shows the drawing at exactly 100 %.
 
-use super::{POSTER_HEIGHT_MM, POSTER_WIDTH_MM};
 use anyhow::{Context, Result};
 use deepsft_geometry::Picture;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -11,12 +10,11 @@ use pdf_writer::{Content, Filter, Name, Pdf, Rect, Ref, TextStr};
 /// PDF user units (1/72 inch) in a millimetre.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 
-/// A page of the poster's size that `picture` covers, with the request to print it unscaled.
-pub(super) fn page(picture: &Picture) -> Result<Vec<u8>> {
+/// A page of `size_mm` (width, height) that `picture` covers, with the request to print it unscaled.
+pub(super) fn page(picture: &Picture, size_mm: [f64; 2]) -> Result<Vec<u8>> {
     let [catalog, pages, page, artwork, content, information] = [1, 2, 3, 4, 5, 6].map(Ref::new);
     let name = Name(b"Poster");
-    let width = (POSTER_WIDTH_MM * POINTS_PER_MM) as f32;
-    let height = (POSTER_HEIGHT_MM * POINTS_PER_MM) as f32;
+    let [width, height] = size_mm.map(|side| (side * POINTS_PER_MM) as f32);
     let [columns, rows] = [picture.width(), picture.height()].map(|side| i32::try_from(side).unwrap_or(i32::MAX));
 
     let mut pdf = Pdf::new();
@@ -114,7 +112,7 @@ mod tests {
 
     #[test]
     fn the_page_is_a4_landscape_and_the_picture_covers_it_at_full_scale() {
-        let pdf = page(&Picture::from_fn(2, 2, |_, _| [0; 3])).unwrap();
+        let pdf = page(&Picture::from_fn(2, 2, |_, _| [0; 3]), [297.0, 210.0]).unwrap();
         let text = String::from_utf8_lossy(&pdf);
         let numbers = |from: &str, to: &str| -> Vec<f64> {
             let start = text.find(from).unwrap() + from.len();

@@ -1,5 +1,6 @@
 //! `deepsft-lab study fit`: how a method's errors grow with what makes a frame hard.
 
+mod disturbance;
 mod measurement;
 mod outcome;
 mod plan;
@@ -9,8 +10,9 @@ mod table;
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceKind, encode_png};
-use deepsft_cli::output::{atomic, panels, sheet};
+use deepsft_cli::output::{panels, sheet};
 use deepsft_cli::{input, progress};
+use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Maps, Picture};
@@ -39,7 +41,7 @@ Each series varies one thing on synthetic frames and compares the fitted mesh wi
   mesh                         that the frames are rendered from: as fine as the fitted one, or twice as fine
 All frames but those of \"mesh 1\" are rendered from a mesh of twice the resolution of the fitted one.
 
-Printed and drawn are medians over the frames in which the object was found; the JSON has means too:
+The table and the plot show medians over the frames in which the object was found. The JSON file has means too:
   {\"series\": [{\"name\", \"unit\", \"start\", \"rows\": [{\"level\", \"frames\", \"found\", \"fallback_fraction\",
     \"start\": {\"median\": {\"rmse_3d_mm\", \"depth_rmse_mm\", \"registration_rmse_px\", ...}, \"mean\": {...}},
     \"fitted\": {...}, ...}]}]}
@@ -106,11 +108,11 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
     print!("{}", study_table(&series));
     if let Some(path) = &arguments.plot {
         let plot = study_plot(&series).context("there is nothing to draw")?;
-        atomic::write_file(path, &encode_png(&plot)?)?;
+        write_file(path, &encode_png(&plot)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&worst.rows(bundle.template().size_mm())).context("there is nothing to draw")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     if let Some(path) = &arguments.json {
         let report = Report {
@@ -120,7 +122,7 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
             series,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     Ok(())
 }

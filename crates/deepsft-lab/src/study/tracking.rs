@@ -10,18 +10,20 @@ use clap::Args;
 use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_cli::output::{atomic, sheet};
-use deepsft_cli::{clip_folder, input, progress, synthesis, track_errors};
+use deepsft_cli::output::sheet;
+use deepsft_cli::{clip_folder, input, progress};
+use deepsft_formats::write_file;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
+use deepsft_train::tracking_errors;
 use figure::Worst;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use summary::{ClipRecord, Recoveries, Spread, Summary};
+use summary::{ClipRecord, Recoveries, Spread, Summary, TrackedClip};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [
@@ -39,21 +41,21 @@ const EVENTS: [ClipEvent; 10] = [
 
 #[derive(Args)]
 #[command(after_help = "\
-Each clip shows a sheet that moves and bends as in two hands, at 30 frames a second, blurred by an exposure of a third
-of that, with sensor noise. In turn: nothing else happens (three of ten clips), an arm passes before it (two), there is a
-cut (two), it leaves the view and comes back (two), it is still (one). `deepsft clip` writes any of them.
+Each clip shows a sheet that moves and bends as in two hands, at 30 frames per second. The exposure is a third of a frame,
+and the sensor is noisy. Ten clips take turns: in three nothing else happens, in two an arm passes in front, two have a
+cut, in two the sheet leaves the view and comes back, in one it is still. `deepsft clip` writes any of them.
 
-Told are
-  tracked         share of the frames with at least 30 % of the print in view that are found with a registration RMSE of at
-                  most 2 px of the 480 x 270 image; also without the frames in which the network had not yet answered
-                  about the sheet, at the start, after a cut and after a return
-  off             frames in view that are said to be found and are more than 5 px off
-  found without   frames that show nothing of the sheet and are said to show it
+The report lists
+  tracked         fraction of the frames in view (at least 30 % of the print) whose registration RMSE is at most 2 px of
+                  the 480 x 270 image; also without the frames in which the network had not yet answered about the
+                  sheet, at the start, after a cut and after a return
+  off             false positions: frames in view that count as found and are more than 5 px off
+  found without   false detections: frames that count as found and show nothing of the sheet
   recoveries      how losses (not found, or more than 5 px off) ended: within 2 px again by the frame at which the
-                  network's next answer arrived, later, or never
-  jitter          of a still sheet: RMS distance of the seen vertices' places in the image from their means, px
+                  network's next detection arrived, later, or never
+  jitter          of a still sheet: RMS distance of the seen vertices' pixels from their means, px
   lag             frames by which the track trails the sheet: the shift in time that explains the differences best
-Jitter and lag are also told after smoothing (One-Euro filter).
+It also lists jitter and lag after smoothing (One-Euro filter).
 
 Example:
   deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json --sheet tracking.png")]
@@ -112,8 +114,8 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             ..ClipLength::default()
         };
         let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
-        let frames = synthesis::clip_frames(&story, 0..story.length().frames);
-        let samples: Vec<Sample> = frames.collect::<Result<_>>()?;
+        let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
+        let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
         let tracked = track(&bundle, &estimator, &story, &samples, arguments)?;
         if arguments.sheet.is_some() {
             worst.offer(bundle.template(), &samples, &tracked);
@@ -134,20 +136,13 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             per_clip: &clips,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        atomic::write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
     if let Some(path) = &arguments.sheet {
         let sheet = sheet::sheet(&worst.into_rows()).context("a sheet has panels")?;
-        atomic::write_file(path, &encode_png(&sheet)?)?;
+        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
-}
-
-/// A clip after tracking.
-struct TrackedClip {
-    record: ClipRecord,
-    /// Vertices and their confidence, where the sheet was found.
-    meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
 }
 
 fn track(
@@ -172,7 +167,7 @@ fn track(
         let followed = pollster::block_on(tracker.follow(time_s, &sample.image))?;
         let tracked = followed.tracked;
         let errors = match tracked.found {
-            true => Some(track_errors::errors(
+            true => Some(tracking_errors::mesh_errors(
                 template,
                 &tracked.vertices_camera,
                 &sample.truth,
@@ -183,7 +178,7 @@ fn track(
         let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
         frames.push(FrameRecord {
             frame,
-            print_in_view: track_errors::print_in_view(&sample.truth),
+            print_in_view: tracking_errors::fraction_in_view(&sample.truth),
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,
@@ -234,19 +229,19 @@ fn track(
         seed: story.seed(),
         event: story.event().name(),
         event_frames: [during.start, during.end],
-        tracked_share: None,
+        tracked_fraction: None,
         losses: losses(&frames, cut),
         jitter_px,
         lag_frames,
         frames,
     };
     let (tracked, in_view) = record.tracked();
-    record.tracked_share = (in_view > 0).then(|| tracked as f64 / in_view as f64);
+    record.tracked_fraction = (in_view > 0).then(|| tracked as f64 / in_view as f64);
     Ok(TrackedClip { record, meshes })
 }
 
 fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
-    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let percent = |fraction: Option<f64>| fraction.map_or_else(|| "-".to_owned(), |f| format!("{:.1} %", 100.0 * f));
     let median =
         |spread: Option<Spread>| spread.map_or_else(|| "-".to_owned(), |spread| format!("{:.2}", spread.median));
     println!(
@@ -258,8 +253,8 @@ fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
             "{name:10}{:>6}{:>9}{:>10}{:>14}{:>6}{:>9}{:>8}{:>8}",
             figures.clips,
             figures.frames_in_view,
-            percent(figures.tracked_share),
-            percent(figures.tracked_share_after_answer),
+            percent(figures.tracked_fraction),
+            percent(figures.tracked_fraction_after_answer),
             figures.found_but_off,
             format!("{}/{}", figures.found_without, figures.frames_without),
             median(figures.registration_rmse_px),

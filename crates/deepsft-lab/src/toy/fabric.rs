@@ -2,7 +2,8 @@
 //! can be told from every other.
 
 use deepsft_geometry::glam::{Vec2, Vec3};
-use deepsft_synth::noise::{ValueNoise, floor, mix};
+use deepsft_synth::painting::{ValueNoise, floor};
+use deepsft_synth::random::mix;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::f32::consts::TAU;

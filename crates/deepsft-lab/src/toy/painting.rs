@@ -5,7 +5,7 @@ use super::fabric::{Fabric, Print};
 use super::sewing::{Piece, Side};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2, Vec3};
-use deepsft_synth::noise::mix;
+use deepsft_synth::random::mix;
 use rayon::prelude::*;
 use std::collections::HashMap;
 

@@ -8,7 +8,8 @@ use crate::deform::face_front;
 use crate::deform::{Bend, Rulings};
 use crate::random::between;
 use crate::random::{Stream, generator};
-use crate::{EffectsConfig, LightingConfig, SynthConfig};
+use crate::render::{EffectsConfig, LightingConfig};
+use crate::scene::SynthConfig;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
 use deepsft_geometry::{Camera, Template};
 use rand::Rng;
@@ -256,10 +257,10 @@ fn softly_positive(x: f64, softness: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::edge_length_change;
+    use crate::deform::edge_length_change;
     use deepsft_geometry::{Picture, training_camera};
 
-    /// Eight seconds at twenty frames a second.
+    /// Eight seconds at twenty frames per second.
     const FRAMES: usize = 160;
 
     fn sheet() -> Template {

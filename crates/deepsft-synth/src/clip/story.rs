@@ -1,11 +1,12 @@
 //! Clips with something that happens in them, frame by frame with ground truth: what tracking is tried out on.
 
 use crate::clip::motion::{ClipConfig, ClipMotion};
+use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
+use crate::scene::SynthConfig;
 use crate::scene::Synthesizer;
 use crate::scene::occluder::PassingArm;
 use crate::scene::{Moment, Scene};
-use crate::{SynthConfig, SynthError};
 use deepsft_formats::Sample;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
@@ -84,7 +85,7 @@ pub struct ClipLength {
 }
 
 impl Default for ClipLength {
-    /// Two seconds at 30 frames a second.
+    /// Two seconds at 30 frames per second.
     fn default() -> Self {
         Self {
             frames: 60,

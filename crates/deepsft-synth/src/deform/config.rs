@@ -4,6 +4,7 @@ use crate::deform::manipulation::ClothConfig;
 use crate::random::between;
 use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
+use serde::Serialize;
 
 /// The kinds of shapes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +39,8 @@ impl DeformationFamily {
 }
 
 /// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
-/// fractions make a configuration fit sheets of any size.
-#[derive(Clone, Debug, PartialEq)]
+/// fractions of the sheet fit a configuration to any size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DeformationConfig {
     /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.
     /// Default 1, 3, 2, 2, 2, 3, and 0 for cloth, which the shipped models have not seen.
@@ -66,7 +67,7 @@ pub struct DeformationConfig {
     /// Bounds on the relative change of edge lengths. Default median 1 %, 95th percentile 3 %; a
     /// deformation beyond them is drawn weaker.
     pub most_edge_change: EdgeLengthChange,
-    /// How cloth is handled.
+    /// How simulated cloth is manipulated.
     pub cloth: ClothConfig,
 }
 

@@ -1,7 +1,7 @@
 //! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
-use crate::SynthError;
 use crate::deform::isometry::edge_length_changes;
+use crate::error::SynthError;
 use crate::random::between;
 use crate::random::unit_direction;
 use deepsft_formats::EdgeLengthChange;
@@ -10,6 +10,7 @@ use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
+use serde::Serialize;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,7 +37,7 @@ const HANDLE_WEIGHT: f64 = 2.0;
 /// Deformations of templates that are no sheets: control points, random parts of the surface, are turned about the joint behind
 /// them and shifted, and the rest follows as rigidly as possible (the paper's section 5.1 poses hand-made rigs with random
 /// joint angles; control points are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControlPointConfig {
     /// Handles that move. Default [2, 6] of 12.
     pub moved: [usize; 2],
@@ -358,7 +359,7 @@ impl<'a> Surface<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capsule;
+    use crate::deform::capsule;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
 

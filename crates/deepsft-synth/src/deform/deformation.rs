@@ -24,7 +24,7 @@ const WEAKENING_TRIES: usize = 12;
 /// 95th percentile of the relative change of edge lengths beyond which the relaxation would crumple
 /// the sheet rather than bend it; such a deformation is made weaker before it is relaxed.
 const MOST_CHANGE_TO_RELAX: f64 = 0.06;
-/// Rounds of relaxation of a simulated sheet before it is handled more gently.
+/// Rounds of relaxation of a simulated sheet before its manipulation is made weaker.
 const CLOTH_RELAXATIONS: usize = 4;
 /// Factor on all angles and waves (ways and forces) at each such try.
 const WEAKENING: f64 = 0.7;
@@ -141,8 +141,8 @@ pub(crate) fn face_front(mesh: &TriangleMesh, vertices: &mut [DVec3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::deform::edge_length_change;
     use crate::deform::isometry::edge_length_changes;
-    use crate::edge_length_change;
     use deepsft_geometry::Picture;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;

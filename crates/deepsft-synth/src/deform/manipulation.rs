@@ -1,4 +1,4 @@
-//! How a simulated sheet is handled: where it is held, how the hands move, what pulls and blows at it.
+//! How a simulated sheet is manipulated: where anchors hold it, how they move, which forces and wind act on it.
 //!
 //! The paper (section 5.1) anchors its thin shells at randomly located points and applies tensile and compressive
 //! forces in random directions; numbers are in its supplementary material, which we do not have. Ours are our choice.
@@ -8,6 +8,7 @@ use crate::random::unit_direction;
 use crate::random::{between, chance, sign};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use rand::{Rng, RngExt};
+use serde::Serialize;
 
 /// Radius of what a hand holds, fractions of the sheet's diagonal: 11 to 29 mm of an A4 sheet.
 const GRIP_RADIUS: [f64; 2] = [0.03, 0.08];
@@ -39,9 +40,9 @@ const SETTLING_STEP: f64 = 0.5;
 /// Steps between two looks at how the sheet lies in the wind.
 const WIND_EVERY: usize = 8;
 
-/// How sheets are handled in the simulation of cloth. Ranges are `[least, most]` and drawn uniformly; fractions are of the
-/// sheet's diagonal, so that a configuration fits sheets of any size. All values are our choice.
-#[derive(Clone, Debug, PartialEq)]
+/// How simulated cloth is manipulated. Ranges are `[least, most]` and drawn uniformly. Fractions are of the sheet's
+/// diagonal, so that a configuration fits sheets of any size. All values are our choice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClothConfig {
     /// Bending length (Peirce 1930): how far a strip reaches out before it bends under its own weight, fraction of the
     /// diagonal, uniform in its logarithm. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
@@ -103,7 +104,7 @@ impl Anchor {
     }
 }
 
-/// One way of handling a sheet.
+/// One manipulation of a sheet.
 #[derive(Clone, Debug)]
 pub(crate) struct Manipulation {
     cloth: Cloth,
@@ -117,7 +118,7 @@ pub(crate) struct Manipulation {
 }
 
 impl Manipulation {
-    /// A random way of handling a sheet of the given size.
+    /// A random manipulation of a sheet of the given size.
     pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, config: &ClothConfig, rng: &mut R) -> Self {
         let diagonal = size_mm.length();
         let stiffness = between(config.bending_length.map(f64::ln), rng).exp();
@@ -164,7 +165,7 @@ impl Manipulation {
         self.wind *= factor;
     }
 
-    /// The sheet after it was handled so, beginning flat, let go and free of strain.
+    /// The sheet after the manipulation: it begins flat, is let go at the end, and is free of strain.
     pub(crate) fn simulate(&self) -> Cloth {
         let mut cloth = self.manipulated();
         cloth.settle(SETTLING_SWEEPS, SETTLING_STEP * self.step_s());

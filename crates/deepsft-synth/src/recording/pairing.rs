@@ -1,6 +1,6 @@
 //! Which colour and depth pictures of a recording belong together.
 
-use crate::SynthError;
+use crate::error::SynthError;
 use crate::recording::layout::{ASSOCIATIONS_FILE, DEPTH_FOLDER, RGB_FOLDER};
 use std::collections::BTreeMap;
 use std::fs;

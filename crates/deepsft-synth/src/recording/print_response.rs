@@ -6,11 +6,14 @@ use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec3;
 use rand::Rng;
 
+/// Size of a print, as a fraction of the template's: on both sides of 1, so that nothing can be gained by shrinking alone.
+const SCALE: [f64; 2] = [0.95, 1.05];
+
 /// The response of a print, on linear light: reflectance = black + (white - black) mix(colour ^ gain).
 ///
 /// Training images show the template's picture as it is; this one was "printed": its black is grey, its colours are
-/// duller and pulled to one side, its middle tones darker (dot gain). And it is smaller than the template says, as a
-/// printer leaves it that fits a page into its margins.
+/// duller and pulled to one side, its middle tones darker (dot gain). It is a little smaller or larger than the template
+/// says: printers fit pages into their margins or scale them up to the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintResponse {
     /// Reflectance of the darkest ink, by colour.
@@ -27,7 +30,7 @@ pub struct PrintResponse {
 
 impl PrintResponse {
     /// An ordinary printer on ordinary paper: black 2 to 6 %, a cast of up to 8 %, dot gain 1.05 to 1.3, saturation 0.65
-    /// to 0.9, size 95 to 98 %.
+    /// to 0.9, size 95 to 105 %.
     pub(super) fn sample<R: Rng + ?Sized>(rng: &mut R) -> Self {
         let black = uniform(rng, [0.02, 0.06]);
         let mut cast = || 1.0 - uniform(rng, [0.0, 0.08]);
@@ -37,7 +40,7 @@ impl PrintResponse {
             white,
             gain: uniform(rng, [1.05, 1.3]),
             saturation: uniform(rng, [0.65, 0.9]),
-            scale: f64::from(uniform(rng, [0.95, 0.98])),
+            scale: f64::from(uniform(rng, SCALE)),
         }
     }
 
@@ -55,6 +58,17 @@ impl PrintResponse {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::{Stream, generator};
+
+    #[test]
+    fn prints_are_smaller_as_often_as_larger_than_the_template() {
+        let scale = |seed| PrintResponse::sample(&mut generator(seed, 0, Stream::Recording)).scale;
+        let scales: Vec<f64> = (0..400).map(scale).collect();
+        assert!(scales.iter().all(|scale| (0.95..=1.05).contains(scale)));
+        // A fair coin thrown 400 times: 200 +- 10; five standard deviations.
+        let larger = scales.iter().filter(|&&scale| scale > 1.0).count();
+        assert!((150..250).contains(&larger), "{larger}");
+    }
 
     #[test]
     fn black_turns_grey_white_turns_to_paper_and_colours_pale() {

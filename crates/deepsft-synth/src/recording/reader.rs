@@ -1,6 +1,6 @@
 //! RGB-D recordings: what training steps 2 and 3 learn from.
 
-use crate::SynthError;
+use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
 use crate::recording::layout::{CAMERA_FILE, MASK_FOLDER};
 use crate::recording::pairing::{self, Pair};
@@ -17,7 +17,7 @@ const MASK_THRESHOLD: u8 = 128;
 ///
 /// | path | content |
 /// |---|---|
-/// | `camera.json` | the colour camera as everywhere: `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion`; `depth_scale`: units of a depth picture in a metre (default 1000: millimetres; TUM has 5000) |
+/// | `camera.json` | the colour camera as everywhere: `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion`, `pixel_centers` (`"integer"` for intrinsics by OpenCV and TUM, of both cameras); `depth_scale`: units of a depth picture in a metre (default 1000: millimetres; TUM has 5000) |
 /// | | where depth was not registered to colour: `depth_camera` with its own intrinsics, and `color_from_depth`, the depth camera's pose in the colour camera's frame as three rows (r, r, r, t) with t in mm |
 /// | `rgb/` | colour pictures, PNG or JPEG |
 /// | `depth/` | depth pictures, 16-bit grey PNG: z along the optical axis, 0 where nothing was measured |
@@ -40,7 +40,7 @@ pub struct RecordedFrame {
     pub image: Picture,
     /// Depth in mm, row-major; 0 where the sensor measured nothing.
     pub depth_mm: Vec<f32>,
-    /// Where the object is seen, if the recording says.
+    /// Where the object is seen, if the recording has masks.
     pub mask: Option<Vec<bool>>,
 }
 
@@ -89,7 +89,7 @@ impl Recording {
         self.pairs.len()
     }
 
-    /// Whether the recording says where the object is seen.
+    /// Whether the recording has masks of the object.
     pub fn has_masks(&self) -> bool {
         self.has_masks
     }

@@ -133,14 +133,17 @@ fn pose(rows: &[[f64; 4]; 3]) -> Result<DAffine3, String> {
 mod tests {
     use super::*;
 
-    const TUM: &str =
-        r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5, "depth_scale": 5000}"#;
+    const TUM: &str = r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5,
+        "pixel_centers": "integer", "depth_scale": 5000}"#;
 
     #[test]
     fn a_registered_recording_needs_only_the_colour_camera() {
         let sensor = RgbdSensor::from_json(TUM).unwrap();
         assert!(sensor.is_registered() && !sensor.simulated);
         assert_eq!((sensor.depth_scale, sensor.depth.width()), (5000.0, 640));
+        // TUM's default intrinsics are those of an ideal camera: (319.5, 239.5) is the middle of its image.
+        assert_eq!(sensor.color.principal_point().to_array(), [320.0, 240.0]);
+        assert_eq!(sensor.depth.principal_point(), sensor.color.principal_point());
         assert_eq!(RgbdSensor::from_json(&sensor.to_json().unwrap()).unwrap(), sensor);
     }
 

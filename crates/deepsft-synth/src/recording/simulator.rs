@@ -1,14 +1,18 @@
-//! Simulated RGB-D recordings: a second renderer setting, so that training steps 2 and 3 can be run and measured where
-//! nobody has recorded anything. Whatever is made of them is to be called simulated.
+//! Simulated RGB-D recordings: a second renderer setting, on which training steps 2 and 3 can run and be measured without
+//! a sensor. Every result on them must be called simulated.
 
+use crate::clip::{ClipConfig, ClipMotion};
+use crate::error::SynthError;
 use crate::random::{Stream, generator, mix, uniform};
 use crate::recording::depth_camera::{DepthNoise, SeenDepth};
 use crate::recording::print_response::PrintResponse;
 use crate::recording::sensor::RgbdSensor;
 use crate::render::frame::Frame;
 use crate::render::projected_mesh::ProjectedMesh;
+use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::{Moment, Scene};
-use crate::{ClipConfig, ClipMotion, EffectsConfig, LightingConfig, Sample, SynthConfig, SynthError, Synthesizer};
+use crate::scene::{SynthConfig, Synthesizer};
+use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
 use rand::RngExt;
@@ -36,12 +40,12 @@ const MOST_CLUTTER: usize = 6;
 /// How a recording is simulated.
 #[derive(Clone, Debug)]
 pub struct SimulationConfig {
-    /// Frames a second. Default 5: those of a camera at 30, every sixth, since neighbours say nearly the same.
+    /// Frames per second. Default 5: every sixth frame of a camera at 30, since neighbouring frames hardly differ.
     pub frames_per_s: f64,
     /// Frames of one take; the next has another motion, another background and other hands. Default 20.
     pub frames_per_take: usize,
-    /// Whether each take has other light, paper and camera settings too. Default false: a recording is made in one place
-    /// with one print, as the paper's are, whose test frames are of the sequences that it trains on.
+    /// Whether light, paper and camera settings change from take to take. Default false: one place, one print. The paper's
+    /// split is harder: its test videos have viewpoints and manipulations that its training videos do not show.
     pub conditions_change: bool,
     /// Time for which the colour camera gathers light, s. Default 1/60.
     pub exposure_s: f64,
@@ -250,7 +254,7 @@ impl Take<'_> {
         let config = &self.simulator.config;
         let at = |offset: f64| {
             let time = index as f64 / config.frames_per_s + offset * config.exposure_s;
-            smaller(self.motion.vertices_camera(time / LOOP_S), self.simulator.print.scale)
+            scaled(self.motion.vertices_camera(time / LOOP_S), self.simulator.print.scale)
         };
         let moments = (0..INSTANTS)
             .map(|k| Moment {
@@ -330,8 +334,8 @@ impl Take<'_> {
     }
 }
 
-/// A mesh drawn together about its centroid.
-fn smaller(mut vertices: Vec<DVec3>, scale: f64) -> Vec<DVec3> {
+/// A mesh scaled about its centroid.
+fn scaled(mut vertices: Vec<DVec3>, scale: f64) -> Vec<DVec3> {
     let centroid = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
     vertices
         .iter_mut()

@@ -8,10 +8,11 @@ use deepsft_geometry::glam::{Vec2, Vec3};
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder};
 use rand::{Rng, RngExt};
+use serde::Serialize;
 use std::io::Cursor;
 
 /// Camera effects of [`crate::SynthConfig`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct EffectsConfig {
     /// Gain on the linear image. Default [0.7, 1.3].
     pub gain: [f64; 2],

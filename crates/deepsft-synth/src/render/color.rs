@@ -47,14 +47,14 @@ pub(crate) fn linear_from_srgb8(color: [u8; 3]) -> Vec3 {
 }
 
 /// sRGB bytes of linear light, clipped to 0 to 1.
-pub(crate) fn srgb8_from_linear(light: Vec3) -> [u8; 3] {
+pub fn srgb8_from_linear(light: Vec3) -> [u8; 3] {
     let table = &*SRGB;
     let byte = |x: f32| table[(x.clamp(0.0, 1.0).sqrt() * SRGB_STEPS + 0.5) as i32 as usize];
     [byte(light.x), byte(light.y), byte(light.z)]
 }
 
 /// A uniform colour of the cube, squared towards darker light as most things are.
-pub(crate) fn any_color<R: Rng + ?Sized>(rng: &mut R) -> Vec3 {
+pub fn any_color<R: Rng + ?Sized>(rng: &mut R) -> Vec3 {
     let color = Vec3::from_array(rng.random());
     color * color
 }

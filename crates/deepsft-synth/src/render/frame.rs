@@ -6,7 +6,7 @@ use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{Vec2, Vec3};
 use std::ops::Range;
 
-/// An image in linear light (0 black, 1 white before exposure), row-major, three values a pixel.
+/// An image in linear light (0 black, 1 white before exposure), row-major, three values per pixel.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     pub(crate) width: usize,

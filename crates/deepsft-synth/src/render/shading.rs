@@ -3,12 +3,13 @@
 use crate::random::{uniform, unit_vector};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::{Rng, RngExt};
+use serde::Serialize;
 
 /// Reflectance of a dielectric seen frontally (refractive index 1.5): varnish, toner and coated paper.
 const FRESNEL_FRONTAL: f32 = 0.04;
 
 /// Light and paper of [`crate::SynthConfig`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct LightingConfig {
     /// Largest angle between the distant light and the direction from the scene to the camera, degrees. Default
     /// 75 (the paper: 10).

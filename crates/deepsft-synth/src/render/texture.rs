@@ -12,7 +12,7 @@ const MOST_TAPS: f32 = 4.0;
 const LEVEL_BIAS: f32 = -0.25;
 
 /// Longest side of the finest level that is kept, texels. Even a sheet that fills a 1920-pixel frame
-/// is sampled below one texel a pixel.
+/// is sampled below one texel per pixel.
 const LONGEST_SIDE: usize = 2048;
 
 /// A picture and its successive halvings, filtered in linear light.
@@ -52,6 +52,11 @@ impl Texture {
                 None => return Self { levels },
             }
         }
+    }
+
+    /// Memory of the texels, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&*level.texels)).sum()
     }
 
     /// Width and height of the picture, texels of the finest level.

@@ -8,12 +8,11 @@ use crate::render::frame::Frame;
 use crate::render::texture::Texture;
 use crate::render::value_noise::{ValueNoise, floor};
 use crate::scene::artwork::artwork;
-use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{Mat3, Vec2, Vec3};
 use rand::{Rng, RngExt};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::f32::consts::TAU;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 /// Size of a procedural background, pixels.
 const SIDE: Vec2 = Vec2::new(640.0, 400.0);
@@ -26,10 +25,7 @@ const ARTWORKS: usize = 40;
 /// and how it uses them.
 const POOL_SEED: u64 = 0x5f7d_ee95;
 
-/// Photographs are halved until their long side is at most this, pixels.
-const LONGEST_PHOTOGRAPH: usize = 1000;
-
-static PROCEDURAL: LazyLock<Vec<Texture>> = LazyLock::new(|| {
+static PROCEDURAL: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
     let painters: [fn(&mut Frame, &mut _); 8] = [room, surface, clutter, planks, leaves, pattern, gallery, gradient];
     (0..BACKGROUNDS)
         .into_par_iter()
@@ -37,23 +33,23 @@ static PROCEDURAL: LazyLock<Vec<Texture>> = LazyLock::new(|| {
             let mut rng = generator(POOL_SEED, number as u64, Stream::Pool);
             let mut frame = Frame::filled(SIDE.x as usize, SIDE.y as usize, any_color(&mut rng));
             painters[number % painters.len()](&mut frame, &mut rng);
-            Texture::new(&frame.to_picture())
+            Arc::new(Texture::new(&frame.to_picture()))
         })
         .collect()
 });
 
-static ARTWORK: LazyLock<Vec<Texture>> = LazyLock::new(|| {
+static ARTWORK: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
     (0..ARTWORKS)
         .into_par_iter()
         .map(|number| {
             let mut rng = generator(POOL_SEED, (BACKGROUNDS + number) as u64, Stream::Pool);
-            Texture::new(&artwork(number, &mut rng))
+            Arc::new(Texture::new(&artwork(number, &mut rng)))
         })
         .collect()
 });
 
 /// Procedural backgrounds and artworks, shared by the whole process and painted on first use (about a second).
-pub(crate) fn procedural_backgrounds() -> &'static [Texture] {
+pub(crate) fn procedural_backgrounds() -> &'static [Arc<Texture>] {
     // Backgrounds show artworks: were these first asked for by parallel painters, the painters could wait for each
     // other.
     procedural_artworks();
@@ -61,25 +57,16 @@ pub(crate) fn procedural_backgrounds() -> &'static [Texture] {
 }
 
 /// Procedural printed sheets.
-pub(crate) fn procedural_artworks() -> &'static [Texture] {
+pub(crate) fn procedural_artworks() -> &'static [Arc<Texture>] {
     &ARTWORK
 }
 
-/// A photograph as a background.
-pub(crate) fn photograph_texture(photograph: Picture) -> Texture {
-    let mut photograph = photograph;
-    while photograph.width().max(photograph.height()) > LONGEST_PHOTOGRAPH {
-        photograph = photograph.halved();
-    }
-    Texture::new(&photograph)
-}
-
 /// A background picture.
-pub(crate) enum Background<'a> {
+pub(crate) enum Background {
     /// One of the user's.
-    Photograph(&'a Texture),
+    Photograph(Arc<Texture>),
     /// A procedural one.
-    Drawn(&'a Texture),
+    Drawn(Arc<Texture>),
 }
 
 /// How a background picture is laid into the frame: crop, zoom, rotation, reflection, colour.
@@ -476,7 +463,7 @@ mod tests {
 
     #[test]
     fn the_pool_holds_48_backgrounds_and_40_artworks_that_all_differ() {
-        let at = |texture: &Texture| {
+        let at = |texture: &Arc<Texture>| {
             let grid =
                 (0..100).map(|k| texture.trilinear(Vec2::new((k % 10) as f32, (k / 10) as f32) / 10.0 + 0.05, 1.0));
             grid.collect::<Vec<_>>()

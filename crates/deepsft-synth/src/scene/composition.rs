@@ -1,5 +1,6 @@
 //! Everything in a synthetic picture but the template's shape and pose.
 
+use crate::error::SynthError;
 use crate::random::uniform;
 use crate::render::black_bars::Bars;
 use crate::render::camera_effects::CameraEffects;
@@ -9,22 +10,23 @@ use crate::render::shading::{Lighting, Paper};
 use crate::render::silhouette::silhouette;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, Placement, strew};
+use crate::scene::config::PhotographUse;
 use crate::scene::ingredients::Ingredients;
 use crate::scene::occluder::{ImageOccluder, Occluder, SheetInImage, sample_occluders};
-use crate::{PhotographUse, SynthError};
 use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DVec3, Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps, Picture};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Reflectance (linear) of the ground of clean renders: mid grey.
 const CLEAN_GROUND: f32 = 0.2;
 
-/// Of the other sheets shown in the template's place: fraction of blank sheets, and of the template's own back.
-const BLANK_FRACTION: f64 = 0.08;
-const BACK_FRACTION: f64 = 0.07;
+/// Probability that another sheet in the template's place is blank, and that it is the template's own back.
+const BLANK_PROBABILITY: f64 = 0.08;
+const BACK_PROBABILITY: f64 = 0.07;
 
 /// A scene waiting for the template: background with what lies behind, light, paper, occluders, camera effects.
 pub struct Scene<'a> {
@@ -38,10 +40,10 @@ pub struct Scene<'a> {
     effects: Option<CameraEffects>,
     bars: Option<Bars>,
     /// What is held in the template's place when it is not there.
-    stand_in: Option<StandIn<'a>>,
+    stand_in: Option<StandIn>,
 }
 
-/// What stays the same where a camera stands still: its settings, the light, and the paper that was printed on.
+/// What one place and one print keep: the camera's settings, the light, and the paper.
 #[derive(Clone, Debug)]
 pub(crate) struct CaptureConditions {
     light: Lighting,
@@ -56,9 +58,9 @@ pub(crate) struct Moment {
 }
 
 /// Another sheet in the template's place, or only its shape, which places the occluders.
-struct StandIn<'a> {
+struct StandIn {
     vertices_camera: Vec<DVec3>,
-    art: Option<&'a Texture>,
+    art: Option<Arc<Texture>>,
 }
 
 impl std::fmt::Debug for Scene<'_> {
@@ -102,12 +104,12 @@ impl<'a> Scene<'a> {
         let mut art = None;
         if rng.random_bool(ingredients.config.empty_distractor_probability) {
             let kind = rng.random::<f64>();
-            art = Some(if kind < BLANK_FRACTION {
-                &ingredients.blank
+            art = Some(if kind < BLANK_PROBABILITY {
+                ingredients.blank.clone()
             } else {
                 ingredients.other_art(rng)
             });
-            if kind > 1.0 - BACK_FRACTION {
+            if kind > 1.0 - BACK_PROBABILITY {
                 vertices_camera = turned_over(vertices_camera);
             }
         }
@@ -140,10 +142,10 @@ impl<'a> Scene<'a> {
         let side = Vec2::new(width as f32, height as f32);
         let background = match (ingredients.background(rng), config.photographs) {
             (Background::Photograph(texture), PhotographUse::Plain) => {
-                Placement::filling(texture, side).frame(texture, width, height)
+                Placement::filling(&texture, side).frame(&texture, width, height)
             }
             (Background::Photograph(texture) | Background::Drawn(texture), _) => {
-                let mut background = Placement::sample(texture, side, rng).frame(texture, width, height);
+                let mut background = Placement::sample(&texture, side, rng).frame(&texture, width, height);
                 strew(&mut background, rng);
                 background
             }
@@ -187,7 +189,7 @@ impl<'a> Scene<'a> {
             .map(|p| centre * farther + (*p - centre) * stretch)
             .collect();
         let art = self.ingredients.other_art(rng);
-        self.paint_sheet(&vertices, art, &Paper::sample(&self.ingredients.config.lighting, rng));
+        self.paint_sheet(&vertices, &art, &Paper::sample(&self.ingredients.config.lighting, rng));
     }
 
     fn paint_sheet(&mut self, vertices_camera: &[DVec3], art: &Texture, paper: &Paper) {
@@ -309,7 +311,7 @@ impl<'a> Scene<'a> {
         let StandIn { vertices_camera, art } = self.stand_in.as_ref().unwrap_or(&nothing);
         let mesh = self.ingredients.template.mesh();
         let sheet = ProjectedMesh::new(mesh, vertices_camera, &camera);
-        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, *art, noise_seed);
+        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, art.as_deref(), noise_seed);
         Sample::new(
             image,
             Maps::empty(truth.width(), truth.height()),

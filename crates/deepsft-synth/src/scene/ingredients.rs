@@ -1,22 +1,20 @@
 //! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
-use crate::SynthError;
-use crate::deform::ControlPointDeformation;
-use crate::deform::deform;
-use crate::fingerprint::picture_fingerprint;
-use crate::random::{Stream, generator, mix};
+use crate::deform::{ControlPointDeformation, deform};
+use crate::error::SynthError;
 use crate::render::texture::Texture;
-use crate::scene::artwork::photograph_sheet;
-use crate::scene::background::{Background, photograph_texture, procedural_artworks, procedural_backgrounds};
+use crate::scene::background::{Background, procedural_artworks, procedural_backgrounds};
 use crate::scene::config::SynthConfig;
+use crate::scene::photographs::{Photographs, SHEETS_PER_PHOTOGRAPH};
 use crate::scene::pose::sample_pose;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Picture, Template};
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64Mcg;
+use std::sync::Arc;
 
-/// Sheets with other art that are made from each of the user's photographs.
-const SHEETS_PER_PHOTOGRAPH: usize = 2;
+/// Probability that another sheet's art is made from a photograph, where there are any.
+const PHOTOGRAPH_ART_PROBABILITY: f64 = 0.4;
 
 /// A template ready to be rendered, and the pools that its scenes draw from.
 #[derive(Clone, Debug)]
@@ -25,15 +23,13 @@ pub(crate) struct Ingredients {
     pub(crate) config: SynthConfig,
     pub(crate) texture: Texture,
     /// Art of a sheet with nothing on it.
-    pub(crate) blank: Texture,
+    pub(crate) blank: Arc<Texture>,
     /// Vertices along a sheet's outline, in order; none of other templates.
     pub(crate) outline: Vec<usize>,
     /// How a template that is no sheet deforms.
     control_points: Option<ControlPointDeformation>,
-    photographs: Vec<Texture>,
-    photograph_sheets: Vec<Texture>,
-    /// Fingerprint of the photographs as they were given.
-    photographs_fingerprint: u64,
+    /// The user's photographs, at least one.
+    pub(crate) photographs: Option<Arc<Photographs>>,
 }
 
 /// A shape of the template in a pose.
@@ -52,7 +48,7 @@ impl Ingredients {
         procedural_artworks();
         Ok(Self {
             texture: Texture::new(template.texture()),
-            blank: Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3])),
+            blank: Arc::new(Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3]))),
             outline: outline(template),
             control_points: match template.is_sheet() {
                 true => None,
@@ -60,28 +56,8 @@ impl Ingredients {
             },
             template: template.clone(),
             config,
-            photographs: Vec::new(),
-            photograph_sheets: Vec::new(),
-            photographs_fingerprint: 0,
+            photographs: None,
         })
-    }
-
-    /// Adds photographs to the backgrounds and to the art of other sheets.
-    pub(crate) fn add_photographs(&mut self, photographs: Vec<Picture>) {
-        for (number, photograph) in photographs.into_iter().enumerate() {
-            let mut rng = generator(mix(number as u64), 0, Stream::Pool);
-            self.photographs_fingerprint = picture_fingerprint(self.photographs_fingerprint, &photograph);
-            for _ in 0..SHEETS_PER_PHOTOGRAPH {
-                self.photograph_sheets
-                    .push(Texture::new(&photograph_sheet(&photograph, &mut rng)));
-            }
-            self.photographs.push(photograph_texture(photograph));
-        }
-    }
-
-    /// Fingerprint of the photographs and their order; 0 without any.
-    pub(crate) fn photographs_fingerprint(&self) -> u64 {
-        self.photographs_fingerprint
     }
 
     /// The vertices of a random shape in a random pose, mm, camera frame.
@@ -110,25 +86,32 @@ impl Ingredients {
     }
 
     /// A background picture for a scene.
-    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> Background<'_> {
-        let procedural = procedural_backgrounds();
-        if !self.photographs.is_empty() && rng.random_bool(self.config.photograph_probability) {
-            return Background::Photograph(pick(&self.photographs, rng));
+    pub(crate) fn background(&self, rng: &mut Pcg64Mcg) -> Background {
+        if let Some(photographs) = &self.photographs
+            && rng.random_bool(self.config.photograph_probability)
+            && let Some(photograph) = photographs.get(rng.random_range(0..photographs.count()))
+        {
+            return Background::Photograph(photograph.background);
         }
-        Background::Drawn(pick(procedural, rng))
+        Background::Drawn(pick(procedural_backgrounds(), rng))
     }
 
     /// Art of a sheet that is not the template.
-    pub(crate) fn other_art(&self, rng: &mut Pcg64Mcg) -> &Texture {
-        if !self.photograph_sheets.is_empty() && rng.random_bool(0.4) {
-            return pick(&self.photograph_sheets, rng);
+    pub(crate) fn other_art(&self, rng: &mut Pcg64Mcg) -> Arc<Texture> {
+        if let Some(photographs) = &self.photographs
+            && rng.random_bool(PHOTOGRAPH_ART_PROBABILITY)
+        {
+            let number = rng.random_range(0..SHEETS_PER_PHOTOGRAPH * photographs.count());
+            if let Some(photograph) = photographs.get(number / SHEETS_PER_PHOTOGRAPH) {
+                return photograph.sheets[number % SHEETS_PER_PHOTOGRAPH].clone();
+            }
         }
         pick(procedural_artworks(), rng)
     }
 }
 
-fn pick<'a, T, R: Rng + ?Sized>(items: &'a [T], rng: &mut R) -> &'a T {
-    &items[rng.random_range(0..items.len())]
+fn pick<R: Rng + ?Sized>(textures: &[Arc<Texture>], rng: &mut R) -> Arc<Texture> {
+    textures[rng.random_range(0..textures.len())].clone()
 }
 
 /// The vertices around a sheet's grid, clockwise from the top left; none of another template.

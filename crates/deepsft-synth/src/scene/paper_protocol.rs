@@ -1,9 +1,10 @@
 //! The synthetic data of the paper, section 5.1, as a configuration.
 
-use crate::{
-    ClothConfig, DeformationConfig, EffectsConfig, LightingConfig, OccluderKind, PhotographUse, PoseConfig,
-    SynthConfig, UniformPose,
-};
+use crate::deform::{ClothConfig, DeformationConfig};
+use crate::render::{EffectsConfig, LightingConfig};
+use crate::scene::config::{PhotographUse, SynthConfig};
+use crate::scene::occluder::OccluderKind;
+use crate::scene::pose::{PoseConfig, UniformPose};
 
 /// Depth that the paper's t_z is counted from, mm. It does not say; at 100 mm an A4 sheet cannot be in view. At 296 mm
 /// the flat sheet just fits the 270 rows of the training camera.
@@ -75,9 +76,12 @@ impl SynthConfig {
 mod tests {
     use super::*;
     use crate::random::{Stream, generator};
-    use crate::{Synthesizer, sample_pose};
+    use crate::scene::pose::sample_pose;
+    use crate::scene::synthesizer::Synthesizer;
+    use deepsft_formats::encode_png;
     use deepsft_geometry::glam::{DMat3, DVec3};
     use deepsft_geometry::{Picture, Template, training_camera};
+    use std::fs;
 
     fn a4() -> Template {
         let texture = Picture::from_fn(60, 42, |x, y| [4 * x as u8, 6 * y as u8, 90]);
@@ -149,6 +153,9 @@ mod tests {
     #[test]
     fn a_photograph_stands_behind_the_sheet_as_it_is() {
         let photograph = Picture::from_fn(480, 270, |x, y| [(x / 2) as u8, (y * 2 / 3 + 20) as u8, 77]);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("room.png");
+        fs::write(&file, encode_png(&photograph).unwrap()).unwrap();
         let mut config = SynthConfig::paper();
         config.effects.gain = [1.0, 1.0];
         let behind = |photographs: PhotographUse| {
@@ -157,7 +164,7 @@ mod tests {
                 ..config.clone()
             };
             let synthesizer = Synthesizer::new(&a4(), config).unwrap();
-            let sample = synthesizer.with_photographs(vec![photograph.clone()]).sample(6, 0);
+            let sample = synthesizer.with_photographs(vec![file.clone()]).unwrap().sample(6, 0);
             let outside: Vec<usize> = (0..480 * 270).filter(|&pixel| !sample.truth.inside(pixel)).collect();
             let same = outside.iter().filter(|&&pixel| {
                 let seen = &sample.image.rgb()[3 * pixel..3 * pixel + 3];

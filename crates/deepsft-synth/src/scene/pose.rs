@@ -6,12 +6,13 @@ use deepsft_geometry::{
     glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot},
 };
 use rand::Rng;
+use serde::Serialize;
 
 /// Draws before the best pose so far is taken.
 const POSE_TRIES: usize = 64;
 
 /// What poses are drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseConfig {
     /// Least and greatest depth (z) of the sheet's centroid in mm, uniform in the logarithm of the
     /// depth so that every ratio of image scales is equally frequent. Default 250 to 900, made for an
@@ -33,14 +34,14 @@ pub struct PoseConfig {
     pub partly_out_probability: f64,
     /// Least depth (z) of any vertex in mm. Default 60.
     pub min_depth_mm: f64,
-    /// Ranges of rotation and translation from which poses are drawn instead: distance, tilt, roll and what reaches over
-    /// the edge then have no say, the bounds on what is seen still do. Default none.
+    /// Draws poses from these ranges of rotation and translation instead. Distance, tilt, roll and the probability of
+    /// reaching over the edge are then ignored; the bounds on what is in view still hold. Default none.
     pub uniform: Option<UniformPose>,
 }
 
 /// Rotation about the camera's axes and translation of the sheet's centroid, each number uniform and independent of the
 /// others: the paper's section 5.1.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UniformPose {
     /// Largest angle about each of the camera's x, y and z axes, to either side, degrees; the rotation is
     /// R_x R_y R_z (the paper says "the camera's optical axes", which we read as all three).
@@ -185,7 +186,7 @@ fn nearest(vertices: &[DVec3], pose: &DAffine3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DeformationConfig, deform};
+    use crate::deform::{DeformationConfig, deform};
     use deepsft_geometry::{Picture, Template, training_camera};
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;

@@ -1,18 +1,20 @@
 //! Synthetic samples: a pure function of (template, configuration, seed, index).
 
-use crate::SynthError;
 use crate::deform::edge_length_changes;
-use crate::fingerprint::template_fingerprint;
-use crate::random::{Stream, generator, mix};
+use crate::error::SynthError;
+use crate::random::{Stream, generator};
 use crate::render::projected_mesh::ProjectedMesh;
 use crate::scene::composition::{CaptureConditions, Scene};
 use crate::scene::config::SynthConfig;
 use crate::scene::ingredients::{Ingredients, PosedShape};
-use deepsft_formats::Sample;
+use crate::scene::photographs::Photographs;
+use deepsft_formats::{Sample, fingerprint, template_fingerprint};
+use deepsft_geometry::Template;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Picture, Template};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Draws of shape and pose before the one that shows most is taken.
 const VIEW_TRIES: usize = 12;
@@ -40,7 +42,7 @@ pub struct Synthesizer {
 }
 
 impl Synthesizer {
-    /// Prepares the template's texture and the pool of backgrounds and other sheets (painted once a process, about
+    /// Prepares the template's texture and the pool of backgrounds and other sheets (painted once per process, about
     /// a second).
     ///
     /// # Errors
@@ -53,11 +55,36 @@ impl Synthesizer {
         })
     }
 
-    /// Uses photographs too: [`SynthConfig::photograph_probability`] of the backgrounds will show one, and pieces of them appear on other sheets. The
-    /// samples then depend on the photographs and their order.
-    pub fn with_photographs(mut self, photographs: Vec<Picture>) -> Self {
-        self.ingredients.add_photographs(photographs);
+    /// Uses photographs (PNG or JPEG files) too: [`SynthConfig::photograph_probability`] of the backgrounds show one, and
+    /// pieces of them appear on other sheets. Samples then depend on the photographs and their order.
+    ///
+    /// Every file is decoded once now, to refuse what is no picture, and again when a scene needs it and it is not among
+    /// those used last: at most 512 MiB of photographs stay decoded.
+    ///
+    /// # Errors
+    /// [`SynthError::Photograph`] names the file that cannot be read.
+    pub fn with_photographs(self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
+        if files.is_empty() {
+            return Ok(self);
+        }
+        Ok(self.with_cached_photographs(Photographs::open(files)?))
+    }
+
+    pub(super) fn with_cached_photographs(mut self, photographs: Photographs) -> Self {
+        self.ingredients.photographs = Some(Arc::new(photographs));
         self
+    }
+
+    /// Fails when a photograph could not be read again while samples were made. Samples made since then have other
+    /// backgrounds than they should: ask after making samples that are to be kept.
+    ///
+    /// # Errors
+    /// [`SynthError::Photograph`] names the file that has gone or changed.
+    pub fn check_photographs(&self) -> Result<(), SynthError> {
+        self.ingredients
+            .photographs
+            .as_ref()
+            .map_or(Ok(()), |photographs| photographs.check())
     }
 
     /// The template.
@@ -70,13 +97,18 @@ impl Synthesizer {
         &self.ingredients.config
     }
 
-    /// A number that differs when samples of the same seed and index would: of template, configuration and photographs.
-    pub fn fingerprint(&self) -> u64 {
-        let start = mix(self.config().fingerprint() ^ self.ingredients.photographs_fingerprint());
-        template_fingerprint(start, self.template())
+    /// Differs when samples of the same seed and index would: the SHA-256 of configuration, template and photographs.
+    pub fn fingerprint(&self) -> String {
+        let photographs: Vec<&str> = self
+            .ingredients
+            .photographs
+            .iter()
+            .flat_map(|all| all.hashes())
+            .collect();
+        fingerprint(&(self.config(), template_fingerprint(self.template()), photographs))
     }
 
-    /// Relative changes of the lengths of the mesh's edges in a sample, one an edge; none without the template.
+    /// Relative changes of the lengths of the mesh's edges in a sample, one per edge; none without the template.
     pub fn edge_length_changes(&self, sample: &Sample) -> Vec<f64> {
         edge_length_changes(self.template().mesh().vertices(), &self.edges, &sample.vertices_camera)
     }
@@ -147,8 +179,8 @@ impl Synthesizer {
             .sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
-    /// The vertices of a random shape in a random pose, mm, camera frame.
-    pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
+    /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
+    pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
     }
 }

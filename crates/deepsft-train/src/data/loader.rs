@@ -212,7 +212,7 @@ mod tests {
     use crate::StoredSamples;
     use burn::tensor::{Device, Tensor};
     use deepsft_geometry::{Picture, Template, training_camera};
-    use deepsft_synth::{IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
+    use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
     use std::path::{Path, PathBuf};
 
     const SEED: u64 = 3;
@@ -235,7 +235,7 @@ mod tests {
             shards.add(&path).unwrap();
             paths.push(path);
         }
-        let set = deepsft_synth::describe_dataset(&template, synthesizer.config(), SEED, 12, Vec::new());
+        let set = DatasetDescription::new(&template, synthesizer.config().description(), SEED, 12, Vec::new());
         let stored = StoredSamples::new(shards, &[set]).unwrap();
         (Arc::new(synthesizer), Arc::new(stored), paths)
     }

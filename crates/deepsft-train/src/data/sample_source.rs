@@ -38,7 +38,9 @@ pub trait SampleSource: Send + Sync {
 /// Samples made on the fly: never the same one twice.
 impl SampleSource for Synthesizer {
     fn sample(&self, seed: u64, index: u64) -> Result<Sample, TrainError> {
-        Ok(Self::sample(self, seed, index))
+        let sample = Self::sample(self, seed, index);
+        self.check_photographs()?;
+        Ok(sample)
     }
 
     fn training_samples(&self, _: u64) -> Result<Option<u64>, TrainError> {
@@ -46,11 +48,12 @@ impl SampleSource for Synthesizer {
     }
 
     fn held_out(&self, seed: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError> {
-        Ok(held_out(self, seed, held_out_frames))
+        let samples = (0..held_out_frames).into_par_iter();
+        samples.map(|index| SampleSource::sample(self, seed, index)).collect()
     }
 
     fn fingerprint(&self) -> String {
-        format!("made on the fly {:016x}", Self::fingerprint(self))
+        format!("made on the fly {}", Self::fingerprint(self))
     }
 }
 
@@ -139,14 +142,6 @@ fn check_apart(one: &DatasetDescription, other: &DatasetDescription) -> Result<(
     Ok(())
 }
 
-/// Samples `0..count` of `seed`, made on all cores.
-fn held_out(synthesizer: &Synthesizer, seed: u64, count: u64) -> Vec<Sample> {
-    (0..count)
-        .into_par_iter()
-        .map(|index| synthesizer.sample(seed, index))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,7 +150,13 @@ mod tests {
 
     fn description(seed: u64, first: u64, samples: u64) -> DatasetDescription {
         let template = Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), 200.0, 150.0).unwrap();
-        let mut set = deepsft_synth::describe_dataset(&template, &SynthConfig::default(), seed, samples, Vec::new());
+        let mut set = DatasetDescription::new(
+            &template,
+            SynthConfig::default().description(),
+            seed,
+            samples,
+            Vec::new(),
+        );
         set.first = first;
         set
     }

@@ -1,6 +1,6 @@
 //! A network as a table of layers: sizes, parameters, cost.
 
-use super::{Block, Network};
+use super::block::Block;
 use burn::module::Module;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
@@ -21,20 +21,6 @@ pub struct LayerDescription {
     pub flops: u64,
     /// The same as they are executed: 1x1 convolutions of decoding blocks run before the up-sampling.
     pub executed_flops: u64,
-}
-
-impl Network {
-    /// The layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation
-    /// any more, so fewer parameters.
-    pub fn describe(&self) -> Vec<LayerDescription> {
-        let mut table = LayerTable::new();
-        match self {
-            Self::Compact(network) => network.describe(&mut table),
-            Self::Paper(network) => network.describe(&mut table),
-            Self::R50F(network) => network.describe(&mut table),
-        }
-        table.layers
-    }
 }
 
 /// Parameters and operations of a layer.
@@ -84,7 +70,7 @@ pub(super) struct LayerTable {
 }
 
 impl LayerTable {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             block: Block::Main,
             size: [3, CANONICAL_HEIGHT, CANONICAL_WIDTH],
@@ -119,6 +105,11 @@ impl LayerTable {
             executed_flops,
         });
         self.size = output;
+    }
+
+    /// The layers that were added.
+    pub fn into_layers(self) -> Vec<LayerDescription> {
+        self.layers
     }
 
     /// Adds a layer without weights that changes the size.

@@ -1,6 +1,6 @@
 //! What every architecture says of an image, at every pixel.
 
-use super::DepthRange;
+use super::config::DepthRange;
 use burn::tensor::Tensor;
 
 /// Full-resolution maps of B images of H x W pixels, differentiable with respect to all weights that are trained.

@@ -1,6 +1,6 @@
 //! [`Network`] as a burn module. burn's derive would put the variant's name before every weight's path.
 
-use super::Network;
+use super::any_network::Network;
 use burn::module::{Content, Devices, Module, ModuleDisplay, ModuleDisplayDefault, ModuleMapper, ModuleVisitor};
 use burn::tensor::Device;
 

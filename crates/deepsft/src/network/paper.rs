@@ -10,63 +10,16 @@ mod main_block;
 mod refinement_block;
 
 use super::block::{Block, train_if_listed};
-use super::config::within;
+use super::config::{NetworkConfig, PaperConfig};
 use super::description::LayerTable;
 use super::half_precision::widened;
-use super::resnet::Making;
-use super::{NetworkConfig, NetworkMaps};
+use super::maps::NetworkMaps;
+use super::resnet::WeightInit;
 use burn::module::Module;
 use burn::tensor::Tensor;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use main_block::PaperMainBlock;
 use refinement_block::PaperRefinementBlock;
-use serde::{Deserialize, Serialize};
-
-/// Layers of the paper's network.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PaperConfig {
-    /// All widths are divided by this, 1 to 64: 1 is the paper's network. Narrow ones are ours, for tests and small
-    /// machines; cost goes with the square.
-    pub width_divisor: usize,
-    /// Share of a batch's mean and variance in batch normalisation's running ones. 0.01 as in Keras; short trainings
-    /// need more, since the running values must arrive before the training ends.
-    pub momentum: f64,
-}
-
-impl Default for PaperConfig {
-    fn default() -> Self {
-        Self {
-            width_divisor: 1,
-            momentum: 0.01,
-        }
-    }
-}
-
-impl PaperConfig {
-    /// A network of `1 / divisor` of the paper's widths with running statistics that follow within tens of steps.
-    pub fn narrow(width_divisor: usize) -> Self {
-        Self {
-            width_divisor,
-            momentum: 0.1,
-        }
-    }
-
-    /// See [`NetworkConfig::check`].
-    pub(super) fn check(&self) -> Result<(), String> {
-        // Widths are only ever divided: no description asks for more than the paper's 109 million weights.
-        within("width_divisor", self.width_divisor, 1, 64)?;
-        check_momentum(self.momentum)
-    }
-}
-
-/// Whether `momentum` is a share.
-pub(super) fn check_momentum(momentum: f64) -> Result<(), String> {
-    if (0.0..=1.0).contains(&momentum) {
-        Ok(())
-    } else {
-        Err(format!("momentum is {momentum}, expected 0 to 1"))
-    }
-}
 
 /// The paper's network with its weights.
 #[derive(Module, Debug)]
@@ -80,12 +33,12 @@ pub struct PaperNetwork {
 
 impl PaperNetwork {
     /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
-    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, making: Making) -> Self {
+    pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let divisor = shape.width_divisor;
         Self {
-            main: PaperMainBlock::new(divisor, making),
-            depth_refinement: PaperRefinementBlock::new(divisor, 1, making),
-            registration_refinement: PaperRefinementBlock::new(divisor, 2, making),
+            main: PaperMainBlock::new(divisor, init),
+            depth_refinement: PaperRefinementBlock::new(divisor, 1, init),
+            registration_refinement: PaperRefinementBlock::new(divisor, 2, init),
             config: config.clone(),
         }
     }

@@ -7,85 +7,14 @@
 //! [`crate::DepthRange`]. There is no refinement.
 
 use super::block::{Block, train_if_listed};
-use super::config::within;
+use super::config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, R50FConfig};
 use super::description::{Cost, LayerTable};
 use super::half_precision::widened;
-use super::paper::check_momentum;
-use super::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
-use super::{NetworkConfig, NetworkMaps};
+use super::maps::NetworkMaps;
+use super::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, max_pool};
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
-use serde::{Deserialize, Serialize};
-
-/// Rows and columns of the encoder's last map, stride 32.
-const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
-
-/// Channels of that map in full width.
-const ENCODED_WIDTH: usize = 2048;
-
-/// Maps of the last dense layer: depth, u, v.
-const MAPS: usize = 3;
-
-/// Values of these maps.
-const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
-
-/// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
-/// gained by many more neurons (our choice).
-const MOST_DENSE_VALUES: usize = 200_000_000;
-
-/// Layers of R50F.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct R50FConfig {
-    /// The encoder's widths and the neurons are divided by this, 1 to 64: 1 is the paper's R50F, others are ours.
-    pub width_divisor: usize,
-    /// Neurons of the first dense layer before the division.
-    pub neurons: usize,
-    /// See [`super::PaperConfig::momentum`].
-    pub momentum: f64,
-}
-
-impl Default for R50FConfig {
-    fn default() -> Self {
-        Self {
-            width_divisor: 1,
-            neurons: 200,
-            momentum: 0.01,
-        }
-    }
-}
-
-impl R50FConfig {
-    /// A network of `1 / divisor` of the widths, see [`super::PaperConfig::narrow`].
-    pub fn narrow(width_divisor: usize) -> Self {
-        Self {
-            width_divisor,
-            momentum: 0.1,
-            ..Self::default()
-        }
-    }
-
-    /// See [`NetworkConfig::check`].
-    pub(super) fn check(&self) -> Result<(), String> {
-        within("width_divisor", self.width_divisor, 1, 64)?;
-        within("neurons", self.neurons, self.width_divisor, 1024)?;
-        let values = self.dense_values();
-        if values > MOST_DENSE_VALUES {
-            return Err(format!(
-                "neurons is {}, with which the dense layers have {values} values, expected at most {MOST_DENSE_VALUES}",
-                self.neurons
-            ));
-        }
-        check_momentum(self.momentum)
-    }
-
-    /// Values of the weights of both dense layers.
-    fn dense_values(&self) -> usize {
-        let neurons = self.neurons / self.width_divisor;
-        let (inputs, outputs) = (ENCODED_WIDTH / self.width_divisor * ENCODED[0] * ENCODED[1], MAP_VALUES);
-        (inputs + 1) * neurons + (neurons + 1) * outputs
-    }
-}
 
 /// y = x w + b.
 #[derive(Module, Debug)]
@@ -97,10 +26,10 @@ struct Dense {
 }
 
 impl Dense {
-    fn new(inputs: usize, outputs: usize, making: Making) -> Self {
+    fn new(inputs: usize, outputs: usize, init: WeightInit) -> Self {
         Self {
-            weight: Param::from_tensor(making.glorot([inputs, outputs], inputs, outputs)),
-            bias: Param::from_tensor(Tensor::zeros([outputs], making.device)),
+            weight: Param::from_tensor(init.glorot([inputs, outputs], inputs, outputs)),
+            bias: Param::from_tensor(Tensor::zeros([outputs], init.device)),
         }
     }
 
@@ -127,7 +56,7 @@ pub struct R50FNetwork {
 
 impl R50FNetwork {
     /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
-    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, making: Making) -> Self {
+    pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let width = |full: usize| full / shape.width_divisor;
         let stack = |inputs: usize, widths: [usize; 3], stride, identities| {
             let shape = StackShape {
@@ -137,17 +66,17 @@ impl R50FNetwork {
                 identities,
                 crop: None,
             };
-            Stack::new(width(inputs), shape, making)
+            Stack::new(width(inputs), shape, init)
         };
         let neurons = width(shape.neurons);
         Self {
-            entry: NormalisedConvolution::new([3, width(64)], 7, 2, making),
+            entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], 1, 2),
             encode3: stack(256, [128, 128, 512], 2, 3),
             encode4: stack(512, [256, 256, 1024], 2, 5),
             encode5: stack(1024, [512, 512, ENCODED_WIDTH], 2, 2),
-            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, making),
-            maps: Dense::new(neurons, MAP_VALUES, making),
+            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, init),
+            maps: Dense::new(neurons, MAP_VALUES, init),
             config: config.clone(),
         }
     }
@@ -222,33 +151,5 @@ impl R50FNetwork {
         table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
         let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
         table.add("dense", maps, cost(&self.maps));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_description_asks_for_more_than_half_as_much_again_as_the_papers() {
-        let checked = |width_divisor, neurons| {
-            let config = R50FConfig {
-                width_divisor,
-                neurons,
-                ..R50FConfig::default()
-            };
-            config.check().map(|()| config.dense_values())
-        };
-        // 9 x 15 x 2048 values and one to 200 neurons, those and one to 3 x 270 x 480 values.
-        assert_eq!(checked(1, 200), Ok(276_481 * 200 + 201 * 388_800));
-        assert!(checked(1, 300).is_ok() && checked(8, 1024).is_ok());
-        for (divisor, neurons) in [(1, 301), (1, 1024), (2, 1024)] {
-            let refusal = checked(divisor, neurons).unwrap_err();
-            assert!(
-                refusal.contains("neurons is") && refusal.contains("at most"),
-                "{refusal}"
-            );
-        }
-        assert!(checked(1, usize::MAX).is_err() && checked(0, 200).is_err());
     }
 }

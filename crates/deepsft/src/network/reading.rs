@@ -1,7 +1,9 @@
 //! From pictures to a network's input, and from its output to depth and registration maps.
 
-use super::{INPUT_MULTIPLE, Network, NetworkMaps};
-use crate::DeepSftError;
+use super::any_network::Network;
+use super::compact::INPUT_MULTIPLE;
+use super::maps::NetworkMaps;
+use crate::error::DeepSftError;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{GeometryError, Maps, Picture};
 
@@ -132,8 +134,8 @@ impl Network {
                         }
                         Stage::RegistrationRefinement => refined,
                     };
-                    let said = Tensor::cat(vec![network.upsample(cells), output.mask.clone()], 1);
-                    read.push(read_maps(said, first, seen, |d| range.depth_mm(d)).await?);
+                    let output_maps = Tensor::cat(vec![network.upsample(cells), output.mask.clone()], 1);
+                    read.push(read_maps(output_maps, first, seen, |d| range.depth_mm(d)).await?);
                 }
             }
             _ => {
@@ -146,7 +148,7 @@ impl Network {
                         registration,
                         mask_logits,
                     } = maps.clone();
-                    let said = match stage {
+                    let channels = match stage {
                         Stage::Main => {
                             let mask = NetworkMaps::mask_logits_of_depth(main_depth.clone());
                             vec![main_registration, main_depth, mask]
@@ -154,10 +156,10 @@ impl Network {
                         Stage::DepthRefinement => vec![main_registration, depth, mask_logits],
                         Stage::RegistrationRefinement => vec![registration, depth, mask_logits],
                     };
-                    let said = Tensor::cat(said, 1);
+                    let output_maps = Tensor::cat(channels, 1);
                     // Inside is above half of the nearest depth and the -1 outside: what is inside is nowhere nearer than near.
                     let depth_mm = |d| range.depth_mm_linear(d).max(range.near_mm);
-                    read.push(read_maps(said, first, seen, depth_mm).await?);
+                    read.push(read_maps(output_maps, first, seen, depth_mm).await?);
                 }
             }
         }
@@ -168,15 +170,18 @@ impl Network {
 /// The maps of each image of what a network says, [N, 4, H, W]: u, v, a measure of depth, the mask's logit. They
 /// are cut to the size of `picture` and hold the pixels of `seen`, else those of the mask.
 async fn read_maps(
-    said: Tensor<4>,
+    output: Tensor<4>,
     picture: &Picture,
     seen: Option<&[bool]>,
     depth_mm: impl Fn(f64) -> f64,
 ) -> Result<Vec<Maps>, DeepSftError> {
-    let [n, _, rows, columns] = said.dims();
-    let data = said.into_data_async().await.map_err(|error| DeepSftError::Execution {
-        reason: format!("{error:?}"),
-    })?;
+    let [n, _, rows, columns] = output.dims();
+    let data = output
+        .into_data_async()
+        .await
+        .map_err(|error| DeepSftError::Execution {
+            reason: format!("{error:?}"),
+        })?;
     let values = data.try_to_vec::<f32>().map_err(|error| DeepSftError::Execution {
         reason: format!("{error:?}"),
     })?;

@@ -1,6 +1,6 @@
 //! The network's weights as plain arrays, for other programs.
 
-use super::Network;
+use super::any_network::Network;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 

@@ -1,7 +1,8 @@
 //! One object followed through one video.
 
-use super::NetworkPace;
-use crate::{DeepSftError, Estimator};
+use super::pace::NetworkPace;
+use crate::error::DeepSftError;
+use crate::estimator::Estimator;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions};
 use deepsft_geometry::{Maps, Picture, Template};
 use serde::{Serialize, Serializer};

@@ -60,7 +60,7 @@ fn synthetic(count: u64, seed: u64, images: &SynthesisOptions, bundle: &ModelBun
     Ok(FrameSet {
         name: format!("{count} synthetic frames of seed {seed}{}", images.note()),
         count,
-        frames: Box::new(synthesis::samples(synthesizer, seed, 0..count).map(|sample| Ok(sample.into()))),
+        frames: Box::new(deepsft_synth::samples(synthesizer, seed, 0..count).map(|sample| Ok(sample?.into()))),
     })
 }
 
@@ -72,7 +72,7 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
     let simulated = recording.sensor().simulated;
     let kind = if simulated { "simulated recording" } else { "recording" };
     let path = folder.to_path_buf();
-    let recorded = synthesis::in_order(0..count, move |index| -> Result<EvaluationFrame> {
+    let recorded = deepsft_synth::in_order(0..count, move |index| -> Result<EvaluationFrame> {
         let frame = recording.frame(index as usize, &camera);
         Ok(EvaluationFrame::recorded(frame.blame("recording", &path)?, camera))
     });

@@ -1,6 +1,5 @@
 //! The sheet of the worst frames.
 
-use super::table::number;
 use crate::output::{panels, sheet};
 use deepsft::{Estimate, ModelBundle};
 use deepsft_geometry::{Maps, Picture};
@@ -104,6 +103,11 @@ impl Worst {
         };
         self.frames.iter().map(row).collect()
     }
+}
+
+/// A number, or a dash where there is none.
+fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 /// Half the size: many rows are to fit on a screen.

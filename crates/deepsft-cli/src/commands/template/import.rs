@@ -2,10 +2,9 @@
 
 use crate::failure::BlameInput;
 use crate::output::{atomic, turntable};
-use crate::scan;
 use anyhow::Result;
 use clap::Args;
-use deepsft::TEMPLATE_FILE;
+use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
 use deepsft_geometry::glam::DVec3;
 use std::path::PathBuf;
 
@@ -13,16 +12,16 @@ use std::path::PathBuf;
 const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
 
 pub const AFTER_HELP: &str = "\
-Read are Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files): polygons are cut into
-triangles, the textures of several materials are put into one. The file must have texture coordinates, and every place
+The command reads Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files). It cuts polygons
+into triangles and puts the textures of several materials into one. The file must have texture coordinates, and every place
 of the texture must be one place of the surface. The object should stand upright (y up) and look at the viewer (+z).
 
 Examples:
   deepsft template import shoe.glb --out shoe
   deepsft template import mug.obj --scale 10 --texture mug.jpg --out mug      # the file counts in centimetres
 
-Writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png: look at that picture, whether the texture sits
-where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
+The command writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png. Check in that picture that the texture
+sits where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
 
 #[derive(Args)]
 pub struct ImportArguments {
@@ -48,13 +47,13 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &[TEMPLATE_FILE])?;
+    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
     let read = || {
-        let scan = scan::read(&arguments.scan, arguments.texture.as_deref())?;
+        let scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
         let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
-        scan::assemble(scan, mm_per_unit)
+        assemble_scan(scan, mm_per_unit)
     };
-    let scan::Import {
+    let ScannedTemplate {
         template,
         topology,
         notes,

@@ -1,9 +1,9 @@
 //! What a track is reported as: `track.json` and `track.csv`.
 
 use crate::camera_choice::CameraReport;
-use crate::track_errors::TRACKED_PX;
 use deepsft::video::{Detection, FrameTimes};
 use deepsft_geometry::metrics::Summary;
+use deepsft_train::tracking_errors::TRACKED_PX;
 use serde::Serialize;
 
 /// The content of `track.json`.

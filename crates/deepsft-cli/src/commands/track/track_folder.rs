@@ -1,7 +1,7 @@
 //! The folder of a track, written frame by frame.
 
-use super::TRACK_FILE;
 use super::report::{self, FrameReport, Report};
+use super::{TRACK_FILE, TRACK_FOLDER};
 use crate::clip_folder::frame_name;
 use crate::output::atomic::{self, StagedFolder};
 use crate::output::npy;
@@ -24,7 +24,7 @@ pub struct TrackFolder {
 impl TrackFolder {
     /// Begins the folder that is to stand at `path`, for a mesh of so many vertices.
     pub fn new(path: &Path, vertices_per_frame: usize) -> Result<Self> {
-        let folder = StagedFolder::new(path, &[TRACK_FILE])?;
+        let folder = StagedFolder::new(path, &TRACK_FOLDER)?;
         let create = |name: &str| {
             let path = folder.path().join(name);
             let file = File::create(&path).with_context(|| format!("could not write {}", path.display()));

@@ -36,7 +36,9 @@ impl DataSets {
         for ((_, set), folder) in sets.iter().zip(folders) {
             let before = shards.samples();
             for name in &set.shards {
-                let added = shards.add(folder.join(name)).map_err(TrainError::from);
+                let index = set.first + (shards.samples() - before);
+                let added = shards.add_described(folder.join(name), set.seed, index);
+                let added = added.map_err(TrainError::from);
                 bar.inc(blame_shard(added)?);
             }
             let (found, described) = (shards.samples() - before, set.samples);

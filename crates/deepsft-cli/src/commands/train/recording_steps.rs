@@ -5,17 +5,16 @@ use super::progress_lines::tell;
 use crate::clip_folder::TRUTH_FOLDER;
 use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::output::{curve_plot, model_card};
+use crate::output::curve_plot;
 use crate::progress;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use deepsft::{ModelBundle, Network, encode_png};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{Recording, Sample};
 use deepsft_train::{
-    Checkpoint, Device, MeanMedian, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep,
-    set_aside_outdated, tune,
+    Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep, curve_csv,
+    set_aside_outdated, tune, tuning_json, tuning_table,
 };
-use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -119,10 +118,10 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         rows.push(("the truth itself".to_owned(), exact));
     }
     refined.network = network;
-    refined.table = table(kind, recording.frames(), frames.held_out.len(), &rows);
+    refined.table = tuning_table(kind, recording.frames(), frames.held_out.len(), &rows);
     refined
         .files
-        .insert(FIGURES_FILE.to_owned(), figures(kind, &frames, &rows)?);
+        .insert(FIGURES_FILE.to_owned(), tuning_json(kind, &frames, &rows)?);
     Ok(refined)
 }
 
@@ -131,8 +130,7 @@ impl RefinedBundle {
         self.samples += state.samples;
         self.seconds += state.seconds;
         let name = |ending: &str| format!("step-{}.{ending}", step.number());
-        self.files
-            .insert(name("csv"), model_card::curve_csv(&state.curve).into_bytes());
+        self.files.insert(name("csv"), curve_csv(&state.curve).into_bytes());
         if let Some(plot) = curve_plot::curve_plot(&state.curve) {
             self.files.insert(name("png"), encode_png(&plot)?);
         }
@@ -165,102 +163,4 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
         }
     }
     Ok(samples)
-}
-
-/// Figure of a row, means and medians.
-type Figure = fn(&RecordingMetrics) -> Option<MeanMedian>;
-
-/// The figures by their names, with their digits.
-const FIGURES: [(&str, Figure, usize); 7] = [
-    ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
-    ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
-    ("E_pr", |f| f.photometric_error, 4),
-    ("E_pr, camera's colours", |f| f.recorded_colors_photometric_error, 4),
-    ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
-    ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
-    ("mask IoU", |f| f.mask_iou, 3),
-];
-
-/// The table of figures in Markdown; those that no frame has are left out.
-fn table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingMetrics)]) -> String {
-    let known: Vec<_> = FIGURES
-        .iter()
-        .filter(|(_, figure, _)| rows.iter().any(|(_, row)| figure(row).is_some()))
-        .collect();
-    let mut table = format!("Held-out end of the {kind}: {held_out} of {all} frames, mean / median\n\n|");
-    for (name, figure, _) in &known {
-        let counted = rows.iter().find_map(|(_, row)| figure(row));
-        table += &format!(" | {name} ({} frames)", counted.map_or(0, |counted| counted.frames));
-    }
-    table += &format!(" |\n|{}\n", "---|".repeat(known.len() + 1));
-    for (name, row) in rows {
-        table += &format!("| {name}");
-        for (_, figure, digits) in &known {
-            table += &figure(row).map_or_else(
-                || " | -".to_owned(),
-                |MeanMedian { mean, median, .. }| format!(" | {mean:.digits$} / {median:.digits$}"),
-            );
-        }
-        table += " |\n";
-    }
-    if let Some((_, row)) = rows.first() {
-        let pixels = row.measured_depth_pixels;
-        table +=
-            &format!("\nThe depth RMSE to the sensor is over {pixels} pixels of these frames, the same in every row\n");
-    }
-    table
-}
-
-/// The figures as JSON.
-fn figures(kind: &str, frames: &RecordedFrames, rows: &[(String, RecordingMetrics)]) -> Result<Vec<u8>> {
-    let rows: Vec<Value> = rows
-        .iter()
-        .map(|(name, row)| Ok(json!({"when": name, "figures": serde_json::to_value(row)?})))
-        .collect::<Result<_>>()?;
-    let value = json!({
-        "recording": kind,
-        "frames_trained_on": frames.training.len(),
-        "frames_held_out": frames.held_out.len(),
-        "colors": {"gain": frames.colors.gain, "offset": frames.colors.offset},
-        "rows": rows,
-    });
-    serde_json::to_vec_pretty(&value).context("could not write the figures")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_table_leaves_out_what_a_recording_without_truth_does_not_know() {
-        let row = |mean: f64| RecordingMetrics {
-            measured_depth_rmse_mm: Some(MeanMedian {
-                mean,
-                median: 2.0,
-                frames: 2,
-            }),
-            measured_depth_pixels: 4321,
-            photometric_error: Some(MeanMedian {
-                mean: 0.125,
-                median: 0.1,
-                frames: 1,
-            }),
-            ..RecordingMetrics::default()
-        };
-        let table = table(
-            "recording",
-            8,
-            2,
-            &[("before".to_owned(), row(12.5)), ("after step 2".to_owned(), row(9.0))],
-        );
-        let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines[0], "Held-out end of the recording: 2 of 8 frames, mean / median");
-        assert_eq!(
-            lines[2],
-            "| | depth RMSE to the sensor, mm (2 frames) | E_pr (1 frames) |"
-        );
-        assert!(table.ends_with("to the sensor is over 4321 pixels of these frames, the same in every row\n"));
-        assert_eq!(lines[4], "| before | 12.50 / 2.00 | 0.1250 / 0.1000 |");
-        assert!(lines[5].starts_with("| after step 2 | 9.00"));
-    }
 }

@@ -1,19 +1,22 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
 use super::arguments::TrainArguments;
-use super::bundle_folder::{MARKERS, companions, file_name};
+use super::bundle_folder::{BUNDLE_FOLDER, file_name};
 use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, RefinedBundle};
-use crate::output::model_card::{self, Course};
 use crate::output::{atomic, curve_plot};
 use crate::progress;
 use crate::synthesis::quoted;
 use anyhow::Result;
 use deepsft::{DeviceDescription, ModelBundle, encode_png};
 use deepsft_synth::Synthesizer;
-use deepsft_train::{Checkpoint, CurvePoint, Device, SampleSource, Trained, export_bundle, train};
+use deepsft_train::{
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, SampleSource, Trained, TrainingCourse, curve_csv,
+    export_bundle, model_card, train,
+};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -69,20 +72,20 @@ impl Training<'_> {
     }
 
     /// The card of a bundle.
-    fn card(&self, bundle: &ModelBundle, curve: &[CurvePoint], refinement: Option<&str>) -> String {
+    fn card(&self, bundle: &ModelBundle, curve: &[CurvePoint], tuning: Option<&str>) -> String {
         let images = &self.arguments.images;
         let training_images = match &self.data_sets {
             Some(data_sets) => data_sets.to_string(),
             None => format!("made on the fly{}", images.note()),
         };
-        let course = Course {
+        let course = TrainingCourse {
             device: &self.description,
             training_images: self.plan.synthetic.then_some(training_images),
             curve,
-            refinement,
+            tuning,
             measured_images: [images.note(), images.options()],
         };
-        model_card::card(bundle, &course)
+        model_card(bundle, &course)
     }
 
     /// Measures a network on synthetic images, and writes its bundle.
@@ -95,24 +98,18 @@ impl Training<'_> {
             .or_else(|| file_name(&arguments.out))
             .unwrap_or_default();
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
-        let mut extra = companions(&arguments.out)?;
+        let mut extra = BTreeMap::new();
         let table = refined.as_ref().map(|refined| refined.table.as_str());
-        extra.insert(
-            model_card::CARD_FILE.to_owned(),
-            self.card(&bundle, curve, table).into_bytes(),
-        );
+        extra.insert(CARD_FILE.to_owned(), self.card(&bundle, curve, table).into_bytes());
         if !curve.is_empty() {
-            extra.insert(
-                model_card::CURVE_FILE.to_owned(),
-                model_card::curve_csv(curve).into_bytes(),
-            );
+            extra.insert(CURVE_FILE.to_owned(), curve_csv(curve).into_bytes());
         }
         if let Some(plot) = curve_plot::curve_plot(curve) {
             extra.insert(curve_plot::PLOT_FILE.to_owned(), encode_png(&plot)?);
         }
         extra.extend(refined.into_iter().flat_map(|refined| refined.files));
         extra.extend(bundle.to_files()?);
-        atomic::write_folder(&arguments.out, &MARKERS, &extra)?;
+        atomic::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
         Ok(bundle)
     }
 }

@@ -1,6 +1,6 @@
 //! Tracking in video: the mesh of the last frame, predicted, is the start of the next.
 //!
-//! [`Tracker`] follows one template at camera rate with one or two photo-consistency rounds a frame; the network runs beside it
+//! [`Tracker`] follows one template at camera rate with one or two photo-consistency rounds per frame; the network runs beside it
 //! at whatever rate the device allows, starts the track, confirms it and starts it again when it is lost. A network's
 //! answer may come frames late: the tracker keeps the last frames and catches up. [`OneEuro`] smooths the result if
 //! that is wanted.

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 /// Cut-offs of the [`OneEuro`] filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneEuroOptions {
-    /// Cut-off frequency of a vertex at rest, Hz: lower is steadier. Default 2: noise of frames that come 30 a second
-    /// is halved.
+    /// Cut-off frequency of a vertex at rest, Hz: lower is steadier. Default 2: at 30 frames per second
+    /// noise is halved.
     pub least_cutoff_hz: f64,
     /// How much the cut-off rises with a vertex's speed, Hz per mm/s: higher lags less. Default 0.1: a hand's 300 mm/s
     /// passes with a lag of 5 ms, which is 1.5 mm.

@@ -1,4 +1,4 @@
-//! How a video is followed.
+//! The settings of tracking.
 
 use crate::fitting::options::FitOptions;
 
@@ -7,11 +7,11 @@ use crate::fitting::options::FitOptions;
 pub struct TrackingOptions {
     /// Weights of the fit, and the rounds of the fit that starts a track.
     pub fit: FitOptions,
-    /// Blur of image and drawing, pixels, one entry a round of a frame that is followed.
+    /// Blur of image and drawing, pixels, one entry per round of a frame that is followed.
     pub blurs: Vec<f32>,
     /// Steps of a rigid motion in the first round of a frame that is followed.
     pub rigid_steps: usize,
-    /// Accepted solver steps a round of a frame that is followed.
+    /// Accepted solver steps per round of a frame that is followed.
     pub steps: usize,
     /// Blurs of the second try, when the first does not find the sheet again.
     pub wide_blurs: Vec<f32>,
@@ -19,17 +19,17 @@ pub struct TrackingOptions {
     pub persistence: f64,
     /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
     pub start_agreement: f64,
-    /// Agreement below which a frame counts as missed; below `start_agreement` where the mesh was searched for and the
-    /// network has not answered since.
+    /// Agreement below which a frame counts as missed. After a search, until the network's next maps, it is
+    /// `start_agreement` instead.
     pub least_agreement: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
     /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
     pub fewest_points: usize,
     /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
-    /// Default 5: the network is seldom so far off, and to ask the image costs no more than a start.
+    /// Default 5: the network is seldom so far off, and comparing both with the image costs no more than a start.
     pub disagreement_px: f64,
-    /// Frames kept for answers that come late.
+    /// Frames kept for the network's maps, which come late.
     pub memory: usize,
 }
 

@@ -1,12 +1,13 @@
 //! Where to look for a sheet that has moved farther than a fit can follow.
 
 use crate::image::GreyImage;
+use crate::maps::PairedSums;
 use glam::DVec2;
 
 /// Side of the cells in whose means print and image are compared, pixels: about what a quick hand blurs.
 const CELL_PX: usize = 8;
 
-/// Cells by which the sheet is moved at most, to each side: 72 pixels, 2.5 m/s half a metre away at 30 frames a second.
+/// Cells by which the sheet is moved at most, to each side: 72 pixels, 2.5 m/s half a metre away at 30 frames per second.
 const FARTHEST: isize = 9;
 
 /// Fraction of a cell that must be drawn for it to count.
@@ -33,7 +34,7 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
     }
     let fewest = FEWEST_CELLS.max((LEAST_FRACTION * cells.len() as f64) as usize);
     let correlation = |dx: isize, dy: isize| {
-        let mut sums = Sums::default();
+        let mut sums = PairedSums::default();
         for &(x, y, printed) in &cells {
             let (x, y) = (x + dx, y + dy);
             if (0..columns as isize).contains(&x)
@@ -43,7 +44,7 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
                 sums.add(printed, value);
             }
         }
-        (sums.count as usize >= fewest).then(|| sums.correlation())
+        (sums.count() as usize >= fewest).then(|| sums.correlation())
     };
     let shifts = (-FARTHEST..=FARTHEST).flat_map(|dy| (-FARTHEST..=FARTHEST).map(move |dx| (dx, dy)));
     let best = shifts
@@ -81,35 +82,6 @@ fn cells(image: &GreyImage, mask: Option<&[f32]>) -> Vec<Option<f64>> {
         drawn.then(|| f64::from(sum / weight))
     };
     (0..columns * rows).map(mean).collect()
-}
-
-/// Sums over pairs of values.
-#[derive(Default)]
-struct Sums {
-    count: f64,
-    a: f64,
-    b: f64,
-    aa: f64,
-    bb: f64,
-    ab: f64,
-}
-
-impl Sums {
-    fn add(&mut self, a: f64, b: f64) {
-        self.count += 1.0;
-        self.a += a;
-        self.b += b;
-        self.aa += a * a;
-        self.bb += b * b;
-        self.ab += a * b;
-    }
-
-    /// -1 to 1; a grey level squared of variance is added to both, so that even surfaces correlate with nothing.
-    fn correlation(&self) -> f64 {
-        let (n, mean_a, mean_b) = (self.count, self.a / self.count, self.b / self.count);
-        let (aa, bb) = (self.aa / n - mean_a * mean_a, self.bb / n - mean_b * mean_b);
-        (self.ab / n - mean_a * mean_b) / ((aa + 1.0) * (bb + 1.0)).sqrt()
-    }
 }
 
 /// Where the parabola through three values a step apart is highest, from the middle one, -1/2 to 1/2.

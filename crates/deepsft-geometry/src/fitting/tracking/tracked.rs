@@ -1,4 +1,4 @@
-//! What the tracker says of a frame, and of an answer of the network.
+//! What the tracker reports: of a frame, and of the network's maps.
 
 use glam::DVec3;
 
@@ -20,18 +20,18 @@ pub struct Tracked {
     pub iterations: usize,
 }
 
-/// What a network's answer did to the track.
+/// What the network's maps did to the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackUpdate {
     /// There was no track, now there is.
     Started,
-    /// Network and track agree, or the image confirms the track more than the answer.
+    /// Network and track agree, or the image confirms the track more than the maps.
     Confirmed,
-    /// They disagreed, and the image confirms the answer more: the track starts again from it.
+    /// They disagreed, and the image confirms the maps more: the track starts again from them.
     Restarted,
     /// The network does not see the object, and the image does not confirm the track or the track comes from a search: it
     /// is lost.
     Dropped,
-    /// Nothing could be made of it: the frame is forgotten, or there is nothing to start from.
+    /// The maps changed nothing: their frame is forgotten, or they show too little to start from.
     Ignored,
 }

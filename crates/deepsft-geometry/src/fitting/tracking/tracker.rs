@@ -39,7 +39,7 @@ struct Mesh {
 
 /// Follows one template through one video.
 ///
-/// Give it every frame ([`follow`](Self::follow)) and, whenever the network has one, an answer on an earlier frame
+/// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
 /// ([`update`](Self::update)). The image must be the canonical one, and the camera the same for all frames.
 pub struct Tracker {
     fitter: FrameFitter,
@@ -147,7 +147,7 @@ impl Tracker {
         Ok(&self.current)
     }
 
-    /// Takes what the network says of an earlier frame, or of the newest: its `maps`, or `None` when the object is not there.
+    /// Takes the network's `maps` of an earlier frame or of the newest; `None` when the network does not see the object there.
     ///
     /// Without a track, a mesh is fitted to them in that frame and followed through the frames since. With one, the two are
     /// compared; where they disagree, the image decides.

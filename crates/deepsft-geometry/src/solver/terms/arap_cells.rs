@@ -1,6 +1,6 @@
 //! As-rigid-as-possible cells of a template: what the ARAP term and ARAP completion share.
 
-use super::bending::DEGENERATE_FACE;
+use super::bending::cotangent;
 use crate::mesh::{TriangleMesh, nearest_rotation};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -48,9 +48,9 @@ pub(crate) struct CellEnergy {
 pub(crate) enum Rotations<'a> {
     /// The best, searched from the cell before.
     Best,
-    /// The best, searched from the cell before, and left here, one a vertex.
+    /// The best, searched from the cell before, and left here, one per vertex.
     First(&'a mut [DQuat]),
-    /// The best, searched from these, one a vertex, which are left with them.
+    /// The best, searched from these, one per vertex, which are left with them.
     BestFrom(&'a mut [DQuat]),
     /// These.
     Held(&'a [DQuat]),
@@ -63,7 +63,7 @@ impl ArapCells {
         let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
         for &[a, b, c] in template.faces() {
             for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
-                let half = 0.5 * cotangent(v[k], v[i], v[j]);
+                let half = cotangent(v[k], v[i], v[j]).map_or(0.0, |(cotangent, _)| 0.5 * cotangent);
                 half_edges.extend([([i, j], half), ([j, i], half)]);
             }
         }
@@ -214,17 +214,5 @@ impl ArapCells {
             }
             gradient[i] += pulls;
         })
-    }
-}
-
-/// Cotangent of the angle at `a`; 0 in a face without area.
-fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    let (e, f) = (b - a, c - a);
-    let doubled = e.cross(f).length();
-    let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
-    if doubled > DEGENERATE_FACE * longest {
-        e.dot(f) / doubled
-    } else {
-        0.0
     }
 }

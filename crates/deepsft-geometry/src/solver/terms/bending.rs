@@ -9,14 +9,14 @@ use std::collections::BTreeMap;
 
 /// A face whose doubled area is below this fraction of its longest edge squared is taken as a line: its
 /// cotangents would be noise.
-pub(crate) const DEGENERATE_FACE: f64 = 1e-9;
+const DEGENERATE_FACE: f64 = 1e-9;
 
 /// Quadratic bending of a thin shell that is flat at rest (Bergou et al. 2006, *A Quadratic Bending
 /// Model for Inextensible Surfaces*): weight times the sum over interior edges of
 /// 3 / (A_0 + A_1) |sum c_k p_k|^2 over the edge's ends and the two opposite corners, c from the rest shape's
 /// cotangents. Without unit: the integral of the squared curvature, times 1 to 3 depending on how the
-/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: for templates that are curved at rest use [`Arap`](super::Arap) with
-/// smoothness.
+/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: for templates that are
+/// curved at rest use [`Arap`](super::Arap) with smoothness.
 #[derive(Clone, Debug)]
 pub struct Bending {
     /// Vertices, coefficients and factor of each interior edge.
@@ -54,13 +54,6 @@ impl Bending {
 /// Coefficients of the hinge with ends `x0`, `x1` and opposite corners `x2`, `x3`.
 fn hinge(v: &[DVec3], vertices: [usize; 4]) -> Option<([usize; 4], [f64; 4], f64)> {
     let [x0, x1, x2, x3] = vertices.map(|i| v[i]);
-    // Cotangent at the edge's end `a` (other end `b`) in the face with corner `c`, and twice the area.
-    let cotangent = |a: DVec3, b: DVec3, c: DVec3| {
-        let (e, f) = (b - a, c - a);
-        let doubled = e.cross(f).length();
-        let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
-        (doubled > DEGENERATE_FACE * longest).then(|| (e.dot(f) / doubled, doubled))
-    };
     let ((c01, area0), (c02, area1)) = (cotangent(x0, x1, x2)?, cotangent(x0, x1, x3)?);
     let ((c03, _), (c04, _)) = (cotangent(x1, x0, x2)?, cotangent(x1, x0, x3)?);
     Some((
@@ -68,6 +61,15 @@ fn hinge(v: &[DVec3], vertices: [usize; 4]) -> Option<([usize; 4], [f64; 4], f64
         [c03 + c04, c01 + c02, -c01 - c03, -c02 - c04],
         3.0 / (0.5 * (area0 + area1)),
     ))
+}
+
+/// Cotangent of the angle at `a` in the face with corners `a`, `b`, `c`, and twice the face's area; `None` for a face
+/// without area.
+pub(super) fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> Option<(f64, f64)> {
+    let (e, f) = (b - a, c - a);
+    let doubled = e.cross(f).length();
+    let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());
+    (doubled > DEGENERATE_FACE * longest).then(|| (e.dot(f) / doubled, doubled))
 }
 
 impl Energy for Bending {

@@ -2,7 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::checked::{check_robust, check_scale, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
 use glam::DVec3;
 
@@ -22,14 +22,13 @@ pub struct PointDepth {
 #[derive(Clone, Debug)]
 pub struct DepthPrior {
     points: Vec<(AnchoredPoint, f64, f64)>,
-    ignored: usize,
     weight: f64,
     robust: Robust,
 }
 
 impl DepthPrior {
     /// Takes the depths of one frame; `robust` has its scale in standard deviations. Depths that are not
-    /// finite or lie on a face that names a vertex twice are left out and counted.
+    /// finite or lie on a face that names a vertex twice are left out.
     ///
     /// # Errors
     /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
@@ -41,9 +40,7 @@ impl DepthPrior {
         robust: Robust,
     ) -> Result<Self, GeometryError> {
         check_weight("depth prior", weight)?;
-        if let Some(scale) = robust.scale() {
-            check_scale("depth prior", scale)?;
-        }
+        check_robust("depth prior", robust)?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             check_scale("depth prior", point.deviation)?;
@@ -54,16 +51,10 @@ impl DepthPrior {
             }
         }
         Ok(Self {
-            ignored: points.len() - kept.len(),
             points: kept,
             weight,
             robust,
         })
-    }
-
-    /// How many depths were left out.
-    pub fn ignored(&self) -> usize {
-        self.ignored
     }
 }
 

@@ -4,8 +4,6 @@ mod arap;
 pub(crate) mod arap_cells;
 mod bending;
 mod depth_prior;
-#[cfg(test)]
-mod finite_differences_test;
 mod isometry;
 mod photo_consistency;
 mod point_data;

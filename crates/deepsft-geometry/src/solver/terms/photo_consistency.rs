@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::NormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::checked::{check_robust, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
 use glam::{DVec2, DVec3};
 
@@ -21,14 +21,13 @@ pub struct TexturePoint {
 /// Photo-consistency: weight times the sum over template points of rho((I(pi(p)) - T)^2) with image and
 /// template both locally normalised, so that light, exposure and gain drop out. The residual is in local
 /// deviations. Points that project outside the image count as a residual of 1 that does not move. The
-/// paper's photometric loss trains its network; as a fit of the mesh it is the direct method of
+/// paper's photo-consistency loss trains its network; as a fit of the mesh it is the direct method of
 /// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
 pub struct PhotoConsistency<'a> {
     image: &'a NormalizedImage,
     camera: Camera,
     points: Vec<(AnchoredPoint, f64)>,
-    ignored: usize,
     weight: f64,
     robust: Robust,
 }
@@ -50,10 +49,8 @@ impl<'a> PhotoConsistency<'a> {
         robust: Robust,
     ) -> Result<Self, GeometryError> {
         check_weight("photo-consistency", weight)?;
-        if let Some(scale) = robust.scale() {
-            check_scale("photo-consistency", scale)?;
-        }
-        check_size((image.width(), image.height()), camera.size())?;
+        check_robust("photo-consistency", robust)?;
+        check_size(image.size(), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             if let Some(anchored) = AnchoredPoint::new(template, point.point)?
@@ -65,16 +62,10 @@ impl<'a> PhotoConsistency<'a> {
         Ok(Self {
             image,
             camera: *camera,
-            ignored: points.len() - kept.len(),
             points: kept,
             weight,
             robust,
         })
-    }
-
-    /// How many points were not finite.
-    pub fn ignored(&self) -> usize {
-        self.ignored
     }
 
     /// Residual and image gradient at an image position.

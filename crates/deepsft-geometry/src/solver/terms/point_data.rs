@@ -24,12 +24,11 @@ pub struct VertexPoint {
 #[derive(Clone, Debug)]
 pub struct PointData {
     points: Vec<VertexPoint>,
-    ignored: usize,
     per_length: f64,
 }
 
 impl PointData {
-    /// Takes the points of one frame. Points that are not finite are left out and counted.
+    /// Takes the points of one frame. Points that are not finite are left out.
     ///
     /// # Errors
     /// [`GeometryError::VertexIndex`] for a vertex that `template` lacks, [`GeometryError::Weight`] for a
@@ -40,17 +39,10 @@ impl PointData {
             vertex_in(point.vertex, vertices)?;
             check_weight("point data", point.weight)?;
         }
-        let kept: Vec<_> = points.iter().copied().filter(|p| p.p_camera.is_finite()).collect();
         Ok(Self {
-            ignored: points.len() - kept.len(),
-            points: kept,
+            points: points.iter().copied().filter(|p| p.p_camera.is_finite()).collect(),
             per_length: scale.get().recip(),
         })
-    }
-
-    /// How many points were not finite.
-    pub fn ignored(&self) -> usize {
-        self.ignored
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::error::GeometryError;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::checked::{check_robust, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
 use glam::{DVec2, DVec3};
 
@@ -25,14 +25,13 @@ pub struct ImagePoint {
 pub struct Reprojection {
     camera: Camera,
     points: Vec<(AnchoredPoint, DVec2, f64)>,
-    ignored: usize,
     robust: Robust,
 }
 
 impl Reprojection {
     /// Takes the registered points of one frame; `robust` has its scale in pixels (Cauchy with 2 to 4 px
     /// suits a network's registration). Points that are not finite or lie on a face that names
-    /// a vertex twice are left out and counted.
+    /// a vertex twice are left out.
     ///
     /// # Errors
     /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
@@ -43,9 +42,7 @@ impl Reprojection {
         points: &[ImagePoint],
         robust: Robust,
     ) -> Result<Self, GeometryError> {
-        if let Some(scale) = robust.scale() {
-            check_scale("reprojection", scale)?;
-        }
+        check_robust("reprojection", robust)?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             check_weight("reprojection", point.weight)?;
@@ -57,15 +54,9 @@ impl Reprojection {
         }
         Ok(Self {
             camera: *camera,
-            ignored: points.len() - kept.len(),
             points: kept,
             robust,
         })
-    }
-
-    /// How many points were left out.
-    pub fn ignored(&self) -> usize {
-        self.ignored
     }
 }
 

@@ -4,6 +4,7 @@
 //! Frames are synthetic. Apart from one level that says so they are rendered from a mesh with four times the faces of
 //! the one that is fitted, so that the fit does not find its own mesh again.
 
+use super::disturbance::{covered, disturbed_maps};
 use super::outcome::{Errors, Level, Outcome, Series, mesh_rmse};
 use super::plan::{Condition, LEAK_PX, Mask, Plan, Start, plans};
 use anyhow::Result;
@@ -11,7 +12,7 @@ use deepsft::Estimator;
 use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::metrics::frame_metrics_between;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template};
-use deepsft_synth::{Sample, covered, disturbed_maps};
+use deepsft_synth::Sample;
 use rayon::prelude::*;
 
 /// A frame with what came out, for those who watch a study run.

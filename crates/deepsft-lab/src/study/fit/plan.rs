@@ -1,8 +1,9 @@
 //! What the study of the fit varies, one thing at a time.
 
+use super::disturbance::faded;
 use anyhow::Result;
 use deepsft_geometry::{Camera, Template};
-use deepsft_synth::{SynthConfig, Synthesizer, faded};
+use deepsft_synth::{SynthConfig, Synthesizer};
 use serde::Serialize;
 
 /// How far a careless mask reaches into what covers the sheet, pixels.
@@ -15,7 +16,7 @@ const TYPICAL_ERROR_PX: f64 = 4.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// The truth, disturbed: [`deepsft_synth::disturbed_maps`].
+    /// The truth, disturbed: [`super::disturbance::disturbed_maps`].
     DisturbedTruth,
     /// The network's own maps.
     Network,

@@ -1,20 +1,25 @@
 //! The curves of a study: errors before and after the fit against what makes a frame hard.
 
 use super::outcome::{Errors, Series};
-use deepsft_cli::output::canvas::{CHARACTER, Canvas};
-use deepsft_cli::output::chart::{Chart, Curve, INK, PAPER};
+use deepsft_cli::output::canvas::Canvas;
+use deepsft_cli::output::chart::{Chart, Curve, INK, PAPER, TITLE_SIZE, legend};
+use deepsft_cli::output::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
 
-const START: [u8; 3] = [120, 124, 140];
-const FITTED: [u8; 3] = [196, 61, 44];
+const START: [u8; 3] = [138, 144, 162];
+const FITTED: [u8; 3] = [204, 62, 44];
 
 /// Size of one chart without its margins, pixels.
-const SIZE: (usize, usize) = (270, 120);
+const SIZE: (usize, usize) = (300, 130);
 
-/// Height of the legend above the charts, pixels.
-const LEGEND: usize = 24;
+/// Height of the legend above the charts, and of a series' name above its charts, pixels.
+const LEGEND: usize = 40;
+const HEADING: usize = 22;
 
-/// Three charts per series in a row (3D, depth, registration; medians, logarithmic), the maps that the fit starts from
+/// Left end of headings and the legend, pixels.
+const LEFT: f64 = 16.0;
+
+/// Three charts per series in a row (3D, depth, registration; medians, logarithmic): the maps that the fit starts from
 /// in grey and the fit in red. Series of fewer than three levels are no curve and are left out. `None` when none is
 /// left.
 pub fn study_plot(series: &[Series]) -> Option<Picture> {
@@ -24,10 +29,10 @@ pub fn study_plot(series: &[Series]) -> Option<Picture> {
         ("depth, mm", |e| e.depth_rmse_mm),
         ("registration, px", |e| e.registration_rmse_px),
     ];
-    let rows: Vec<Vec<Chart>> = (series.iter().filter(|series| series.rows.len() > 2))
+    let rows: Vec<(&str, Vec<Chart>)> = (series.iter().filter(|series| series.rows.len() > 2))
         .map(|series| {
             let last = series.rows.iter().map(|row| row.level).fold(0.0, f64::max);
-            let chart = |(number, (metric, value)): (usize, (&str, Value))| {
+            let chart = |(metric, value): (&str, Value)| {
                 let curve = |color, fitted: bool| Curve {
                     color,
                     points: (series.rows.iter())
@@ -38,26 +43,36 @@ pub fn study_plot(series: &[Series]) -> Option<Picture> {
                         .collect(),
                 };
                 Chart {
-                    title: match number {
-                        0 => format!("{}, {}: {metric}", series.name, series.unit),
-                        _ => metric.to_owned(),
-                    },
+                    title: metric.to_owned(),
+                    x_name: series.unit.to_owned(),
                     curves: vec![curve(START, false), curve(FITTED, true)],
                     logarithmic: true,
                     last,
                     size: SIZE,
                 }
             };
-            metrics.into_iter().enumerate().map(chart).collect()
+            (series.name, metrics.into_iter().map(chart).collect())
         })
         .collect();
-    let (width, height) = rows.first()?.first()?.full_size();
+    let (width, height) = rows.first()?.1.first()?.full_size();
+    let height = HEADING + height;
     let mut canvas = Canvas::new(metrics.len() * width, LEGEND + rows.len() * height, PAPER);
-    let legend = "medians over frames; grey: the maps that the fit starts from; red: the fitted mesh";
-    canvas.write(legend, CHARACTER, (LEGEND - CHARACTER) / 2, 1, INK);
-    for (i, row) in rows.iter().enumerate() {
+    let names = [
+        (START, "maps that the fit starts from (median over frames)"),
+        (FITTED, "fitted mesh"),
+    ];
+    legend(&mut canvas, &names, LEFT, LEGEND as f64 / 2.0);
+    for (i, (name, row)) in rows.iter().enumerate() {
+        let top = LEGEND + i * height;
+        let middle = top as f64 + HEADING as f64 / 2.0;
+        canvas.write(
+            name,
+            (LEFT, middle),
+            Align::Left,
+            Lettering::semibold(TITLE_SIZE + 1.0, INK),
+        );
         for (j, chart) in row.iter().enumerate() {
-            chart.draw(&mut canvas, j * width, LEGEND + i * height);
+            chart.draw(&mut canvas, j * width, top + HEADING);
         }
     }
     Some(canvas.into_picture())
@@ -107,13 +122,14 @@ mod tests {
     fn the_better_answer_is_drawn_below_the_worse() {
         let plot = study_plot(&[series(&[0.0, 1.0, 2.0]), series(&[1.0, 2.0])]).unwrap();
         let rows_of = |color: [u8; 3]| {
-            let rows = (0..plot.height()).filter(|&y| (0..plot.width()).any(|x| plot.pixel(x, y) == color));
+            let charts = LEGEND..plot.height();
+            let rows = charts.filter(|&y| (0..plot.width()).any(|x| plot.pixel(x, y) == color));
             rows.collect::<Vec<usize>>()
         };
         let (start, fitted) = (rows_of(START), rows_of(FITTED));
         assert!(start.iter().max().unwrap() < fitted.iter().min().unwrap());
         // One row of charts: the series of two levels is no curve.
-        assert!(plot.height() < 2 * SIZE.1 + 100);
+        assert!(plot.height() < 2 * SIZE.1 + LEGEND);
         assert!(study_plot(&[series(&[1.0, 2.0])]).is_none());
     }
 }

@@ -1,8 +1,8 @@
 //! The worst clips of the study as pictures.
 
-use super::TrackedClip;
 use super::clip_record::FrameRecord;
 use super::plot::{self, Mark, Point};
+use super::summary::TrackedClip;
 use deepsft_cli::output::{panels, sheet, wireframe};
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::Sample;
@@ -11,7 +11,7 @@ use deepsft_synth::Sample;
 const CLIPS: usize = 10;
 const FRAMES: usize = 3;
 
-/// The clips with the smallest share of tracked frames, worst first.
+/// The clips with the smallest fraction of tracked frames, worst first.
 #[derive(Default)]
 pub struct Worst {
     rows: Vec<(f64, sheet::Row)>,
@@ -20,10 +20,10 @@ pub struct Worst {
 impl Worst {
     /// Keeps the clip if it is one of the worst.
     pub fn offer(&mut self, template: &Template, samples: &[Sample], clip: &TrackedClip) {
-        let share = clip.record.tracked_share.unwrap_or(1.0);
-        let at = self.rows.partition_point(|(other, _)| *other <= share);
+        let fraction = clip.record.tracked_fraction.unwrap_or(1.0);
+        let at = self.rows.partition_point(|(other, _)| *other <= fraction);
         if at < CLIPS {
-            self.rows.insert(at, (share, row(template, samples, clip)));
+            self.rows.insert(at, (fraction, row(template, samples, clip)));
             self.rows.truncate(CLIPS);
         }
     }

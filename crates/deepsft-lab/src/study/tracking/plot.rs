@@ -1,14 +1,13 @@
 //! The error of a track over time as a picture.
 
-use deepsft_cli::output::canvas::{CHARACTER, Canvas, text_width};
+use deepsft_cli::output::canvas::Canvas;
+use deepsft_cli::output::chart::{FAINT_INK, GRID, NUMBER_SIZE, PAPER};
+use deepsft_cli::output::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
 
-const PAPER: [u8; 3] = [252, 251, 247];
-const INK: [u8; 3] = [40, 40, 46];
-const GRID: [u8; 3] = [222, 220, 212];
 const LIMIT: [u8; 3] = [60, 140, 80];
-const LINE: [u8; 3] = [196, 61, 44];
-const EVENT: [u8; 3] = [236, 232, 214];
+const LINE: [u8; 3] = [204, 62, 44];
+const EVENT: [u8; 3] = [250, 240, 214];
 const MISSED: [u8; 3] = [214, 60, 160];
 const AWAY: [u8; 3] = [170, 170, 176];
 const HARDLY: [u8; 3] = [206, 206, 212];
@@ -57,75 +56,59 @@ pub enum Mark {
 /// shaded, and below it a tick for each answer of the network.
 pub fn track_plot(points: &[Point], event_frames: [usize; 2]) -> Picture {
     let [left, right, top, bottom] = MARGINS;
-    let (width, height) = (WIDTH - left - right, HEIGHT - top - bottom - STRIP - 2);
+    let height = HEIGHT - top - bottom - STRIP - 2;
     let above = top + STRIP + 2;
     let mut canvas = Canvas::new(WIDTH, HEIGHT, PAPER);
-    let x_of = |frame: f64| left as f64 + frame / points.len().max(2) as f64 * width as f64;
+    let (left, right, foot) = (left as f64, (WIDTH - right) as f64, (above + height) as f64);
+    let x_of = |frame: f64| left + frame / points.len().max(2) as f64 * (right - left);
     let y_of = |error: f64| {
         let [low, high] = SCALE;
-        let share = (error.clamp(low, high) / low).ln() / (high / low).ln();
-        above as f64 + (1.0 - share) * height as f64
+        foot - (error.clamp(low, high) / low).ln() / (high / low).ln() * height as f64
     };
-    let fill = |canvas: &mut Canvas, frames: [usize; 2], rows: std::ops::Range<usize>, color: [u8; 3]| {
-        for y in rows {
-            canvas.line(
-                (x_of(frames[0] as f64), y as f64),
-                (x_of(frames[1] as f64) - 1.0, y as f64),
-                color,
-            );
-        }
+    let sharp = |at: f64| at.floor() + 0.5;
+    let numbers = Lettering::regular(NUMBER_SIZE, FAINT_INK);
+    let columns = |frames: [usize; 2]| {
+        let [from, to] = frames.map(|frame| x_of(frame as f64));
+        (from, to - from)
     };
     if event_frames[1] > event_frames[0] {
-        fill(&mut canvas, event_frames, above..above + height, EVENT);
+        let (from, width) = columns(event_frames);
+        canvas.fill(from, above as f64, width, height as f64, EVENT);
     }
     for error in [0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0] {
-        let y = y_of(error);
-        canvas.line((left as f64, y), ((left + width) as f64, y), GRID);
-        let label = format!("{error}");
-        let at = left.saturating_sub(4 + text_width(&label, 1));
-        canvas.write(&label, at, (y as usize).saturating_sub(CHARACTER / 2), 1, INK);
+        let y = sharp(y_of(error));
+        canvas.line(&[(left, y), (right, y)], 1.0, GRID);
+        canvas.write(&error.to_string(), (left - 6.0, y), Align::Right, numbers);
     }
-    canvas.line(
-        (left as f64, y_of(TRACKED)),
-        ((left + width) as f64, y_of(TRACKED)),
-        LIMIT,
-    );
+    let limit = y_of(TRACKED);
+    canvas.dashed_line(&[(left, limit), (right, limit)], 1.5, LIMIT);
     for frame in (0..points.len()).step_by(10) {
-        let label = frame.to_string();
-        let x = x_of(frame as f64 + 0.5) as usize;
-        canvas.write(
-            &label,
-            x.saturating_sub(text_width(&label, 1) / 2),
-            HEIGHT - CHARACTER - 4,
-            1,
-            INK,
-        );
+        let at = (x_of(frame as f64 + 0.5), HEIGHT as f64 - 9.0);
+        canvas.write(&frame.to_string(), at, Align::Centre, numbers);
     }
-    let place = |frame: usize, error: f64| (x_of(frame as f64 + 0.5), y_of(error));
+    let mark = |mark: Mark| match mark {
+        Mark::Found => None,
+        Mark::Missed => Some(MISSED),
+        Mark::HardlyThere => Some(HARDLY),
+        Mark::Away => Some(AWAY),
+    };
     for (frame, point) in points.iter().enumerate() {
-        let color = match point.mark {
-            Mark::Found => None,
-            Mark::Missed => Some(MISSED),
-            Mark::HardlyThere => Some(HARDLY),
-            Mark::Away => Some(AWAY),
-        };
-        if let Some(color) = color {
-            fill(&mut canvas, [frame, frame + 1], top..top + STRIP, color);
+        if let Some(color) = mark(point.mark) {
+            let (from, width) = columns([frame, frame + 1]);
+            canvas.fill(from, top as f64, width, STRIP as f64, color);
         }
         if point.answer {
-            let x = x_of(frame as f64 + 0.5);
-            let foot = (above + height) as f64;
-            canvas.line((x, foot + 2.0), (x, foot + 8.0), ANSWER);
+            let x = sharp(x_of(frame as f64 + 0.5));
+            canvas.line(&[(x, foot + 2.0), (x, foot + 8.0)], 2.0, ANSWER);
         }
-        let Some(error) = point.error else { continue };
-        let (x, y) = place(frame, error);
-        for dot in 0..9 {
-            let offset = |k: usize| k as f64 - 1.0;
-            let at = (x + offset(dot % 3), y + offset(dot / 3));
-            canvas.line(at, at, LINE);
-        }
-        if let Some(before) = frame.checked_sub(1).and_then(|before| points[before].error) {
-            canvas.line(place(frame - 1, before), (x, y), LINE);
+    }
+    let place = |(frame, point): (usize, &Point)| Some((x_of(frame as f64 + 0.5), y_of(point.error?)));
+    let places: Vec<Option<(f64, f64)>> = points.iter().enumerate().map(place).collect();
+    for run in places.split(Option::is_none) {
+        let run: Vec<(f64, f64)> = run.iter().copied().flatten().collect();
+        canvas.line(&run, 1.5, LINE);
+        for &place in &run {
+            canvas.dot(place, 2.0, LINE);
         }
     }
     canvas.into_picture()
@@ -149,7 +132,9 @@ mod tests {
         let mut points: Vec<Point> = (0..20).map(|k| point(Some(0.2 * 1.3_f64.powi(k)))).collect();
         points.push(point(None));
         let plot = track_plot(&points, [5, 10]);
-        let row_of = |x: usize| (0..HEIGHT).find(|&y| plot.pixel(x, y) == LINE).unwrap();
+        // The curve is the only thing that is red and neither magenta nor beige.
+        let red = |[r, g, b]: [u8; 3]| r > g.saturating_add(70) && r > b.saturating_add(70);
+        let row_of = |x: usize| (0..HEIGHT).find(|&y| red(plot.pixel(x, y))).unwrap();
         assert!(row_of(60) > row_of(200) && row_of(200) > row_of(400));
         assert!(count(&plot, EVENT) > 1000 && count(&plot, MISSED) > 60);
         let calm = track_plot(&points[..20], [0, 0]);
@@ -166,11 +151,19 @@ mod tests {
             }; 30],
             [0, 0],
         );
-        // The dots of the frames lie on the line of the limit and cover it.
-        let limit = (0..HEIGHT)
-            .find(|&y| two.pixel(WIDTH - MARGINS[1], y) == LIMIT)
-            .unwrap();
-        assert_eq!(two.pixel(WIDTH / 2, limit), LINE);
+        // The dots of the frames lie on the dashed line of the limit, which shows on both sides of them.
+        let rows_of = |ink: &dyn Fn([u8; 3]) -> bool| -> Vec<usize> {
+            let rows = (0..HEIGHT).filter(|&y| (0..WIDTH).any(|x| ink(two.pixel(x, y))));
+            rows.collect()
+        };
+        let green = rows_of(&|[r, g, b]| g > r.saturating_add(30) && g > b.saturating_add(20));
+        let dots = rows_of(&|color| color == LINE);
+        assert!(!green.is_empty() && !dots.is_empty());
+        assert!(
+            green
+                .iter()
+                .all(|y| (dots[0] - 2..=dots[dots.len() - 1] + 2).contains(y))
+        );
         assert!(count(&two, ANSWER) >= 30 * 6);
         assert_eq!(track_plot(&[], [0, 0]).width(), WIDTH);
     }

@@ -2,6 +2,7 @@
 
 use super::clip_record::{Cause, FrameRecord, Loss, waiting};
 use deepsft::video::FrameTimes;
+use deepsft_geometry::glam::DVec3;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -13,8 +14,8 @@ pub struct ClipRecord {
     pub event: &'static str,
     /// The first frame in which it happens and the first after it.
     pub event_frames: [usize; 2],
-    /// Share of the frames in view that are tracked within 2 pixels.
-    pub tracked_share: Option<f64>,
+    /// Fraction of the frames in view that are tracked within 2 pixels.
+    pub tracked_fraction: Option<f64>,
     pub losses: Vec<Loss>,
     /// Of a still clip: as the tracker gives it, and smoothed.
     pub jitter_px: Option<[f64; 2]>,
@@ -38,11 +39,11 @@ pub struct Summary {
     pub frames: usize,
     /// Frames with at least 30 % of the print in view.
     pub frames_in_view: usize,
-    /// Share of them that are tracked within 2 pixels.
-    pub tracked_share: Option<f64>,
+    /// Fraction of them that are tracked within 2 pixels.
+    pub tracked_fraction: Option<f64>,
     /// The same without the frames in which the network had not yet answered about the sheet: at the start of a clip,
     /// after a cut and after a return.
-    pub tracked_share_after_answer: Option<f64>,
+    pub tracked_fraction_after_answer: Option<f64>,
     /// Frames in view that were said to be found and are off by more than 5 pixels.
     pub found_but_off: usize,
     /// Over the frames that are found and in view.
@@ -89,12 +90,19 @@ pub struct Times {
     pub network: Option<Spread>,
 }
 
+/// A clip after tracking.
+pub struct TrackedClip {
+    pub record: ClipRecord,
+    /// Vertices (mm, camera frame) and their confidence, where the sheet was found.
+    pub meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
+}
+
 impl Spread {
     /// The spread of values; `None` when there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        let at = |fraction: f64| values[((values.len() - 1) as f64 * fraction).round() as usize];
         let most = *values.last()?;
         Some(Self {
             median: at(0.5),
@@ -135,8 +143,8 @@ impl Summary {
             clips: clips.clone().count(),
             frames: frames().count(),
             frames_in_view: in_view().count(),
-            tracked_share: tracked(in_view().filter(|frame| frame.tracked()).count(), in_view().count()),
-            tracked_share_after_answer: tracked(
+            tracked_fraction: tracked(in_view().filter(|frame| frame.tracked()).count(), in_view().count()),
+            tracked_fraction_after_answer: tracked(
                 answered.iter().filter(|frame| frame.tracked()).count(),
                 answered.len(),
             ),
@@ -217,7 +225,7 @@ mod tests {
             seed: 1,
             event,
             event_frames: [0, 0],
-            tracked_share: None,
+            tracked_fraction: None,
             losses,
             jitter_px: Some([0.1, 0.05]),
             lag_frames: None,
@@ -240,10 +248,10 @@ mod tests {
         ];
         let all = Summary::of(clips.iter());
         assert_eq!((all.clips, all.frames, all.frames_in_view), (2, 7, 4));
-        assert_eq!(all.tracked_share, Some(0.5));
+        assert_eq!(all.tracked_fraction, Some(0.5));
         // The first clip waits up to the answer at 2, by its third loss, and the frame of that answer is off; the second clip
         // is never answered.
-        assert_eq!(all.tracked_share_after_answer, Some(0.0));
+        assert_eq!(all.tracked_fraction_after_answer, Some(0.0));
         assert_eq!((all.found_but_off, all.frames_without, all.found_without), (1, 2, 1));
         let recoveries = all.all_recoveries();
         let counts = [

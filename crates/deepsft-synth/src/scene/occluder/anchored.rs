@@ -5,9 +5,10 @@ use crate::render::value_noise::ValueNoise;
 use crate::scene::occluder::body::{ImageOccluder, Part};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec3, Vec2};
+use serde::Serialize;
 
 /// What hides parts of the sheet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum OccluderKind {
     /// Hands that hold the sheet, things before it, and discs of 1 to 10 pixels in radius.
     HandsAndThings,

@@ -43,7 +43,7 @@ pub(crate) struct ImageOccluder {
 }
 
 impl ImageOccluder {
-    /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels a mm.
+    /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels per mm.
     pub(crate) fn in_front(front: Vec<Part>, scale: f32, noise: ValueNoise) -> Self {
         Self {
             behind: Vec::new(),

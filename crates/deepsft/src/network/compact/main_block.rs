@@ -1,8 +1,9 @@
 //! Main Block: an encoder-decoder over the image that finds the object (paper, section 3.2).
 
 use super::bins::expected_coordinate;
+use super::cells::PATCH;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
-use super::{CompactConfig, PATCH};
+use crate::network::config::CompactConfig;
 use crate::network::description::{Cost, LayerTable};
 use crate::network::half_precision::widened;
 use crate::network::upsampling::upsample_nearest;

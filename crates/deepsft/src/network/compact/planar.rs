@@ -3,8 +3,8 @@
 //! A convolution sees scale and tilt only through the registration it has just predicted, over a
 //! distance it hardly reaches; what they imply is known in closed form, so it is computed.
 
-use super::refinement::normalise_depth;
-use super::{NetworkConfig, PIXELS_PER_CELL};
+use super::cells::PIXELS_PER_CELL;
+use crate::network::config::{DepthRange, NetworkConfig};
 use burn::tensor::{Device, Tensor};
 
 /// Standard deviations of the Gaussian windows, cells: one that follows a bend, one that is steady.
@@ -186,6 +186,12 @@ fn plane_depth(means: &Tensor<4>, rays: Tensor<4>) -> Tensor<4> {
     let facing = over_xy(normal * rays) + normal_z;
     let ratio = offset * facing.clone() / (facing.clone() * facing + 1e-9);
     ratio / lengths.sqrt().sqrt()
+}
+
+/// Depth in mm -> normalised log depth, any shape.
+pub fn normalise_depth(depth: Tensor<4>, range: DepthRange) -> Tensor<4> {
+    let span = (range.far_mm / range.near_mm).ln();
+    (depth / range.near_mm).log() / span
 }
 
 #[cfg(test)]

@@ -9,9 +9,10 @@
 //! matters little: on 100 synthetic images the whole block brings the median registration error from 1.66 to 1.62 px
 //! (`deepsft eval --ablation`).
 
+use super::cells::PIXELS_PER_CELL;
 use super::layers::{Convolution, scaled_relu};
-use super::planar::PLANAR_CUES;
-use super::{CompactConfig, DepthRange, NetworkConfig};
+use super::planar::{PLANAR_CUES, normalise_depth};
+use crate::network::config::{CompactConfig, NetworkConfig};
 use crate::network::description::LayerTable;
 use crate::network::half_precision::widened;
 use burn::module::Module;
@@ -27,7 +28,7 @@ pub const ISOMETRIC_CUES: usize = 2;
 /// Brings departures of measured depths from the depth found, a few hundredths in normalised log depth,
 /// to the size of the features beside them.
 const DEPARTURE_GAIN: f64 = 10.0;
-/// Largest departure that is told, after the gain: a factor of 1.5 in depth.
+/// Largest departure that a block sees, after the gain: a factor of 1.5 in depth.
 const LARGEST_DEPARTURE: f64 = 2.0;
 
 /// Two 3x3 convolutions and a linear read-out over features and cues.
@@ -39,7 +40,7 @@ pub struct RefinementBlock {
 }
 
 impl RefinementBlock {
-    /// A block that says `outputs` values a cell.
+    /// A block with `outputs` values per cell.
     pub fn new(config: &CompactConfig, outputs: usize, device: &Device) -> Self {
         let width = config.refinement_channels;
         Self {
@@ -50,7 +51,7 @@ impl RefinementBlock {
     }
 
     /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7, h, w] -> [N, outputs,
-    /// h, w], computed in the precision of the features, said in single precision.
+    /// h, w], computed in the precision of the features, returned in single precision.
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
         let cues = cues.cast(features.dtype());
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
@@ -95,9 +96,9 @@ pub fn weighed(depth: Tensor<4>, planar: Tensor<4>, logits: Tensor<4>) -> Tensor
 /// Reads depth off the registration: [N, 3, h, w] coordinates -> [N, 2, h, w].
 ///
 /// A small piece of an isometric surface at depth z is seen by a camera of focal length f through
-/// an affine map whose largest stretch, along the axis of tilt, is f / z pixels a millimetre: the
+/// an affine map whose largest stretch, along the axis of tilt, is f / z pixels per millimetre: the
 /// first-order solution of Shape-from-Template under weak perspective. So with J the Jacobian of
-/// the registration in millimetres a pixel, z = f * (its smallest singular value), and the ratio of
+/// the registration in millimetres per pixel, z = f * (its smallest singular value), and the ratio of
 /// the singular values is the cosine of the tilt. Returned are that depth and the one from the
 /// largest singular value, both as normalised log depth. Not differentiated: a measurement, which
 /// the block learns to weigh.
@@ -107,7 +108,7 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
     let [width_mm, height_mm] = config.template_size_mm;
     let u = maps.clone().slice([0..n, 0..1]) * width_mm;
     let v = maps.slice([0..n, 1..2]) * height_mm;
-    let pixels = super::PIXELS_PER_CELL as f64;
+    let pixels = PIXELS_PER_CELL as f64;
     let across = |m: &Tensor<4>| {
         let padded = Tensor::cat(
             vec![
@@ -141,10 +142,4 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
     let largest = (half_sum + half_gap).clamp_min(1e-6).sqrt();
     let normalised = |s: Tensor<4>| normalise_depth(s * config.focal, config.depth_range).clamp(-0.5, 1.5);
     Tensor::cat(vec![normalised(smallest), normalised(largest)], 1)
-}
-
-/// Depth in mm -> normalised log depth, any shape.
-pub fn normalise_depth(depth: Tensor<4>, range: DepthRange) -> Tensor<4> {
-    let span = (range.far_mm / range.near_mm).ln();
-    (depth / range.near_mm).log() / span
 }

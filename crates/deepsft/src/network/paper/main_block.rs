@@ -1,7 +1,7 @@
 //! Main Block: image -> depth and registration (paper, table "Main Block architecture").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool};
+use crate::network::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, crop_rows, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -22,7 +22,7 @@ pub struct PaperMainBlock {
 
 impl PaperMainBlock {
     /// Layers of `1 / divisor` of the paper's widths.
-    pub fn new(divisor: usize, making: Making) -> Self {
+    pub fn new(divisor: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
         let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
             let shape = StackShape {
@@ -32,18 +32,18 @@ impl PaperMainBlock {
                 identities,
                 crop,
             };
-            Stack::new(width(inputs), shape, making)
+            Stack::new(width(inputs), shape, init)
         };
         Self {
-            entry: NormalisedConvolution::new([3, width(64)], 7, 2, making),
+            entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
             encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
             encode4: stack(512, [256, 256, 1024], 2, 1, 5, None),
             decode5: stack(1024, [1024, 1024, 256], 1, 1, 5, None),
             decode6: stack(256, [512, 512, 128], 1, 2, 3, Some((0, 23))),
             decode7: stack(128, [256, 256, 64], 1, 2, 2, None),
-            smooth: NormalisedConvolution::new([width(64), width(64)], 7, 1, making),
-            output: NormalisedConvolution::plain([width(64), 3], 3, making),
+            smooth: NormalisedConvolution::new([width(64), width(64)], 7, 1, init),
+            output: NormalisedConvolution::plain([width(64), 3], 3, init),
         }
     }
 

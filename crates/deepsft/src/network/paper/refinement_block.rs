@@ -1,7 +1,7 @@
 //! Depth and Registration Refinement Blocks (paper, table "Depth and Registration Refinement Block architectures").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{Making, NormalisedConvolution, Stack, StackShape, max_pool};
+use crate::network::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -19,7 +19,7 @@ pub struct PaperRefinementBlock {
 
 impl PaperRefinementBlock {
     /// Layers of `1 / divisor` of the paper's widths, saying `outputs` values a pixel: 1 for depth, 2 for registration.
-    pub fn new(divisor: usize, outputs: usize, making: Making) -> Self {
+    pub fn new(divisor: usize, outputs: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
         let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
             let shape = StackShape {
@@ -29,15 +29,15 @@ impl PaperRefinementBlock {
                 identities,
                 crop,
             };
-            Stack::new(width(inputs), shape, making)
+            Stack::new(width(inputs), shape, init)
         };
         Self {
-            entry: NormalisedConvolution::new([6, width(64)], 7, 2, making),
+            entry: NormalisedConvolution::new([6, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
             encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
             decode6: stack(512, [512, 512, 128], 1, 2, 3, None),
             decode7: stack(128, [256, 256, 64], 1, 2, 2, Some((1, 90))),
-            output: NormalisedConvolution::plain([width(64), outputs], 3, making),
+            output: NormalisedConvolution::plain([width(64), outputs], 3, init),
         }
     }
 

@@ -1,6 +1,8 @@
 //! Bottleneck blocks in the form of Keras' ResNet-50, which the paper builds on (figure "blocks"), and stacks of them.
 
-use super::{Making, NormalisedConvolution, crop_rows};
+use super::normalised_convolution::NormalisedConvolution;
+use super::pooling::crop_rows;
+use super::weight_init::WeightInit;
 use crate::network::description::{Cost, LayerTable};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
@@ -26,8 +28,8 @@ pub struct Bottleneck {
 
 impl Bottleneck {
     /// The identity block of `widths` (1x1, 3x3, 1x1); the last is also what comes in.
-    pub fn identity(widths: [usize; 3], making: Making) -> Self {
-        let mut block = Self::convolutional(widths[2], widths, 1, 1, making);
+    pub fn identity(widths: [usize; 3], init: WeightInit) -> Self {
+        let mut block = Self::convolutional(widths[2], widths, 1, 1, init);
         block.shortcut = None;
         block
     }
@@ -39,13 +41,13 @@ impl Bottleneck {
         [reduced, spatial, expanded]: [usize; 3],
         stride: usize,
         upsampling: usize,
-        making: Making,
+        init: WeightInit,
     ) -> Self {
         Self {
-            reduce: NormalisedConvolution::new([inputs, reduced], 1, stride, making),
-            spatial: NormalisedConvolution::new([reduced, spatial], 3, 1, making),
-            expand: NormalisedConvolution::new([spatial, expanded], 1, 1, making),
-            shortcut: Some(NormalisedConvolution::new([inputs, expanded], 1, stride, making)),
+            reduce: NormalisedConvolution::new([inputs, reduced], 1, stride, init),
+            spatial: NormalisedConvolution::new([reduced, spatial], 3, 1, init),
+            expand: NormalisedConvolution::new([spatial, expanded], 1, 1, init),
+            shortcut: Some(NormalisedConvolution::new([inputs, expanded], 1, stride, init)),
             upsampling,
         }
     }
@@ -123,11 +125,11 @@ pub struct Stack {
 
 impl Stack {
     /// A stack of `shape` on `inputs` channels.
-    pub fn new(inputs: usize, shape: StackShape, making: Making) -> Self {
+    pub fn new(inputs: usize, shape: StackShape, init: WeightInit) -> Self {
         Self {
-            first: Bottleneck::convolutional(inputs, shape.widths, shape.stride, shape.upsampling, making),
+            first: Bottleneck::convolutional(inputs, shape.widths, shape.stride, shape.upsampling, init),
             identities: (0..shape.identities)
-                .map(|_| Bottleneck::identity(shape.widths, making))
+                .map(|_| Bottleneck::identity(shape.widths, init))
                 .collect(),
             crop: shape.crop,
         }

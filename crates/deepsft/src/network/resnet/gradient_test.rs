@@ -1,7 +1,7 @@
 //! Gradients through every kind of layer in training (batch statistics, strides, max pooling, up-sampling, cropping)
 //! against central differences, in double precision.
 
-use super::{Making, NormalisedConvolution, Stack, StackShape, crop_rows, max_pool};
+use super::{NormalisedConvolution, Stack, StackShape, WeightInit, crop_rows, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, FloatDType, Gradients, Tensor, TensorData, activation::relu};
@@ -21,7 +21,7 @@ struct Small {
 }
 
 impl Small {
-    fn new(making: Making) -> Self {
+    fn new(init: WeightInit) -> Self {
         let stack = |inputs, widths, stride, upsampling, crop| {
             let shape = StackShape {
                 widths,
@@ -30,13 +30,13 @@ impl Small {
                 identities: 1,
                 crop,
             };
-            Stack::new(inputs, shape, making)
+            Stack::new(inputs, shape, init)
         };
         Self {
-            entry: NormalisedConvolution::new([3, 4], 7, 2, making),
+            entry: NormalisedConvolution::new([3, 4], 7, 2, init),
             encode: stack(4, [3, 4, 6], 2, 1, None),
             decode: stack(6, [4, 3, 4], 1, 2, Some((0, 5))),
-            output: NormalisedConvolution::plain([4, 2], 3, making),
+            output: NormalisedConvolution::plain([4, 2], 3, init),
         }
     }
 
@@ -102,7 +102,7 @@ impl ModuleVisitor for Slopes<'_> {
 #[test]
 fn the_gradient_of_every_array_of_weights_is_what_central_differences_say() {
     let device = Device::flex().autodiff();
-    let making = Making::drawn(&device, 0.1);
+    let init = WeightInit::drawn(&device, 0.1);
     let moved = |network: &Small, chosen, step| {
         let mut weights = Weights {
             step,
@@ -112,7 +112,7 @@ fn the_gradient_of_every_array_of_weights_is_what_central_differences_say() {
         // Not a clone of one network: those share their running statistics.
         network.valid().train().map(&mut weights)
     };
-    let network = moved(&Small::new(making), 0, 0.0);
+    let network = moved(&Small::new(init), 0, 0.0);
     let images = Tensor::from_inner(double(0, [2, 3, 30, 36], &Device::flex()));
     let gradients = network.loss(&images).backward();
     let mut slopes = Slopes {

@@ -1,6 +1,6 @@
 //! A convolution followed by batch normalisation.
 
-use super::Making;
+use super::weight_init::WeightInit;
 use crate::network::description::{Cost, LayerTable};
 use crate::network::half_precision::widened;
 use burn::module::{Module, Param};
@@ -25,24 +25,24 @@ pub struct NormalisedConvolution {
 impl NormalisedConvolution {
     /// A `kernel` x `kernel` convolution with batch normalisation; `channels` are in and out. Padding keeps
     /// ceil(size / stride).
-    pub fn new(channels: [usize; 2], kernel: usize, stride: usize, making: Making) -> Self {
-        let mut layer = Self::plain(channels, kernel, making);
+    pub fn new(channels: [usize; 2], kernel: usize, stride: usize, init: WeightInit) -> Self {
+        let mut layer = Self::plain(channels, kernel, init);
         layer.stride = stride;
-        layer.normalisation = making.drawn.then(|| {
+        layer.normalisation = init.drawn.then(|| {
             BatchNormConfig::new(channels[1])
                 .with_epsilon(EPSILON)
-                .with_momentum(making.momentum)
-                .init(making.device)
+                .with_momentum(init.momentum)
+                .init(init.device)
         });
         layer
     }
 
     /// A convolution of stride 1 without batch normalisation.
-    pub fn plain([inputs, outputs]: [usize; 2], kernel: usize, making: Making) -> Self {
+    pub fn plain([inputs, outputs]: [usize; 2], kernel: usize, init: WeightInit) -> Self {
         let area = kernel * kernel;
         Self {
-            weight: Param::from_tensor(making.glorot([outputs, inputs, kernel, kernel], area * inputs, area * outputs)),
-            bias: Param::from_tensor(Tensor::zeros([outputs], making.device)),
+            weight: Param::from_tensor(init.glorot([outputs, inputs, kernel, kernel], area * inputs, area * outputs)),
+            bias: Param::from_tensor(Tensor::zeros([outputs], init.device)),
             normalisation: None,
             stride: 1,
         }

@@ -1,0 +1,30 @@
+//! How a command finds the whole mesh after the network.
+
+use anyhow::Result;
+use clap::ValueEnum;
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Template};
+
+/// How the whole mesh is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MeshChoice {
+    /// No mesh: the network's own maps
+    None,
+    /// Fit the template's mesh to the network's maps and to the image, keeping its lengths
+    #[value(alias = "physics")]
+    Fit,
+    /// Keep what the network sees and recover the hidden rest as rigidly as possible (ARAP)
+    #[value(alias = "arap")]
+    Complete,
+}
+
+impl MeshChoice {
+    /// What finds the mesh of `template`, if one is asked for.
+    pub fn prepare(self, template: &Template) -> Result<Option<MeshRecovery>> {
+        Ok(match self {
+            Self::None => None,
+            Self::Fit => Some(FrameFitter::new(template, FitOptions::default())?.into()),
+            Self::Complete => Some(MapsCompletion::new(template.mesh(), CompletionOptions::default())?.into()),
+        })
+    }
+}

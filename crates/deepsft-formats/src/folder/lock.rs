@@ -1,0 +1,139 @@
+//! One process per folder.
+
+use crate::FormatError;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A folder on which this process works alone: a file `.NAME.lock` beside it that the system keeps locked until the value
+/// is dropped or the process ends, however it does. Only processes that ask for the lock heed it.
+///
+/// ```
+/// use deepsft_formats::FolderLock;
+/// let above = tempfile::tempdir()?;
+/// let folder = above.path().join("cover-data");
+/// let lock = FolderLock::acquire(&folder)?;
+/// assert!(FolderLock::acquire(&folder).is_err());
+/// drop(lock);
+/// assert!(FolderLock::acquire(&folder).is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct FolderLock {
+    file: File,
+    path: PathBuf,
+}
+
+impl FolderLock {
+    /// Locks the folder, which need not be there yet.
+    ///
+    /// # Errors
+    /// [`FormatError::Locked`] when another process has it, [`FormatError::Write`] when the lock cannot be made.
+    pub fn acquire(folder: &Path) -> Result<Self, FormatError> {
+        let unwritten = |error: io::Error| FormatError::Write {
+            reason: format!("it cannot be locked: {error}"),
+            path: folder.to_path_buf(),
+        };
+        let above = match folder.parent() {
+            Some(above) if above != Path::new("") => above,
+            _ => Path::new("."),
+        };
+        fs::create_dir_all(above).map_err(unwritten)?;
+        // The folder by its own name: `.` and links to it are one folder.
+        let folder = match fs::canonicalize(folder) {
+            Ok(folder) => folder,
+            Err(_) => above.join(folder.file_name().unwrap_or_default()),
+        };
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let path = folder.with_file_name(format!(".{name}.lock"));
+        loop {
+            let file = File::options()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .open(&path)
+                .map_err(unwritten)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Err(FormatError::Locked { path: folder }),
+                // File systems without locks: better without than not at all.
+                Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
+                Err(TryLockError::Error(error)) => return Err(unwritten(error)),
+            }
+            // The process before may have removed the file between our opening and our locking it.
+            if is_at(&file, &path) {
+                return Ok(Self { file, path });
+            }
+        }
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // Removed while it is locked: nobody can lock a file of this name that is about to go. Where files in use cannot be
+        // removed, an unlocked file stays and does no harm.
+        let _ = fs::remove_file(&self.path);
+        let _ = self.file.unlock();
+    }
+}
+
+/// Whether `file` is still the one at `path`.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(file), Ok(there)) => identity(file) == identity(there),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_at(_file: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_is_locked_once_and_nothing_stays_beside_it() {
+        let above = tempfile::tempdir().unwrap();
+        let folder = above.path().join("new/data");
+        let lock = FolderLock::acquire(&folder).unwrap();
+        let error = FolderLock::acquire(&folder).unwrap_err();
+        assert!(
+            matches!(&error, FormatError::Locked { path } if path.ends_with("new/data")),
+            "{error}"
+        );
+        // Another folder beside it is another lock.
+        FolderLock::acquire(&above.path().join("new/data-2")).unwrap();
+        drop(lock);
+        assert_eq!(fs::read_dir(above.path().join("new")).unwrap().count(), 0);
+        FolderLock::acquire(&folder).unwrap();
+    }
+
+    #[test]
+    fn many_processes_that_take_turns_are_never_two_at_once() {
+        use std::sync::atomic::{AtomicU32, Ordering};
+        let above = tempfile::tempdir().unwrap();
+        let folder = above.path().join("data");
+        let (inside, turns) = (AtomicU32::new(0), AtomicU32::new(0));
+        // Locks belong to open files: threads stand for processes.
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    while turns.load(Ordering::SeqCst) < 200 {
+                        if let Ok(lock) = FolderLock::acquire(&folder) {
+                            assert_eq!(inside.fetch_add(1, Ordering::SeqCst), 0);
+                            turns.fetch_add(1, Ordering::SeqCst);
+                            inside.fetch_sub(1, Ordering::SeqCst);
+                            drop(lock);
+                        }
+                    }
+                });
+            }
+        });
+    }
+}

@@ -1,0 +1,23 @@
+//! Scans of the disk.
+
+use super::read;
+use crate::{FormatError, Scan, decode_picture, read_scan};
+use std::path::Path;
+
+/// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts.
+///
+/// # Errors
+/// [`FormatError::File`] for a file that cannot be read, and those of [`read_scan`].
+pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, FormatError> {
+    let texture = texture.map(read_picture).transpose()?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    read_scan(&name, &read(path)?, texture, &|beside| read(&folder.join(beside)))
+}
+
+fn read_picture(path: &Path) -> Result<deepsft_geometry::Picture, FormatError> {
+    decode_picture(&read(path)?).map_err(|error| FormatError::File {
+        reason: error.to_string(),
+        path: path.to_path_buf(),
+    })
+}

@@ -1,0 +1,153 @@
+//! The numbers in the buffers of a glTF file.
+//!
+//! The crate `gltf` can read them too, but trusts what a file says of lengths and types: these are checked here.
+
+use super::{Textures, refused};
+use crate::FormatError;
+use base64::Engine;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::validation::{Checked, USize64};
+use gltf::json::{Accessor, Index, Root, buffer};
+use percent_encoding::percent_decode_str;
+
+/// Most elements that are read of all accessors together, each as often as it is used.
+const MOST_ELEMENTS: u64 = 20_000_000;
+
+/// The buffers of a document.
+pub(super) struct Buffers<'a> {
+    root: &'a Root,
+    buffers: Vec<Vec<u8>>,
+    /// Elements read so far.
+    elements: u64,
+}
+
+impl<'a> Buffers<'a> {
+    /// The buffers of `root`: data within it, files beside it, or the binary chunk.
+    pub(super) fn new(root: &'a Root, binary: Option<&[u8]>, textures: &Textures<'_>) -> Result<Self, FormatError> {
+        let mut buffers = Vec::new();
+        for (number, buffer) in root.buffers.iter().enumerate() {
+            buffers.push(match (&buffer.uri, binary) {
+                (Some(uri), _) => {
+                    content(uri, textures).or_else(|error| refused(format!("its buffer {number}: {error}")))?
+                }
+                (None, Some(binary)) if number == 0 => binary.to_vec(),
+                _ => return refused(format!("its buffer {number} is not there")),
+            });
+        }
+        Ok(Self {
+            root,
+            buffers,
+            elements: 0,
+        })
+    }
+
+    /// The bytes of a buffer view, and the distance between its elements if it says one.
+    pub(super) fn view(&self, index: Index<buffer::View>) -> Result<(&[u8], Option<usize>), FormatError> {
+        let Some(view) = self.root.get(index) else {
+            return refused(format!("it names buffer view {index}, which is not there"));
+        };
+        let Some(buffer) = self.buffers.get(view.buffer.value()) else {
+            return refused(format!("buffer view {index} has no buffer"));
+        };
+        let start = whole(view.byte_offset.unwrap_or_default());
+        let bytes = start
+            .checked_add(whole(view.byte_length))
+            .and_then(|end| buffer.get(start..end));
+        let stride = view.byte_stride.map(|stride| stride.0).filter(|&stride| stride > 0);
+        match bytes {
+            Some(bytes) => Ok((bytes, stride)),
+            None => refused(format!(
+                "buffer view {index} reaches beyond its buffer: the file is cut short"
+            )),
+        }
+    }
+
+    /// The elements of an accessor of vectors of N numbers (of N = 1: of numbers).
+    pub(super) fn elements<const N: usize>(&mut self, index: Index<Accessor>) -> Result<Vec<[f64; N]>, FormatError> {
+        let Some(accessor) = self.root.get(index) else {
+            return refused(format!("it names accessor {index}, which is not there"));
+        };
+        let kinds = [Type::Scalar, Type::Vec2, Type::Vec3, Type::Vec4];
+        if accessor.type_ != Checked::Valid(kinds[N - 1]) {
+            return refused(format!("accessor {index} is not of the type {:?}", kinds[N - 1]));
+        }
+        if accessor.sparse.is_some() {
+            return refused(format!("accessor {index} is sparse, which is not read"));
+        }
+        let component = match &accessor.component_type {
+            Checked::Valid(component) => component.0,
+            Checked::Invalid => return refused(format!("accessor {index} has no component type")),
+        };
+        let (size, largest) = match component {
+            ComponentType::U8 => (1, 255.0),
+            ComponentType::U16 => (2, 65535.0),
+            ComponentType::U32 => (4, 4_294_967_295.0),
+            ComponentType::F32 => (4, 1.0),
+            other => {
+                return refused(format!(
+                    "accessor {index} has the component type {other:?}, which is not read"
+                ));
+            }
+        };
+        let Some(view) = accessor.buffer_view else {
+            return refused(format!("accessor {index} has no data"));
+        };
+        let count = accessor.count.0;
+        self.elements = self.elements.saturating_add(count);
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let (bytes, stride) = self.view(view)?;
+        let (start, length) = (accessor.byte_offset.unwrap_or_default().0, (N * size) as u64);
+        let stride = stride.map_or(length, |stride| stride as u64);
+        if stride < length {
+            return refused(format!("accessor {index}: its elements overlap"));
+        }
+        // Before memory is asked for: the last element must be there.
+        let last = (count - 1).checked_mul(stride).and_then(|last| last.checked_add(start));
+        let end = last.and_then(|last| last.checked_add(length));
+        if end.is_none_or(|end| end > bytes.len() as u64) {
+            return refused(format!(
+                "accessor {index} reaches beyond its data: the file is cut short"
+            ));
+        }
+        if self.elements > MOST_ELEMENTS {
+            return refused(format!(
+                "it has more than {MOST_ELEMENTS} vertices and corners of faces: make it coarser"
+            ));
+        }
+        let scale = if accessor.normalized { largest } else { 1.0 };
+        let number = |word: &[u8]| -> f64 {
+            let mut four = [0; 4];
+            four[..size].copy_from_slice(word);
+            match component {
+                ComponentType::F32 => f64::from(f32::from_le_bytes(four)),
+                _ => f64::from(u32::from_le_bytes(four)) / scale,
+            }
+        };
+        let element = |element: &[u8]| std::array::from_fn(|k| number(&element[k * size..(k + 1) * size]));
+        Ok((bytes[start as usize..].chunks(stride as usize).take(count as usize))
+            .map(element)
+            .collect())
+    }
+}
+
+/// The bytes that a URI stands for: data within it, or a file beside the scan.
+pub(super) fn content(uri: &str, textures: &Textures<'_>) -> Result<Vec<u8>, FormatError> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let Some((_, coded)) = data.split_once(";base64,") else {
+            return refused("a data URI is not base64");
+        };
+        return (base64::engine::general_purpose::STANDARD.decode(coded))
+            .or_else(|error| refused(format!("a data URI cannot be read: {error}")));
+    }
+    match percent_decode_str(uri).decode_utf8() {
+        Ok(name) => textures.file(&name),
+        Err(_) => refused(format!("it names {uri:?}, which is no UTF-8")),
+    }
+}
+
+fn whole(number: USize64) -> usize {
+    // What does not fit lies beyond every buffer.
+    usize::try_from(number.0).unwrap_or(usize::MAX)
+}

@@ -1,0 +1,277 @@
+//! The parts of a scan as one template: one mesh, one texture.
+
+use super::atlas::atlas;
+use super::{Scan, ScanPart, refused};
+use crate::FormatError;
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::{DisjointSets, GeometryError, Template, Topology, TriangleMesh};
+use std::collections::HashMap;
+
+/// How far texture coordinates may pass the border of a texture and be moved onto it, texels; but no less and no more
+/// than these fractions of the texture. Programs place charts up to the border and round.
+const BORDER_TEXELS: f64 = 2.0;
+const BORDER_FRACTIONS: [f64; 2] = [0.002, 0.01];
+
+/// What counts as rounding and is not worth a word.
+const ROUNDING: f64 = 1e-4;
+
+/// A template made of a scan, and what its maker should know.
+#[derive(Clone, Debug)]
+pub struct ScannedTemplate {
+    /// The template.
+    pub template: Template,
+    /// Its holes, pieces, charts and seams.
+    pub topology: Topology,
+    /// What was put right or is doubtful.
+    pub notes: Vec<String>,
+}
+
+/// Makes a template of a scan. Its axes become ours, its unit `mm_per_unit` millimetres, its middle the origin.
+///
+/// # Errors
+/// [`FormatError::Scan`] says what keeps it from being a template; [`FormatError::Geometry`].
+pub fn assemble_scan(scan: Scan, mm_per_unit: f64) -> Result<ScannedTemplate, FormatError> {
+    let Scan {
+        mut parts, textures, ..
+    } = scan;
+    parts.retain(|part| !part.faces.is_empty());
+    if parts.is_empty() {
+        return refused("it has no faces");
+    }
+    for part in &parts {
+        if part.texture.is_none() {
+            return refused(format!(
+                "its part {:?} names no texture: give one with --texture",
+                part.name
+            ));
+        }
+        let finite = |i: &usize| part.positions[*i].is_finite() && part.texture_coordinates[*i].is_finite();
+        if let Some(vertex) = (0..part.positions.len()).find(|i| !finite(i)) {
+            return refused(format!(
+                "vertex {vertex} of its part {:?} is not a finite number",
+                part.name
+            ));
+        }
+    }
+    let mut notes = Vec::new();
+    for part in &mut parts {
+        let texture = part.texture.and_then(|number| textures.get(number));
+        let texels = texture.map_or(DVec2::ONE, |texture| {
+            DVec2::new(texture.width() as f64, texture.height() as f64)
+        });
+        let moved = into_first_tile(part, texels)?;
+        if moved > ROUNDING {
+            notes.push(format!(
+                "texture coordinates of the part {:?} pass the texture's border by up to {moved:.4} and were moved onto it",
+                part.name
+            ));
+        }
+    }
+    let (texture, regions) = atlas(textures)?;
+    if regions.len() > 1 {
+        notes.push(format!("{} textures were put into one", regions.len()));
+    }
+    let mut welder = Welder::default();
+    for part in &parts {
+        let region = regions[part.texture.unwrap_or(0)];
+        let vertex = |i: usize| {
+            // y up and the viewer on the +z side become y down and the viewer on the -z side.
+            let p = part.positions[i] * DVec3::new(1.0, -1.0, -1.0) * mm_per_unit;
+            (p, region.corner + part.texture_coordinates[i] * region.size)
+        };
+        part.faces.iter().for_each(|face| welder.add(face.map(vertex)));
+    }
+    if welder.faces.is_empty() {
+        return refused("none of its faces has an area");
+    }
+    if welder.dropped > 0 {
+        notes.push(format!("{} faces without area were left out", welder.dropped));
+    }
+    let (low, high) = (welder.vertices.iter()).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (p, _)| {
+        (low.min(*p), high.max(*p))
+    });
+    let middle = (low + high) / 2.0;
+    let (vertices, uv): (Vec<DVec3>, Vec<DVec2>) = welder.vertices.iter().map(|(p, uv)| (*p - middle, *uv)).unzip();
+    let mut faces = welder.faces;
+    let volume = |faces: &[[usize; 3]]| -> f64 {
+        faces
+            .iter()
+            .map(|&[a, b, c]| vertices[a].dot(vertices[b].cross(vertices[c])))
+            .sum()
+    };
+    let mesh = TriangleMesh::new(vertices.clone(), uv.clone(), faces.clone())?;
+    let topology = match Topology::of(&mesh) {
+        Err(error @ GeometryError::FaceOrientation { .. }) => {
+            return refused(format!(
+                "{error}: let the program that made it turn all normals outside"
+            ));
+        }
+        topology => topology?,
+    };
+    if topology.border_edges == 0 && volume(&faces) < 0.0 {
+        faces.iter_mut().for_each(|face| face.swap(1, 2));
+        notes.push("the fronts of its faces were inside and have been turned outside".to_owned());
+    }
+    let mesh = TriangleMesh::new(vertices, uv, faces)?;
+    if topology.non_manifold_edges > 0 {
+        notes.push(format!(
+            "{} edges belong to more than two faces",
+            topology.non_manifold_edges
+        ));
+    }
+    if topology.pieces > 1 {
+        notes.push(format!(
+            "it is in {} pieces, which move apart when they deform",
+            topology.pieces
+        ));
+    }
+    Ok(ScannedTemplate {
+        template: Template::of_mesh(mesh, texture)?,
+        topology,
+        notes,
+    })
+}
+
+/// Moves each chart of a part by whole tiles into the unit square, and what passes its border by a hair onto it. Gives the
+/// longest way of the latter. `texels`: size of the texture.
+fn into_first_tile(part: &mut ScanPart, texels: DVec2) -> Result<f64, FormatError> {
+    let [least, most] = BORDER_FRACTIONS.map(DVec2::splat);
+    let hair = (BORDER_TEXELS / texels).clamp(least, most);
+    let mut moved: f64 = 0.0;
+    // Copies of a vertex for the sake of normals belong together.
+    let mut same: HashMap<[u64; 5], usize> = HashMap::new();
+    let mut charts = DisjointSets::new(part.positions.len());
+    for (vertex, (p, uv)) in part.positions.iter().zip(&part.texture_coordinates).enumerate() {
+        charts.join(vertex, *same.entry(key(*p, *uv)).or_insert(vertex));
+    }
+    for &[a, b, c] in &part.faces {
+        charts.join(a, b);
+        charts.join(a, c);
+    }
+    let mut bounds: HashMap<usize, (DVec2, DVec2)> = HashMap::new();
+    for &vertex in part.faces.iter().flatten() {
+        let uv = part.texture_coordinates[vertex];
+        let (low, high) = bounds.entry(charts.first(vertex)).or_insert((uv, uv));
+        (*low, *high) = (low.min(uv), high.max(uv));
+    }
+    for vertex in 0..part.positions.len() {
+        let Some(&(low, high)) = bounds.get(&charts.first(vertex)) else {
+            continue;
+        };
+        let fits = |tile: DVec2| (low - tile).cmpge(-hair) & (high - tile).cmple(DVec2::ONE + hair);
+        // Its own tile, or the next where it begins a hair before that.
+        let tile = DVec2::select(fits(low.floor()), low.floor(), (low + hair).floor());
+        if !fits(tile).all() {
+            return refused(format!(
+                "the texture of its part {:?} is repeated (u from {:.3} to {:.3}, v from {:.3} to {:.3}), and every place of \
+                 a texture must be one place of the surface: in the program that made it, unwrap the part again into one \
+                 tile (u and v from 0 to 1) and bake its texture",
+                part.name,
+                low.x,
+                high.x,
+                1.0 - high.y,
+                1.0 - low.y
+            ));
+        }
+        let uv = part.texture_coordinates[vertex] - tile;
+        let inside = uv.clamp(DVec2::ZERO, DVec2::ONE);
+        moved = moved.max((uv - inside).abs().max_element());
+        part.texture_coordinates[vertex] = inside;
+    }
+    Ok(moved)
+}
+
+/// Numbers by which equal vertices are known.
+fn key(p: DVec3, uv: DVec2) -> [u64; 5] {
+    // Adding 0 makes one of 0 and -0.
+    [p.x, p.y, p.z, uv.x, uv.y].map(|number| (number + 0.0).to_bits())
+}
+
+/// Vertices that are equal become one; faces without area are left out.
+#[derive(Default)]
+struct Welder {
+    known: HashMap<[u64; 5], usize>,
+    vertices: Vec<(DVec3, DVec2)>,
+    faces: Vec<[usize; 3]>,
+    dropped: usize,
+}
+
+impl Welder {
+    fn add(&mut self, corners: [(DVec3, DVec2); 3]) {
+        let [a, b, c] = corners.map(|(p, _)| p);
+        if (b - a).cross(c - a) == DVec3::ZERO {
+            self.dropped += 1;
+            return;
+        }
+        let face = corners.map(|(p, uv)| {
+            *self.known.entry(key(p, uv)).or_insert_with(|| {
+                self.vertices.push((p, uv));
+                self.vertices.len() - 1
+            })
+        });
+        self.faces.push(face);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::Picture;
+
+    /// A square whose texture coordinates have these corners, v down, with a texture of 1000 x 1000.
+    fn square(low: [f64; 2], high: [f64; 2]) -> Scan {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let side = |t: f64, k: usize| if t == 0.0 { low[k] } else { high[k] };
+        let uv = |&(s, t): &(f64, f64)| DVec2::new(side(s, 0), side(t, 1));
+        Scan {
+            parts: vec![ScanPart {
+                name: "square".into(),
+                positions: corners.iter().map(|&(x, y)| DVec3::new(x, -y, 0.0)).collect(),
+                texture_coordinates: corners.iter().map(uv).collect(),
+                faces: vec![[0, 3, 2], [0, 2, 1]],
+                texture: Some(0),
+            }],
+            textures: vec![Picture::from_fn(1000, 1000, |_, _| [9; 3])],
+            mm_per_unit: 100.0,
+        }
+    }
+
+    /// The texture coordinates of the square as a template: least and greatest.
+    fn bounds(scan: Scan) -> ([f64; 2], [f64; 2], usize) {
+        let imported = assemble_scan(scan, 100.0).unwrap();
+        let uv = imported.template.mesh().texture_coordinates();
+        let low = uv.iter().copied().reduce(DVec2::min).unwrap();
+        let high = uv.iter().copied().reduce(DVec2::max).unwrap();
+        (low.to_array(), high.to_array(), imported.notes.len())
+    }
+
+    #[test]
+    fn coordinates_that_pass_the_border_by_a_hair_are_moved_onto_it() {
+        assert_eq!(
+            bounds(square([0.895, 0.0], [1.001, 1.0])),
+            ([0.895, 0.0], [1.0, 1.0], 1)
+        );
+        assert_eq!(
+            bounds(square([-0.0015, 0.25], [0.5, 0.5])),
+            ([0.0, 0.25], [0.5, 0.5], 1)
+        );
+        // A small chart at the right border stays there.
+        let (low, high, _) = bounds(square([0.999, 0.25], [1.0005, 0.5]));
+        assert_eq!((low[0], high[0]), (0.999, 1.0));
+        // Whole tiles away, and nothing to say.
+        let (low, high, notes) = bounds(square([3.25, -1.75], [3.5, -1.5]));
+        assert_eq!((low, high, notes), ([0.25, 0.25], [0.5, 0.5], 0));
+    }
+
+    #[test]
+    fn a_texture_that_repeats_is_refused_with_what_to_do() {
+        for (low, high) in [
+            ([0.0, 0.0], [1.05, 1.0]),
+            ([0.5, 0.0], [1.5, 1.0]),
+            ([0.0, -0.5], [1.0, 1.5]),
+        ] {
+            let error = assemble_scan(square(low, high), 100.0).unwrap_err().to_string();
+            assert!(error.contains("repeated") && error.contains("unwrap"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! All textures of a scan in one.
+
+use super::refused;
+use crate::{FormatError, pack_rectangles};
+use deepsft_geometry::Picture;
+use deepsft_geometry::glam::DVec2;
+
+/// Longest side of a template's texture, texels.
+const LONGEST_SIDE: usize = 4096;
+
+/// Texels between two textures in the common one; each continues over half of them.
+const GAP: usize = 16;
+
+/// Where a texture lies in the common one: corner and size, fractions of it.
+#[derive(Clone, Copy)]
+pub(super) struct Region {
+    pub(super) corner: DVec2,
+    pub(super) size: DVec2,
+}
+
+/// All textures in one, and where each lies.
+pub(super) fn atlas(mut textures: Vec<Picture>) -> Result<(Picture, Vec<Region>), FormatError> {
+    if let [texture] = textures.as_mut_slice() {
+        while texture.width().max(texture.height()) > LONGEST_SIDE {
+            *texture = texture.halved();
+        }
+        let whole = Region {
+            corner: DVec2::ZERO,
+            size: DVec2::ONE,
+        };
+        return Ok((texture.clone(), vec![whole]));
+    }
+    loop {
+        let sizes: Vec<(usize, usize)> = textures.iter().map(|t| (t.width(), t.height())).collect();
+        let area: usize = sizes.iter().map(|(w, h)| (w + GAP) * (h + GAP)).sum();
+        let mut width = ((area as f64).sqrt() as usize).max(2 * GAP);
+        while width <= LONGEST_SIDE {
+            if let Some((corners, height)) = pack_rectangles(&sizes, width, GAP)
+                && height <= width
+            {
+                return Ok(paint_atlas(&textures, &corners, width, height));
+            }
+            width += width / 16 + 1;
+        }
+        if textures.iter().all(|t| t.width() == 1 && t.height() == 1) {
+            return refused(format!("it has too many textures ({})", textures.len()));
+        }
+        textures.iter_mut().for_each(|texture| *texture = texture.halved());
+    }
+}
+
+fn paint_atlas(
+    textures: &[Picture],
+    corners: &[(usize, usize)],
+    width: usize,
+    height: usize,
+) -> (Picture, Vec<Region>) {
+    let mut rgb = vec![128; 3 * width * height];
+    let mut regions = Vec::new();
+    for (texture, &(left, top)) in textures.iter().zip(corners) {
+        // The border's colours go on into the gap, so that filters do not mix two textures.
+        for y in top - GAP / 2..top + texture.height() + GAP / 2 {
+            for x in left - GAP / 2..left + texture.width() + GAP / 2 {
+                let inside = |at: usize, from: usize, size: usize| at.saturating_sub(from).min(size - 1);
+                let (i, j) = (inside(x, left, texture.width()), inside(y, top, texture.height()));
+                rgb[3 * (y * width + x)..][..3].copy_from_slice(&texture.pixel(i, j));
+            }
+        }
+        let all = DVec2::new(width as f64, height as f64);
+        regions.push(Region {
+            corner: DVec2::new(left as f64, top as f64) / all,
+            size: DVec2::new(texture.width() as f64, texture.height() as f64) / all,
+        });
+    }
+    let pixel = |x: usize, y: usize| std::array::from_fn(|k| rgb[3 * (y * width + x) + k]);
+    (Picture::from_fn(width, height, pixel), regions)
+}

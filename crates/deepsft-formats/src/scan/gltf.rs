@@ -1,0 +1,217 @@
+//! glTF 2.0, binary (`.glb`) or as JSON (`.gltf`): the triangles of the default scene with their base colour textures.
+
+use super::accessors::{Buffers, content};
+use super::{ScanPart, Textures, refused};
+use crate::FormatError;
+use deepsft_geometry::glam::{DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec3};
+use gltf::binary::Glb;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::scene::Node;
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Root, Scene, Texture};
+use std::collections::HashSet;
+
+/// glTF counts in metres.
+pub(super) const MM_PER_UNIT: f64 = 1000.0;
+
+/// Nodes below one another at most.
+const DEEPEST_NODE: usize = 64;
+
+/// Bytes before the first chunk of a `.glb`.
+const GLB_HEADER: usize = 12;
+
+/// The parts of a file, and if asked the textures it names.
+///
+/// The document is not validated by the crate `gltf`: it would refuse files without the bounds of their positions, which
+/// nobody needs here, and indexes with what it has not checked. Every index is looked up when it is followed.
+pub(super) fn parts(
+    bytes: &[u8],
+    textures_wanted: bool,
+    textures: &mut Textures<'_>,
+) -> Result<Vec<ScanPart>, FormatError> {
+    let (json, binary) = if bytes.starts_with(b"glTF") {
+        let length = bytes
+            .get(8..GLB_HEADER)
+            .and_then(|word| word.try_into().ok())
+            .map(u32::from_le_bytes);
+        // The crate takes the header's length for at least its own.
+        if length.is_none_or(|length| (length as usize) < GLB_HEADER) {
+            return refused("it is cut short");
+        }
+        let glb = Glb::from_slice(bytes).or_else(|error| refused(format!("it is no whole binary glTF: {error}")))?;
+        (glb.json, glb.bin)
+    } else {
+        (bytes.into(), None)
+    };
+    let root = Root::from_slice(&json).or_else(|error| refused(format!("its JSON cannot be read: {error}")))?;
+    if !root.asset.version.starts_with("2.") {
+        return refused(format!("it is glTF of version {:?}, expected 2.0", root.asset.version));
+    }
+    if let Some(extension) = root.extensions_required.first() {
+        return refused(format!(
+            "it needs the extension {extension:?}, which is not read: export it without compression"
+        ));
+    }
+    let buffers = Buffers::new(&root, binary.as_deref(), textures)?;
+    let Some(scene) = root.get(root.scene.unwrap_or(Index::<Scene>::new(0))) else {
+        return refused("it has no scene");
+    };
+    let mut reading = Reading {
+        root: &root,
+        buffers,
+        textures: textures_wanted.then_some(textures),
+        parts: Vec::new(),
+        nodes: HashSet::new(),
+    };
+    for &node in &scene.nodes {
+        reading.node(node, DMat4::IDENTITY, 0)?;
+    }
+    Ok(reading.parts)
+}
+
+/// What has been read so far.
+struct Reading<'a, 't> {
+    root: &'a Root,
+    buffers: Buffers<'a>,
+    /// `None` when they are not wanted.
+    textures: Option<&'a mut Textures<'t>>,
+    parts: Vec<ScanPart>,
+    /// Nodes that have been read: each has one place in the tree.
+    nodes: HashSet<usize>,
+}
+
+impl Reading<'_, '_> {
+    fn node(&mut self, index: Index<Node>, scene_from_parent: DMat4, depth: usize) -> Result<(), FormatError> {
+        if depth > DEEPEST_NODE || !self.nodes.insert(index.value()) {
+            return refused(format!(
+                "its nodes are no tree: node {index} has two places or lies too deep"
+            ));
+        }
+        let root = self.root;
+        let Some(node) = root.get(index) else {
+            return refused(format!("it names node {index}, which is not there"));
+        };
+        let scene_from_node = scene_from_parent * parent_from_node(node);
+        if let Some(mesh) = node.mesh {
+            let Some(mesh) = root.get(mesh) else {
+                return refused(format!("it names mesh {mesh}, which is not there"));
+            };
+            let name = mesh.name.as_deref().unwrap_or("mesh");
+            for primitive in &mesh.primitives {
+                let part = self
+                    .part(name, primitive, scene_from_node)
+                    .or_else(|error| refused(format!("its part {name:?}: {error}")))?;
+                self.parts.push(part);
+            }
+        }
+        for &child in node.children.iter().flatten() {
+            self.node(child, scene_from_node, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn part(&mut self, name: &str, primitive: &Primitive, scene_from_node: DMat4) -> Result<ScanPart, FormatError> {
+        if primitive.mode != Checked::Valid(Mode::Triangles) {
+            return refused(format!("it is not made of triangles ({:?})", primitive.mode));
+        }
+        let material = match primitive.material.map(|index| (index, self.root.get(index))) {
+            Some((index, None)) => return refused(format!("it names material {index}, which is not there")),
+            Some((_, material)) => material,
+            None => None,
+        };
+        let base = material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
+        if base
+            .and_then(|base| base.extensions.as_ref())
+            .is_some_and(|all| all.texture_transform.is_some())
+        {
+            return refused("its texture is moved by KHR_texture_transform, which is not read: bake it");
+        }
+        let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        let Some(positions) = attribute(Semantic::Positions) else {
+            return refused("it has no positions");
+        };
+        let set = base.map_or(0, |base| base.tex_coord);
+        let Some(uv) = attribute(Semantic::TexCoords(set)) else {
+            return refused(format!(
+                "it has no texture coordinates (TEXCOORD_{set}): a template needs them"
+            ));
+        };
+        let positions: Vec<DVec3> = (self.buffers.elements::<3>(positions)?.into_iter())
+            .map(|p| scene_from_node.transform_point3(DVec3::from_array(p)))
+            .collect();
+        let texture_coordinates: Vec<DVec2> = (self.buffers.elements::<2>(uv)?.into_iter())
+            .map(DVec2::from_array)
+            .collect();
+        if texture_coordinates.len() != positions.len() {
+            return refused(format!(
+                "{} texture coordinates for {} vertices",
+                texture_coordinates.len(),
+                positions.len()
+            ));
+        }
+        let corners: Vec<usize> = match primitive.indices {
+            Some(indices) => (self.buffers.elements::<1>(indices)?.into_iter())
+                .map(|[index]| index as usize)
+                .collect(),
+            None => (0..positions.len()).collect(),
+        };
+        if let Some(index) = corners.iter().find(|&&index| index >= positions.len()) {
+            return refused(format!("a face names vertex {index}, there are {}", positions.len()));
+        }
+        // A mirrored node turns the faces over.
+        let [b, c] = if scene_from_node.determinant() < 0.0 {
+            [2, 1]
+        } else {
+            [1, 2]
+        };
+        Ok(ScanPart {
+            name: name.to_owned(),
+            faces: corners
+                .chunks_exact(3)
+                .map(|face| [face[0], face[b], face[c]])
+                .collect(),
+            positions,
+            texture_coordinates,
+            texture: base.map(|base| self.texture(base.index)).transpose()?.flatten(),
+        })
+    }
+
+    /// The number of the picture of a texture, if textures are wanted.
+    fn texture(&mut self, index: Index<Texture>) -> Result<Option<usize>, FormatError> {
+        let Some(textures) = &mut self.textures else {
+            return Ok(None);
+        };
+        let Some(image) = self.root.get(index).and_then(|texture| self.root.get(texture.source)) else {
+            return refused(format!("its texture {index} is neither PNG nor JPEG"));
+        };
+        let buffers = &self.buffers;
+        let number = match (&image.uri, image.buffer_view) {
+            // Data within the URI is no name to tell people.
+            (Some(uri), _) if uri.starts_with("data:") => {
+                textures.number(&format!("image of texture {index}"), |textures| content(uri, textures))?
+            }
+            (Some(uri), _) => textures.number(uri, |textures| content(uri, textures))?,
+            (None, Some(view)) => {
+                textures.number(&format!("buffer view {view}"), |_| Ok(buffers.view(view)?.0.to_vec()))?
+            }
+            (None, None) => return refused(format!("its texture {index} is not there")),
+        };
+        Ok(Some(number))
+    }
+}
+
+/// Where a node has itself in the frame of the one above.
+fn parent_from_node(node: &Node) -> DMat4 {
+    match &node.matrix {
+        Some(matrix) => Mat4::from_cols_array(matrix).as_dmat4(),
+        None => DMat4::from_scale_rotation_translation(
+            node.scale
+                .map_or(DVec3::ONE, |scale| Vec3::from_array(scale).as_dvec3()),
+            (node.rotation).map_or(DQuat::IDENTITY, |rotation| {
+                Quat::from_array(rotation.0).as_dquat().normalize()
+            }),
+            node.translation
+                .map_or(DVec3::ZERO, |shift| Vec3::from_array(shift).as_dvec3()),
+        ),
+    }
+}

@@ -1,0 +1,169 @@
+//! Scans and models of other programs, made into templates.
+//!
+//! A reader (`obj.rs`, `gltf.rs`) gives [`ScanPart`]s; `assembly.rs` makes one mesh with one texture of them.
+
+mod accessors;
+mod assembly;
+mod atlas;
+mod gltf;
+mod obj;
+
+pub use assembly::{ScannedTemplate, assemble_scan};
+
+use crate::{FormatError, decode_picture};
+use deepsft_geometry::Picture;
+use deepsft_geometry::glam::{DVec2, DVec3};
+use std::path::{Component, Path, PathBuf};
+
+/// Most bytes of all textures of a scan together, decoded.
+const MOST_TEXTURE_BYTES: usize = 1 << 30;
+
+/// A part of a scan with one texture, in the file's own units, y up and the viewer on the +z side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScanPart {
+    /// What the file calls it.
+    pub name: String,
+    /// Positions of the vertices.
+    pub positions: Vec<DVec3>,
+    /// Texture coordinates of the vertices, v down; beyond the unit square where the file repeats its texture.
+    pub texture_coordinates: Vec<DVec2>,
+    /// Triangles, counter-clockwise seen from the front.
+    pub faces: Vec<[usize; 3]>,
+    /// Its texture, as an index of the scan's; `None` when the file names none.
+    pub texture: Option<usize>,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// Its parts.
+    pub parts: Vec<ScanPart>,
+    /// Their textures.
+    pub textures: Vec<Picture>,
+    /// Millimetres of the format's unit: 1000 in glTF, which counts in metres; OBJ does not say, so 1.
+    pub mm_per_unit: f64,
+}
+
+/// Reads a scan from the bytes of its file: OBJ, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
+/// all parts, whatever the file says. `beside` reads a file by its path in the scan's folder; no path it is given is
+/// absolute or leads out of the folder.
+///
+/// # Errors
+/// [`FormatError::Scan`] says what is wrong with it; errors of `beside`.
+pub fn read_scan(
+    file_name: &str,
+    bytes: &[u8],
+    texture: Option<Picture>,
+    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+) -> Result<Scan, FormatError> {
+    let textures_wanted = texture.is_none();
+    let mut textures = Textures {
+        beside,
+        named: Vec::new(),
+        pictures: Vec::new(),
+        bytes: 0,
+    };
+    let ending = Path::new(file_name)
+        .extension()
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    let (mut parts, mm_per_unit) = match ending.to_str() {
+        Some("obj") => (obj::parts(bytes, textures_wanted, &mut textures)?, 1.0),
+        Some("glb" | "gltf") => (gltf::parts(bytes, textures_wanted, &mut textures)?, gltf::MM_PER_UNIT),
+        _ => return refused("it is none of .obj, .glb and .gltf"),
+    };
+    let mut textures = textures.pictures;
+    if let Some(picture) = texture {
+        textures = vec![picture];
+        parts.iter_mut().for_each(|part| part.texture = Some(0));
+    }
+    Ok(Scan {
+        parts,
+        textures,
+        mm_per_unit,
+    })
+}
+
+/// The textures of a scan as they are read, each once, and the files beside it.
+struct Textures<'a> {
+    beside: &'a dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+    /// What the scan calls each of the pictures.
+    named: Vec<String>,
+    pictures: Vec<Picture>,
+    bytes: usize,
+}
+
+impl Textures<'_> {
+    /// The number of the picture called `name`, whose file `read` gives when it is met for the first time.
+    fn number(
+        &mut self,
+        name: &str,
+        read: impl FnOnce(&Self) -> Result<Vec<u8>, FormatError>,
+    ) -> Result<usize, FormatError> {
+        if let Some(number) = self.named.iter().position(|known| known == name) {
+            return Ok(number);
+        }
+        let picture = read(self)
+            .and_then(|bytes| decode_picture(&bytes))
+            .or_else(|error| refused(format!("its texture {name:?}: {error}")))?;
+        self.bytes += picture.rgb().len();
+        if self.bytes > MOST_TEXTURE_BYTES {
+            return refused("its textures have more than 1 GiB of pixels: make them smaller");
+        }
+        self.named.push(name.to_owned());
+        self.pictures.push(picture);
+        Ok(self.pictures.len() - 1)
+    }
+
+    /// The bytes of a file that the scan names.
+    fn file(&self, name: &str) -> Result<Vec<u8>, FormatError> {
+        (self.beside)(&inside(name)?)
+    }
+}
+
+/// A path that a scan names, which may not be absolute or climb out of its folder. Files from Windows write it with
+/// backslashes.
+fn inside(name: &str) -> Result<PathBuf, FormatError> {
+    let path = PathBuf::from(name.replace('\\', "/"));
+    let drive = name.split(['/', '\\']).next().is_some_and(|first| first.ends_with(':'));
+    let within = path
+        .components()
+        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if name.is_empty() || drive || !within {
+        return refused(format!(
+            "it names {name:?}, which is not in its folder: put that file beside the scan, or give --texture"
+        ));
+    }
+    Ok(path)
+}
+
+/// The error of a scan.
+fn refused<T>(reason: impl Into<String>) -> Result<T, FormatError> {
+    Err(FormatError::Scan { reason: reason.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_that_are_absolute_or_climb_out_are_refused() {
+        for name in [
+            "/etc/passwd",
+            "../art.png",
+            "a/../../b.png",
+            "C:\\art.png",
+            "..\\art.png",
+            "",
+            "\\\\host\\art.png",
+        ] {
+            let error = inside(name).unwrap_err().to_string();
+            assert!(error.contains("not in its folder"), "{name}: {error}");
+        }
+        assert_eq!(
+            inside("pictures\\my art.png").unwrap(),
+            Path::new("pictures/my art.png")
+        );
+        assert_eq!(inside("./art.png").unwrap(), Path::new("./art.png"));
+    }
+}

@@ -1,0 +1,147 @@
+//! The parts of a Wavefront OBJ file, and the textures that its materials (MTL) name.
+
+use super::{ScanPart, Textures, refused};
+use crate::FormatError;
+use crate::obj::{ObjCorner, ObjFile, ObjGroup};
+use deepsft_geometry::glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// The parts of an OBJ file, and if asked the textures its materials name.
+pub(super) fn parts(
+    bytes: &[u8],
+    textures_wanted: bool,
+    textures: &mut Textures<'_>,
+) -> Result<Vec<ScanPart>, FormatError> {
+    let file = ObjFile::parse(bytes)?;
+    let mut pictures = HashMap::new();
+    if textures_wanted {
+        for name in &file.material_files {
+            let mtl = textures
+                .file(name)
+                .or_else(|error| refused(format!("its material file {name:?}: {error}")))?;
+            pictures.extend(diffuse_textures(&mtl));
+        }
+    }
+    let mut parts = Vec::new();
+    for group in &file.groups {
+        let texture = match group.material.as_ref().and_then(|material| pictures.get(material)) {
+            Some(name) => Some(textures.number(name, |textures| {
+                // Options may stand before the file's name.
+                let last = name.split_ascii_whitespace().last().unwrap_or(name);
+                textures.file(name).or_else(|error| {
+                    let in_options = (last != name).then(|| textures.file(last).ok()).flatten();
+                    in_options.ok_or(error)
+                })
+            })?),
+            None => None,
+        };
+        parts.push(part(&file, group, texture)?);
+    }
+    Ok(parts)
+}
+
+/// The diffuse textures (`map_Kd`) of an MTL file by their materials' names; all else in it is passed over.
+fn diffuse_textures(mtl: &[u8]) -> Vec<(String, String)> {
+    let mut textures = Vec::new();
+    let mut material = None;
+    for line in String::from_utf8_lossy(mtl).lines() {
+        match line.trim().split_once(char::is_whitespace) {
+            Some(("newmtl", name)) => material = Some(name.trim().to_owned()),
+            Some(("map_Kd", name)) => {
+                textures.extend(material.clone().map(|material| (material, name.trim().to_owned())))
+            }
+            _ => {}
+        }
+    }
+    textures
+}
+
+/// One vertex for each pair of position and texture coordinates; normals are ours.
+fn part(file: &ObjFile, group: &ObjGroup, texture: Option<usize>) -> Result<ScanPart, FormatError> {
+    let mut part = ScanPart {
+        name: group.name.clone(),
+        positions: Vec::new(),
+        texture_coordinates: Vec::new(),
+        faces: Vec::new(),
+        texture,
+    };
+    let mut known: HashMap<(usize, usize), usize> = HashMap::new();
+    for face in &group.faces {
+        let mut corners = [0; 3];
+        for (corner, ObjCorner { position, texture }) in corners.iter_mut().zip(face) {
+            let Some(texture) = texture else {
+                return refused(format!(
+                    "faces of its part {:?} have no texture coordinates (vt): a template needs them for all",
+                    group.name
+                ));
+            };
+            *corner = *known.entry((*position, *texture)).or_insert_with(|| {
+                let [x, y, z] = file.positions[*position];
+                let [u, v] = file.texture_coordinates[*texture];
+                part.positions.push(DVec3::new(x, y, z));
+                // OBJ's v points up.
+                part.texture_coordinates.push(DVec2::new(u, 1.0 - v));
+                part.positions.len() - 1
+            });
+        }
+        part.faces.push(corners);
+    }
+    Ok(part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encode_png;
+    use crate::scan::read_scan;
+    use deepsft_geometry::Picture;
+    use std::path::Path;
+
+    const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n";
+
+    /// What is read of a triangle whose materials are `mtl`, with a picture at `pictures/art.png`.
+    fn read(mtl: &str) -> Result<crate::Scan, FormatError> {
+        let art = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
+        read_scan("a.obj", OBJ.as_bytes(), None, &|path| match path.to_str() {
+            Some("a.mtl") => Ok(mtl.as_bytes().to_vec()),
+            Some("pictures/art.png") => Ok(art.clone()),
+            _ => refused(format!("{} is not there", path.display())),
+        })
+    }
+
+    #[test]
+    fn a_colour_of_one_number_and_other_odd_lines_of_materials_are_passed_over() {
+        let scan = read("newmtl paint\nKd 0.8\nKs\nNs shiny\nmap_Kd pictures/art.png\n").unwrap();
+        assert_eq!((scan.parts[0].texture, scan.textures.len()), (Some(0), 1));
+    }
+
+    #[test]
+    fn options_may_stand_before_the_name_of_a_texture() {
+        let scan = read("newmtl paint\n\tmap_Kd -s 1 1 1 -clamp on pictures\\art.png \r\n").unwrap();
+        assert_eq!(scan.parts[0].texture, Some(0));
+    }
+
+    #[test]
+    fn a_texture_outside_of_the_folder_is_not_read() {
+        for name in [
+            "/pictures/art.png",
+            "../pictures/art.png",
+            "-s 1 1 1 /pictures/art.png",
+            "C:\\pictures\\art.png",
+        ] {
+            let error = read(&format!("newmtl paint\nmap_Kd {name}\n")).unwrap_err().to_string();
+            assert!(error.contains("its texture"), "{name}: {error}");
+        }
+        let outside = |name: &str| {
+            let obj = OBJ.replace("a.mtl", name);
+            read_scan("a.obj", obj.as_bytes(), None, &|path: &Path| {
+                panic!("{}", path.display())
+            })
+        };
+        let error = outside("/dev/zero").unwrap_err().to_string();
+        assert!(
+            error.contains("/dev/zero") && error.contains("not in its folder"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! The visible surface as a triangle mesh, out of the maps.
+
+use super::Maps;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::mesh::TriangleMesh;
+use glam::DVec2;
+
+/// Pixels between the vertices of the mesh.
+const STEP: usize = 2;
+
+/// Tangent of the largest tilt at which two neighbouring vertices still lie on one sheet of the
+/// surface: 84 degrees, as in the metrics. A larger step in depth is an edge where something ends.
+const STEEPEST: f64 = 10.0;
+
+/// The surface that `maps` of `camera`'s image show, every second pixel a vertex: mm, camera frame,
+/// faces counter-clockwise seen from the camera, torn where the depth jumps.
+///
+/// # Errors
+/// [`GeometryError`] when the maps show no surface, as [`TriangleMesh::new`] says.
+pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, GeometryError> {
+    let (columns, rows) = (maps.width().div_ceil(STEP), maps.height().div_ceil(STEP));
+    let pixel = |i: usize, j: usize| j * STEP * maps.width() + i * STEP;
+    let depth = |(i, j): (usize, usize)| f64::from(maps.depth()[pixel(i, j)]);
+    // How much of its depth a step between vertices may rise, mm per mm.
+    let jump = STEEPEST * STEP as f64 / camera.focal().min_element();
+    let mut index = vec![None; columns * rows];
+    let (mut vertices, mut texture_coordinates, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    let mut add = |corners: [(usize, usize); 3]| {
+        if corners.iter().any(|&(i, j)| !maps.inside(pixel(i, j))) {
+            return;
+        }
+        let depths = corners.map(depth);
+        let (near, far) = depths
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), &d| (low.min(d), high.max(d)));
+        if far - near > jump * near {
+            return;
+        }
+        faces.push(corners.map(|(i, j)| {
+            *index[j * columns + i].get_or_insert_with(|| {
+                let centre = DVec2::new((i * STEP) as f64 + 0.5, (j * STEP) as f64 + 0.5);
+                let [u, v] = maps.registration()[pixel(i, j)];
+                vertices.push(camera.unproject(centre, depth((i, j))));
+                texture_coordinates.push(DVec2::new(f64::from(u), f64::from(v)));
+                vertices.len() - 1
+            })
+        }));
+    };
+    for j in 1..rows {
+        for i in 1..columns {
+            let [a, b, c, d] = [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
+            add([a, c, b]);
+            add([b, c, d]);
+        }
+    }
+    TriangleMesh::new(vertices, texture_coordinates, faces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::training_camera;
+
+    fn plane(depth: impl Fn(usize) -> Option<f32>) -> Maps {
+        let mut maps = Maps::empty(480, 270);
+        for p in 0..480 * 270 {
+            if let Some(depth) = depth(p % 480) {
+                maps.set(p, depth, [0.25, 0.75]);
+            }
+        }
+        maps
+    }
+
+    #[test]
+    fn a_frontal_plane_has_the_area_that_its_pixels_cover() {
+        // 380 mm away at f = 380 a pixel is 1 mm: vertices at columns 0, 2 ... 478 and rows 0 ... 268.
+        let mesh = visible_surface(&plane(|_| Some(380.0)), &training_camera()).unwrap();
+        assert_eq!(mesh.vertices().len(), 240 * 135);
+        let mut area = 0.0;
+        for &[a, b, c] in mesh.faces() {
+            let v = mesh.vertices();
+            let normal = (v[b] - v[a]).cross(v[c] - v[a]);
+            assert!(normal.z < 0.0, "seen from the camera the faces are counter-clockwise");
+            area += normal.length() / 2.0;
+        }
+        assert!((area - 478.0 * 268.0).abs() < 1e-6);
+        assert_eq!(mesh.texture_coordinates()[7], DVec2::new(0.25, 0.75));
+    }
+
+    #[test]
+    fn the_surface_is_torn_at_a_depth_jump_and_ends_at_the_mask() {
+        // 40 mm at 400 mm over one step is a jump (at most 10 * 2 / 380 * 400 = 21); columns from 400 see nothing.
+        let maps = plane(|x| (x < 400).then_some(if x < 200 { 400.0 } else { 440.0 }));
+        let mesh = visible_surface(&maps, &training_camera()).unwrap();
+        assert_eq!(mesh.faces().len(), 2 * 134 * (99 + 99));
+        let empty = visible_surface(&Maps::empty(480, 270), &training_camera()).unwrap();
+        assert!(empty.faces().is_empty() && empty.vertices().is_empty());
+    }
+}

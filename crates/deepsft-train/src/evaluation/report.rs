@@ -1,0 +1,114 @@
+//! What evaluations found, as JSON.
+
+use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
+use deepsft::Stage;
+use serde::Serialize;
+
+/// A row of the table: a model, or a stage of it, on a data set.
+#[derive(Serialize)]
+pub struct EvaluationReport {
+    /// Name of the model.
+    pub model: String,
+    /// Which maps were measured, in an ablation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stage: Option<&'static str>,
+    /// Name of the data set.
+    pub set: String,
+    /// Means and medians.
+    #[serde(flatten)]
+    pub summary: EvaluationSummary,
+    /// The frames in order.
+    pub per_frame: Vec<FrameReport>,
+    /// What computed.
+    pub device: String,
+    /// Version of this crate.
+    pub deepsft_version: &'static str,
+}
+
+/// The content of the JSON file when there are several rows; a single one stands there by itself.
+#[derive(Serialize)]
+struct Reports<'a> {
+    rows: &'a [EvaluationReport],
+}
+
+/// A frame's line of an [`EvaluationReport`].
+#[derive(Serialize)]
+pub struct FrameReport {
+    index: u64,
+    has_template: bool,
+    found: bool,
+    confidence: f32,
+    depth_rmse_mm: Option<f64>,
+    registration_rmse_px: Option<f64>,
+    registration_rmse_mm: Option<f64>,
+    rmse_3d_mm: Option<f64>,
+    mask_iou: Option<f64>,
+    coverage: Option<f64>,
+    photometric_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured_pixels: Option<MeasuredPixels>,
+    #[serde(flatten)]
+    fit: Option<FitReport>,
+}
+
+#[derive(Serialize)]
+struct FitReport {
+    mesh_taken: bool,
+    network_depth_rmse_mm: Option<f64>,
+    network_registration_rmse_px: Option<f64>,
+    network_rmse_3d_mm: Option<f64>,
+    photometric_cost: Option<[f64; 2]>,
+}
+
+impl EvaluationReport {
+    /// The report of `evaluation`, of the maps after `stage` in an ablation.
+    pub fn new(model: &str, stage: Option<Stage>, set: &str, evaluation: &Evaluation, device: &str) -> Self {
+        Self {
+            model: model.to_owned(),
+            stage: stage.map(Stage::name),
+            set: set.to_owned(),
+            summary: evaluation.summary(),
+            per_frame: evaluation.frames.iter().map(FrameReport::new).collect(),
+            device: device.to_owned(),
+            deepsft_version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+}
+
+/// The JSON file of rows: the row itself where there is one.
+///
+/// # Errors
+/// Those of the writer.
+pub fn reports_to_json(rows: &[EvaluationReport]) -> serde_json::Result<Vec<u8>> {
+    match rows {
+        [row] => serde_json::to_vec_pretty(row),
+        rows => serde_json::to_vec_pretty(&Reports { rows }),
+    }
+}
+
+impl FrameReport {
+    fn new(result: &FrameResult) -> Self {
+        let metrics = &result.metrics;
+        Self {
+            index: result.index,
+            has_template: result.has_template,
+            found: result.judgement.found,
+            confidence: result.judgement.confidence,
+            depth_rmse_mm: metrics.depth_rmse_mm,
+            registration_rmse_px: metrics.registration_rmse_px,
+            registration_rmse_mm: metrics.registration_rmse_mm,
+            rmse_3d_mm: metrics.points_rmse_mm,
+            mask_iou: metrics.mask_iou,
+            coverage: metrics.coverage,
+            photometric_error: result.photometric_error,
+            measured_pixels: result.measured_pixels,
+            fit: result.fit.map(|fit| FitReport {
+                mesh_taken: fit.mesh_taken,
+                network_depth_rmse_mm: fit.network.depth_rmse_mm,
+                network_registration_rmse_px: fit.network.registration_rmse_px,
+                network_rmse_3d_mm: fit.network.points_rmse_mm,
+                photometric_cost: fit.photometric_cost,
+            }),
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! What a bundle tells people: `CARD.md`, and the training curve as a table.
+
+use super::CurvePoint;
+use deepsft::{DeviceDescription, ModelBundle};
+use deepsft_geometry::Template;
+
+/// Name of the card in a bundle.
+pub const CARD_FILE: &str = "CARD.md";
+
+/// Name of the training curve in a bundle.
+pub const CURVE_FILE: &str = "curve.csv";
+
+/// How a bundle came about, beside what it says itself.
+pub struct TrainingCourse<'a> {
+    /// What computed.
+    pub device: &'a DeviceDescription,
+    /// The images of step 1, if it was made.
+    pub training_images: Option<String>,
+    /// The curve of step 1, if the same command made it; else empty.
+    pub curve: &'a [CurvePoint],
+    /// The table of steps 2 and 3, if they were made.
+    pub tuning: Option<&'a str>,
+    /// What is not the default in the images that the accuracy was measured on, in words and as options of `deepsft`.
+    pub measured_images: [String; 2],
+}
+
+/// The card: what the model is for, how it came about, how good it is.
+pub fn model_card(bundle: &ModelBundle, course: &TrainingCourse<'_>) -> String {
+    let TrainingCourse {
+        device,
+        training_images,
+        curve,
+        tuning,
+        measured_images: [note, options],
+    } = course;
+    let (card, camera) = (bundle.card(), bundle.camera());
+    let (provenance, accuracy) = (&card.provenance, &card.accuracy);
+    let figure = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.2}"));
+    let first_and_last: String = curve
+        .first()
+        .into_iter()
+        .chain(curve.last().filter(|_| curve.len() > 1))
+        .map(row)
+        .collect();
+    let step_one = if curve.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\
+![Accuracy against samples seen](curve.png)
+
+`{CURVE_FILE}` is the whole curve of step 1, measured on held-out synthetic images; its ends are
+
+| samples | hours | loss | registration px | depth mm | mask IoU |
+|---|---|---|---|---|---|
+{first_and_last}
+"
+        )
+    };
+    let recording_steps = tuning.map_or_else(String::new, |table| {
+        format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n\n")
+    });
+    format!(
+        "\
+# {name}
+
+Finds one {object} in an image and measures it: depth,
+registration to the template and mask, on a canonical image of {pixels_x} x {pixels_y} pixels with f = {focal}.
+It knows no other object.
+
+## How it came about
+
+{origin}, with deepsft {version}:
+
+    {command}
+
+| | |
+|---|---|
+| seed | {seed} |
+{training_images}| training samples | {samples} |
+| hours | {hours:.2} |
+| device | {kind}: {adapter} |
+
+{step_one}{recording_steps}## Accuracy
+
+On {frames} held-out synthetic images made on the fly{note}: registration RMSE {px} px of the canonical image and depth RMSE
+{mm} mm (medians over the images that show the {kind_of_object}), mask IoU {iou} (mean). Measure it again, on more:
+
+    deepsft eval --model BUNDLE --synthetic 500 --seed 999{options}
+
+A frame counts as showing the {kind_of_object} when its mask covers at least {area:.1} % of it and the template, seen
+through the registration, agrees with the image by at least {confidence:.2} (0: not at all, 1: fully).
+
+## Licence
+
+{licence}
+",
+        name = card.name,
+        object = object(bundle.template()),
+        kind_of_object = if bundle.template().is_sheet() { "sheet" } else { "object" },
+        pixels_x = camera.width(),
+        pixels_y = camera.height(),
+        focal = camera.focal().x,
+        version = provenance.deepsft_version,
+        command = provenance.command,
+        origin = match (training_images, tuning) {
+            (Some(_), Some(_)) => "Trained on synthetic images and refined on an RGB-D recording (the steps of the paper)",
+            (None, Some(_)) => "Refined on an RGB-D recording (steps 2 and 3 of the paper)",
+            (_, None) => "Trained on synthetic images alone",
+        },
+        seed = provenance.seed,
+        training_images = training_images
+            .as_ref()
+            .map(|images| format!("| training images | {images} |\n"))
+            .unwrap_or_default(),
+        samples = provenance.samples,
+        hours = provenance.seconds / 3600.0,
+        kind = device.kind,
+        adapter = device.adapter_name,
+        frames = accuracy.frames,
+        px = figure(accuracy.registration_rmse_px),
+        mm = figure(accuracy.depth_rmse_mm),
+        iou = figure(accuracy.mask_iou),
+        area = 100.0 * card.found.least_area,
+        confidence = card.found.least_confidence,
+        licence = card.licence,
+    )
+}
+
+/// What a template is of.
+fn object(template: &Template) -> String {
+    if template.is_sheet() {
+        let size = template.size_mm();
+        return format!("thin sheet of {} x {} mm (`template/texture.png`)", size.x, size.y);
+    }
+    let (extent, mesh) = (template.extent_mm(), template.mesh());
+    format!(
+        "object of {:.0} x {:.0} x {:.0} mm at rest, a textured mesh of {} faces (`template/`),",
+        extent.x,
+        extent.y,
+        extent.z,
+        mesh.faces().len()
+    )
+}
+
+fn row(point: &CurvePoint) -> String {
+    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
+    let loss = measured_loss(point).map_or_else(|| "-".to_owned(), |loss| format!("{loss:.3}"));
+    format!(
+        "| {} | {:.2} | {loss} | {} | {} | {} |\n",
+        point.samples,
+        point.seconds / 3600.0,
+        figure(point.registration_rmse_px),
+        figure(point.depth_rmse_mm),
+        figure(point.mask_iou),
+    )
+}
+
+/// The loss where it was measured, see [`CurvePoint::loss`].
+fn measured_loss(point: &CurvePoint) -> Option<f64> {
+    Some(point.loss).filter(|loss| !loss.is_nan())
+}
+
+/// The curve as comma-separated values with a line of names; a figure that no image has is left empty.
+pub fn curve_csv(curve: &[CurvePoint]) -> String {
+    let mut csv =
+        "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou,photometric_error\n".to_owned();
+    for point in curve {
+        let figure = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+        let cells = [
+            point.samples.to_string(),
+            point.seconds.to_string(),
+            figure(measured_loss(point)),
+            point.learning_rate.to_string(),
+            figure(point.registration_rmse_px),
+            figure(point.depth_rmse_mm),
+            figure(point.mask_iou),
+            figure(point.photometric_error),
+        ];
+        csv.push_str(&cells.join(","));
+        csv.push('\n');
+    }
+    csv
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::Picture;
+    use deepsft_synth::capsule;
+
+    #[test]
+    fn the_curve_has_a_line_per_point_and_leaves_unknown_figures_empty() {
+        let point = CurvePoint {
+            samples: 64,
+            seconds: 1.5,
+            loss: 0.25,
+            learning_rate: 0.001,
+            registration_rmse_px: None,
+            depth_rmse_mm: Some(12.5),
+            mask_iou: Some(0.0),
+            photometric_error: None,
+        };
+        let first = CurvePoint {
+            loss: f64::NAN,
+            ..point
+        };
+        let csv = curve_csv(&[point, first]);
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert_eq!(lines[1], "64,1.5,0.25,0.001,,12.5,0,");
+        assert_eq!(lines[2], "64,1.5,,0.001,,12.5,0,");
+        assert_eq!(row(&first), "| 64 | 0.00 | - | - | 12.50 | 0.00 |\n");
+        assert_eq!(lines[0].matches(',').count(), lines[1].matches(',').count());
+    }
+
+    #[test]
+    fn a_card_does_not_call_a_mesh_a_sheet() {
+        let texture = Picture::from_fn(4, 3, |_, _| [9; 3]);
+        let sheet = object(&Template::thin_shell(texture, 200.0, 150.5).unwrap());
+        assert_eq!(sheet, "thin sheet of 200 x 150.5 mm (`template/texture.png`)");
+        let texture = Picture::from_fn(4, 3, |_, _| [9; 3]);
+        let tube = object(&Template::of_mesh(capsule(240.0, 30.0, 31, 20).unwrap(), texture).unwrap());
+        assert!(!tube.contains("sheet") && tube.contains("240 x 60 x 60"), "{tube}");
+    }
+}

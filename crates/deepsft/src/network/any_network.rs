@@ -1,0 +1,151 @@
+//! A network of any architecture.
+
+use super::block::Block;
+use super::compact::CompactNetwork;
+use super::config::{Architecture, NetworkConfig};
+use super::description::{LayerDescription, LayerTable};
+use super::maps::NetworkMaps;
+use super::paper::PaperNetwork;
+use super::r50f::R50FNetwork;
+use super::resnet::WeightInit;
+use burn::tensor::{Device, Tensor};
+
+/// A network of any architecture with its weights.
+///
+/// It is a burn module whose weights have the paths they have in their architecture
+/// (`main.encode8.first.weight`), whichever variant holds them: a record of a compact network made before there
+/// were others loads unchanged.
+///
+/// Clones share the running statistics of batch normalisation (burn's `RunningState`), and loading a record into
+/// one changes the other's: make a second network of a [`NetworkConfig`] instead of cloning one to load into.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // There is one network, not an array of them.
+#[non_exhaustive]
+pub enum Network {
+    /// The compact network.
+    Compact(CompactNetwork),
+    /// The paper's network.
+    Paper(PaperNetwork),
+    /// A ResNet-50 with dense layers.
+    R50F(R50FNetwork),
+}
+
+impl Network {
+    /// How the network was built.
+    pub fn config(&self) -> &NetworkConfig {
+        match self {
+            Self::Compact(network) => network.config(),
+            Self::Paper(network) => network.config(),
+            Self::R50F(network) => network.config(),
+        }
+    }
+
+    /// The compact network, if it is one: only that has cells, bins and windows of frames.
+    pub fn as_compact(&self) -> Option<&CompactNetwork> {
+        match self {
+            Self::Compact(network) => Some(network),
+            _ => None,
+        }
+    }
+
+    /// Maps of images [B, 3, H, W] of the training camera, values 0..=1, differentiable with respect to all weights
+    /// that are trained (see [`Network::train_only`]). The compact network takes any size; the paper's network and
+    /// R50F take 270 x 480 only (H x W).
+    ///
+    /// On a device with differentiation batch normalisation that is trained uses the statistics of the batch and
+    /// updates its running ones; frozen, validating ([`burn::module::Module::valid`]) or folded it uses the latter.
+    ///
+    /// The layers compute in the precision of `images`: images cast to half precision make a forward and backward pass
+    /// in mixed precision, with weights, batch normalisation, maps and gradients in single precision.
+    ///
+    /// # Panics
+    /// Like all of burn's operations when the shape is another one.
+    pub fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
+        match self {
+            Self::Compact(network) => network.forward_maps(images),
+            Self::Paper(network) => network.forward_maps(images),
+            Self::R50F(network) => network.forward_maps(images),
+        }
+    }
+
+    /// Whether the network says [`crate::OUTSIDE`] in its maps where the object is not seen; the compact network says it
+    /// with the mask alone.
+    pub fn says_outside(&self) -> bool {
+        !matches!(self, Self::Compact(_))
+    }
+
+    /// The same function for inference: weight standardisation and batch normalisation are baked into the
+    /// convolutions.
+    pub fn fold(self) -> Self {
+        match self {
+            Self::Compact(network) => Self::Compact(network.fold()),
+            Self::Paper(network) => Self::Paper(network.fold()),
+            Self::R50F(network) => Self::R50F(network.fold()),
+        }
+    }
+
+    /// Number of values of `block`'s weights; batch normalisation counts four a channel (scale, offset, running mean
+    /// and variance). 0 for a block that the architecture does not have.
+    pub fn block_parameters(&self, block: Block) -> usize {
+        match self {
+            Self::Compact(network) => network.block_parameters(block),
+            Self::Paper(network) => network.block_parameters(block),
+            Self::R50F(network) => network.block_parameters(block),
+        }
+    }
+
+    /// The same network with only `blocks` trained (paper, section 4: step 2 trains the depth refinement, step 3 the
+    /// registration refinement): the weights of the others get no gradients, and their batch normalisation uses and
+    /// keeps its running statistics. `train_only(&Block::ALL)` trains everything again.
+    pub fn train_only(self, blocks: &[Block]) -> Self {
+        match self {
+            Self::Compact(network) => Self::Compact(network.train_only(blocks)),
+            Self::Paper(network) => Self::Paper(network.train_only(blocks)),
+            Self::R50F(network) => Self::R50F(network.train_only(blocks)),
+        }
+    }
+
+    /// The layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation
+    /// any more, so fewer parameters.
+    pub fn describe(&self) -> Vec<LayerDescription> {
+        let mut table = LayerTable::new();
+        match self {
+            Self::Compact(network) => network.describe(&mut table),
+            Self::Paper(network) => network.describe(&mut table),
+            Self::R50F(network) => network.describe(&mut table),
+        }
+        table.into_layers()
+    }
+}
+
+impl NetworkConfig {
+    /// A randomly initialised network.
+    pub fn init(&self, device: &Device) -> Network {
+        match &self.architecture {
+            Architecture::Compact(shape) => Network::Compact(CompactNetwork::new(shape, self, device)),
+            Architecture::Paper(shape) => {
+                let init = WeightInit::drawn(device, shape.momentum);
+                Network::Paper(PaperNetwork::new(shape, self, init))
+            }
+            Architecture::R50F(shape) => {
+                let init = WeightInit::drawn(device, shape.momentum);
+                Network::R50F(R50FNetwork::new(shape, self, init))
+            }
+        }
+    }
+
+    /// A folded network whose weights are still to be loaded.
+    pub(crate) fn init_folded(&self, device: &Device) -> Network {
+        match &self.architecture {
+            Architecture::Compact(_) => self.init(device).fold(),
+            Architecture::Paper(shape) => {
+                let init = WeightInit::empty(device, shape.momentum);
+                Network::Paper(PaperNetwork::new(shape, self, init))
+            }
+            Architecture::R50F(shape) => {
+                let init = WeightInit::empty(device, shape.momentum);
+                Network::R50F(R50FNetwork::new(shape, self, init))
+            }
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! What a network is built from: its architecture and the images and depths it is for.
+
+use super::compact_config::CompactConfig;
+use super::depth_range::DepthRange;
+use super::paper_config::PaperConfig;
+use super::r50f_config::R50FConfig;
+use deepsft_geometry::{Camera, Template};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// Relative difference by which a length may change when it is written as text and read again.
+const ROUNDING: f64 = 1e-6;
+
+/// Layers of a network.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "architecture", rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Architecture {
+    /// The network that ships: the paper's structure with a 68th of its parameters and a 250th of its operations.
+    Compact(CompactConfig),
+    /// The paper's network.
+    Paper(PaperConfig),
+    /// The method the paper compares itself with first: a ResNet-50 with dense layers.
+    R50F(R50FConfig),
+}
+
+impl Architecture {
+    /// Its name in a `model.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Compact(_) => "compact",
+            Self::Paper(_) => "paper",
+            Self::R50F(_) => "r50f",
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Compact(shape) => shape.check(),
+            Self::Paper(shape) => shape.check(),
+            Self::R50F(shape) => shape.check(),
+        }
+    }
+}
+
+/// Everything needed to build a network again from its weights.
+///
+/// In a `model.json` the fields of the architecture stand beside the others, and `architecture` says which it is; a
+/// description without it is of a compact network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Description")]
+pub struct NetworkConfig {
+    /// Layers.
+    #[serde(flatten)]
+    pub architecture: Architecture,
+    /// Size of the template, mm (the compact network's isometric depth cue needs it).
+    pub template_size_mm: [f64; 2],
+    /// Focal length of the training camera, pixels.
+    pub focal: f64,
+    /// Principal point of the training camera, pixels.
+    pub principal_point: [f64; 2],
+    /// Depths the network can say.
+    pub depth_range: DepthRange,
+}
+
+/// [`NetworkConfig`] as it is written, before the architecture is known.
+#[derive(Deserialize)]
+struct Description {
+    #[serde(default)]
+    architecture: ArchitectureName,
+    template_size_mm: [f64; 2],
+    focal: f64,
+    principal_point: [f64; 2],
+    depth_range: DepthRange,
+    #[serde(flatten)]
+    layers: Map<String, Value>,
+}
+
+/// Descriptions written before there were others lack the name: they are of compact networks.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ArchitectureName {
+    #[default]
+    Compact,
+    Paper,
+    R50F,
+}
+
+impl TryFrom<Description> for NetworkConfig {
+    type Error = serde_json::Error;
+
+    fn try_from(description: Description) -> Result<Self, serde_json::Error> {
+        let layers = Value::Object(description.layers);
+        let architecture = match description.architecture {
+            ArchitectureName::Compact => Architecture::Compact(serde_json::from_value(layers)?),
+            ArchitectureName::Paper => Architecture::Paper(serde_json::from_value(layers)?),
+            ArchitectureName::R50F => Architecture::R50F(serde_json::from_value(layers)?),
+        };
+        Ok(Self {
+            architecture,
+            template_size_mm: description.template_size_mm,
+            focal: description.focal,
+            principal_point: description.principal_point,
+            depth_range: description.depth_range,
+        })
+    }
+}
+
+impl NetworkConfig {
+    /// A network of `architecture` for a template of `template_size_mm` seen by the pinhole `camera` that training
+    /// images are rendered with.
+    pub fn new(architecture: Architecture, template_size_mm: [f64; 2], camera: &Camera) -> Self {
+        Self {
+            architecture,
+            template_size_mm,
+            focal: camera.focal().x,
+            principal_point: camera.principal_point().to_array(),
+            depth_range: DepthRange::default(),
+        }
+    }
+
+    /// The compact network, see [`NetworkConfig::new`].
+    pub fn compact(template_size_mm: [f64; 2], camera: &Camera) -> Self {
+        let shape = CompactConfig::default();
+        Self::new(Architecture::Compact(shape), template_size_mm, camera)
+    }
+
+    /// The paper's network, see [`NetworkConfig::new`].
+    pub fn paper(template_size_mm: [f64; 2], camera: &Camera) -> Self {
+        let shape = PaperConfig::default();
+        Self::new(Architecture::Paper(shape), template_size_mm, camera)
+    }
+
+    /// R50F, see [`NetworkConfig::new`].
+    pub fn r50f(template_size_mm: [f64; 2], camera: &Camera) -> Self {
+        let shape = R50FConfig::default();
+        Self::new(Architecture::R50F(shape), template_size_mm, camera)
+    }
+
+    /// The same for a template whose texture has seams ([`CompactConfig::seams`]); the other architectures need not know.
+    pub fn with_seams(mut self) -> Self {
+        if let Architecture::Compact(shape) = &mut self.architecture {
+            shape.seams = true;
+        }
+        self
+    }
+
+    /// The layers of a compact network, if it is one.
+    pub fn as_compact(&self) -> Option<&CompactConfig> {
+        match &self.architecture {
+            Architecture::Compact(shape) => Some(shape),
+            _ => None,
+        }
+    }
+
+    /// Whether a network of this shape can be made: widths and numbers within bounds far above what is
+    /// useful, so that a damaged description costs no memory.
+    ///
+    /// # Errors
+    /// A sentence that names the field.
+    pub fn check(&self) -> Result<(), String> {
+        self.architecture.check()?;
+        let lengths = [
+            self.template_size_mm[0],
+            self.template_size_mm[1],
+            self.focal,
+            self.depth_range.near_mm,
+        ];
+        if !lengths.iter().all(|l| l.is_finite() && *l > 0.0) {
+            return Err("template_size_mm, focal and depth_range must be positive and finite".to_owned());
+        }
+        if !self.principal_point.iter().all(|c| c.is_finite()) {
+            return Err("principal_point must be finite".to_owned());
+        }
+        if !(self.depth_range.far_mm.is_finite() && self.depth_range.far_mm > self.depth_range.near_mm) {
+            return Err("depth_range ends before it begins".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Whether the network is for this template and this training camera. A network of another size or focal length
+    /// computes as well, and its depths are wrong.
+    ///
+    /// # Errors
+    /// A sentence that names the field.
+    pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), String> {
+        let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
+        let ([width, height], size) = (self.template_size_mm, template.size_mm());
+        if !(same(width, size.x) && same(height, size.y)) {
+            let (x, y) = (size.x, size.y);
+            return Err(format!(
+                "template_size_mm is {width} x {height}, the template has {x} x {y} mm"
+            ));
+        }
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        if !(same(self.focal, focal.x) && same(self.focal, focal.y)) {
+            return Err(format!(
+                "focal is {}, the training camera has {} and {}",
+                self.focal, focal.x, focal.y
+            ));
+        }
+        let [x, y] = self.principal_point;
+        if !(same(x, principal.x) && same(y, principal.y)) {
+            let (cx, cy) = (principal.x, principal.y);
+            return Err(format!(
+                "principal_point is ({x}, {y}), the training camera has ({cx}, {cy})"
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::training_camera;
+
+    /// As it stands in the `model.json` of bundles made before there were other architectures.
+    const WITHOUT_ARCHITECTURE: &str = r#"{
+        "channels": [32, 48, 96, 160], "blocks_at_32": 2, "bins": [32, 24, 24],
+        "refinement_channels": 32, "mask_channels": 24, "template_size_mm": [297.0, 210.0],
+        "focal": 380.0, "principal_point": [240.0, 135.0],
+        "depth_range": {"near_mm": 150.0, "far_mm": 1200.0}}"#;
+
+    #[test]
+    fn a_description_without_an_architecture_is_of_a_compact_network() {
+        let read: NetworkConfig = serde_json::from_str(WITHOUT_ARCHITECTURE).unwrap();
+        assert_eq!(read, NetworkConfig::compact([297.0, 210.0], &training_camera()));
+    }
+
+    #[test]
+    fn every_architecture_comes_back_from_its_description() {
+        let camera = training_camera();
+        for config in [
+            NetworkConfig::compact([297.0, 210.0], &camera),
+            NetworkConfig::paper([297.0, 210.0], &camera),
+            NetworkConfig::r50f([297.0, 210.0], &camera),
+        ] {
+            let json = serde_json::to_value(&config).unwrap();
+            assert_eq!(json["architecture"], config.architecture.name());
+            assert_eq!(serde_json::from_value::<NetworkConfig>(json).unwrap(), config);
+        }
+    }
+
+    #[test]
+    fn an_unknown_architecture_and_a_missing_field_are_named() {
+        let refusal = |from: &str, to: &str| {
+            assert!(WITHOUT_ARCHITECTURE.contains(from));
+            let json = WITHOUT_ARCHITECTURE.replacen(from, to, 1);
+            serde_json::from_str::<NetworkConfig>(&json).unwrap_err().to_string()
+        };
+        let unknown = refusal("{", r#"{"architecture": "vgg","#);
+        assert!(unknown.contains("vgg") && unknown.contains("r50f"), "{unknown}");
+        let missing = refusal(r#""blocks_at_32": 2,"#, "");
+        assert!(missing.contains("blocks_at_32"), "{missing}");
+        let other = refusal("{", r#"{"architecture": "paper","#);
+        assert!(other.contains("width_divisor"), "{other}");
+    }
+}

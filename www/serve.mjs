@@ -1,0 +1,81 @@
+// The development server, on this machine only: this folder at "/", models/ at "/models/". `cargo xtask demo` and the tests
+// in the browser start it. By hand:
+//
+//     node serve.mjs [PORT]
+
+import { createServer } from "node:http";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import sirv from "sirv";
+
+export const WWW = fileURLToPath(new URL(".", import.meta.url));
+export const ROOT = fileURLToPath(new URL("..", import.meta.url));
+
+/** The first port that is tried when none is asked for, and how many are. */
+const FIRST_PORT = 8080;
+const PORTS_TRIED = 50;
+
+/**
+ * Serves some folders until closed.
+ *
+ * @param {object} [options]
+ * @param {number} [options.port] 0, the default, takes any free one
+ * @param {Record<string, string>} [options.folders] by the beginning of their addresses, the longest first
+ * @param {Record<string, string>} [options.headers] of every answer
+ * @returns {Promise<{ origin: string, close: () => Promise<void> }>}
+ */
+export async function serve({ port = 0, folders = { "/models/": join(ROOT, "models"), "/": WWW }, headers = {} } = {}) {
+  const places = Object.entries(folders).map(([prefix, folder]) => {
+    // With tags, so that browsers ask each time and yet keep what has not changed, compiled code with it.
+    return { prefix, files: sirv(folder, { dev: true, etag: true }) };
+  });
+  const server = createServer((request, response) => {
+    for (const [name, value] of Object.entries(headers)) response.setHeader(name, value);
+    const place = places.find(({ prefix }) => request.url.startsWith(prefix));
+    if (!place || /\/\./.test(decoded(request.url))) return response.writeHead(404).end();
+    request.url = `/${request.url.slice(place.prefix.length)}`;
+    place.files(request, response);
+  });
+  await new Promise((resolve, reject) => server.once("error", reject).listen(port, "127.0.0.1", resolve));
+  return {
+    // Browsers take localhost for secure: they offer it a camera and WebGPU.
+    origin: `http://localhost:${server.address().port}`,
+    close: () =>
+      new Promise((resolve) => {
+        server.closeAllConnections();
+        server.close(resolve);
+      }),
+  };
+}
+
+/** An address without its escapes, to look for hidden files in. */
+function decoded(url) {
+  try {
+    return decodeURIComponent(url.split("?")[0]);
+  } catch {
+    return "/.";
+  }
+}
+
+/** The site on the first port that is free. */
+async function serveSomewhere() {
+  for (let port = FIRST_PORT; port < FIRST_PORT + PORTS_TRIED; port++) {
+    try {
+      return await serve({ port });
+    } catch (error) {
+      if (error.code !== "EADDRINUSE" && error.code !== "EACCES") throw error;
+    }
+  }
+  throw new Error(`no port from ${FIRST_PORT} to ${FIRST_PORT + PORTS_TRIED - 1} is free; choose one`);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const [port] = process.argv.slice(2);
+  try {
+    const { origin } = await (port === undefined ? serveSomewhere() : serve({ port: Number(port) }));
+    console.log(`${origin}/`);
+  } catch (error) {
+    console.error(`The page cannot be served${port === undefined ? "" : ` on port ${port}`}: ${error.message}`);
+    process.exitCode = 1;
+  }
+}

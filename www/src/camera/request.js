@@ -1,0 +1,145 @@
+// Asking the browser for a camera, and saying in words why there is none.
+
+import { DeepSftError } from "../error.js";
+
+/**
+ * @typedef {object} OpenCameraOptions
+ * @property {"environment" | "user"} [facing] which way the camera should look; default "environment"
+ * @property {string} [deviceId] a certain camera
+ */
+
+/** The picture to ask for. */
+const PICTURE = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } };
+
+/**
+ * A browser's refusal as an error with a code.
+ *
+ * @param {unknown} error
+ * @returns {DeepSftError}
+ */
+export function cameraError(error) {
+  if (error instanceof DeepSftError) return error;
+  const name = error instanceof Error || error instanceof DOMException ? error.name : "";
+  const explained = (/** @type {import("../error.js").DeepSftErrorCode} */ code, /** @type {string} */ message) =>
+    new DeepSftError(code, message, { cause: error });
+  switch (name) {
+    case "NotAllowedError":
+      return explained(
+        "camera-denied",
+        "The camera was not allowed. Allow it for this page in the browser's address bar, then try again.",
+      );
+    case "NotFoundError":
+      return explained("camera-not-found", "No camera was found. Plug one in, or use the clip or an image.");
+    case "NotReadableError":
+    case "AbortError":
+      return explained("camera-busy", "The camera is in use by another program or tab, or failed to start.");
+    case "OverconstrainedError":
+      return explained("camera-constraints", "No camera here can deliver a usable picture.");
+    case "SecurityError":
+      return explained("insecure-context", "Browsers give pages a camera only over https or from localhost.");
+    default:
+      return explained("internal", `The camera failed: ${error instanceof Error ? error.message : error}`);
+  }
+}
+
+/**
+ * The browser's cameras.
+ *
+ * @returns {MediaDevices}
+ * @throws {DeepSftError} `insecure-context`
+ */
+function mediaDevices() {
+  const devices = navigator.mediaDevices;
+  if (!devices?.getUserMedia) {
+    throw new DeepSftError("insecure-context", "Browsers give pages a camera only over https or from localhost.");
+  }
+  return devices;
+}
+
+/** @param {MediaStream} stream */
+export function stopStream(stream) {
+  for (const track of stream.getTracks()) track.stop();
+}
+
+/**
+ * A stream of the first wish that can be met.
+ *
+ * @param {MediaTrackConstraints[]} wishes from the best to the least that is any use
+ * @returns {Promise<MediaStream>}
+ * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
+ */
+async function requestFirst(wishes) {
+  const devices = mediaDevices();
+  /** @type {unknown} */
+  let refusal;
+  for (const video of wishes) {
+    try {
+      return await devices.getUserMedia({ video, audio: false });
+    } catch (error) {
+      refusal = error;
+      if (!(error instanceof Error || error instanceof DOMException) || error.name !== "OverconstrainedError") break;
+    }
+  }
+  throw cameraError(refusal);
+}
+
+/**
+ * A stream of the camera that is wanted, or, where no camera meets the wishes, of any.
+ *
+ * @param {OpenCameraOptions} options
+ * @returns {Promise<MediaStream>}
+ * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
+ */
+export async function requestStream({ facing = "environment", deviceId }) {
+  const which = deviceId === undefined ? { facingMode: { ideal: facing } } : { deviceId: { exact: deviceId } };
+  const stream = await requestFirst([{ ...which, ...PICTURE }, which, {}]);
+  return deviceId === undefined && facing === "environment" ? preferMainCamera(stream) : stream;
+}
+
+/**
+ * A stream of this camera and no other.
+ *
+ * @param {string} deviceId
+ * @returns {Promise<MediaStream>}
+ * @throws {DeepSftError} as {@link requestStream}
+ */
+export function requestCamera(deviceId) {
+  const which = { deviceId: { exact: deviceId } };
+  return requestFirst([{ ...which, ...PICTURE }, which]);
+}
+
+/**
+ * The main back camera instead of a wide or zoom one, where the browser tells them apart. The first stream comes back when
+ * the main camera does not open.
+ *
+ * @param {MediaStream} stream
+ * @returns {Promise<MediaStream>}
+ */
+async function preferMainCamera(stream) {
+  const current = stream.getVideoTracks()[0].getSettings().deviceId;
+  const main = mainBackCamera(await mediaDevices().enumerateDevices().catch(() => []), current);
+  if (main === null || current === undefined) return stream;
+  // Phones open one camera at a time.
+  stopStream(stream);
+  return requestCamera(main).catch(() => requestCamera(current));
+}
+
+/**
+ * The back camera with the most pixels, which on phones is the main one; null when that is open already, or the browser
+ * does not tell what its cameras can do.
+ *
+ * @param {MediaDeviceInfo[]} devices
+ * @param {string | undefined} current
+ * @returns {string | null}
+ */
+function mainBackCamera(devices, current) {
+  const backs = devices.flatMap((device) => {
+    const capabilities = /** @type {Partial<InputDeviceInfo>} */ (device).getCapabilities?.() ?? {};
+    const { facingMode = [], width, height } = capabilities;
+    if (device.kind !== "videoinput" || !facingMode.includes("environment")) return [];
+    return [{ deviceId: device.deviceId, pixels: (width?.max ?? 0) * (height?.max ?? 0) }];
+  });
+  const open = backs.find(({ deviceId }) => deviceId === current);
+  const most = backs.reduce((best, back) => (back.pixels > best.pixels ? back : best), open ?? { deviceId: "", pixels: 0 });
+  return most.pixels > (open?.pixels ?? 0) ? most.deviceId : null;
+}

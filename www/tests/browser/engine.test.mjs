@@ -1,0 +1,372 @@
+// What keeps the engine running, and how it ends: lost GPUs, workers that crash or fall silent, downloads that fail, images
+// that cannot be had.
+
+import assert from "node:assert/strict";
+import { createServer } from "node:http";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { WWW, serve } from "../../serve.mjs";
+import { SLOW_MS, launch } from "../support/browser.mjs";
+import { BLANK, inWorker, onPage } from "../support/page.mjs";
+
+/** Makes the emulated adapter look like a real one, and keeps the devices that the worker opens. */
+const REAL_GPU = `
+  const INFO = { vendor: "test", architecture: "real", device: "", description: "", isFallbackAdapter: false };
+  Object.defineProperty(GPUAdapter.prototype, "info", { get: () => INFO });
+  self.devices = [];
+  const { requestDevice } = GPUAdapter.prototype;
+  GPUAdapter.prototype.requestDevice = async function (...options) {
+    const device = await requestDevice.apply(this, options);
+    self.devices.push(device);
+    return device;
+  };
+`;
+
+/** Takes the worker's devices away. @param {import("playwright-core").Page} page */
+async function loseGpu(page) {
+  for (const worker of page.workers()) {
+    if ((await worker.evaluate(() => self.devices?.splice(0).map((device) => device.destroy()).length)) > 0) return;
+  }
+  throw new Error("no worker has a device");
+}
+
+test("a GPU that is lost is started again twice an hour, and then the CPU does the work", { timeout: SLOW_MS }, () =>
+  onPage({ prepare: inWorker(REAL_GPU) }, async ({ page }) => {
+    await page.evaluate(async () => {
+      globalThis.sft = await deepsft.DeepSft.load("/models/poster-a4/");
+      globalThis.picture = poster(sft);
+    });
+    const estimate = () =>
+      page.evaluate(async () => {
+        const { found } = await sft.estimate(picture);
+        return { found, device: sft.info.device, fallback: sft.info.fallback?.code };
+      });
+    const onGpu = { found: true, device: "webgpu", fallback: undefined };
+    assert.deepEqual(await estimate(), onGpu);
+    for (let loss = 0; loss < 2; loss++) {
+      await loseGpu(page);
+      assert.deepEqual(await estimate(), onGpu, `loss ${loss}`);
+    }
+    // An hour later those are forgotten.
+    await page.evaluate(() => {
+      const { now } = Date;
+      Date.now = () => now() + 3_600_000;
+    });
+    await loseGpu(page);
+    assert.deepEqual(await estimate(), onGpu);
+    await loseGpu(page);
+    assert.deepEqual(await estimate(), onGpu);
+    await loseGpu(page);
+    assert.deepEqual(await estimate(), { found: true, device: "cpu", fallback: "gpu-lost" });
+    assert.equal(page.workers().length, 1, "the old workers are gone");
+  }),
+);
+
+test("a mesh that is fitted while the GPU is lost is fitted all the same", { timeout: SLOW_MS }, () =>
+  onPage({ prepare: inWorker(REAL_GPU) }, async ({ page }) => {
+    await page.evaluate(async () => {
+      globalThis.sft = await deepsft.DeepSft.load("/models/poster-a4/");
+      globalThis.picture = poster(sft);
+      globalThis.seen = await sft.estimate(picture);
+    });
+    await loseGpu(page);
+    const vertices = await page.evaluate(async () => {
+      // The estimate finds out that the GPU is lost, and its worker takes along what else it was asked for.
+      const estimate = sft.estimate(picture);
+      await new Promise((resolve) => setTimeout(resolve, 5));
+      const [mesh] = await Promise.all([seen.completeMesh(), estimate]);
+      return mesh.vertices.length;
+    });
+    assert.ok(vertices > 100);
+  }),
+);
+
+test("an adapter without time stamps runs the engine, and is not asked for them", { timeout: SLOW_MS }, () => {
+  const withoutTimestamps = `
+    const { prototype } = GPUAdapter;
+    const { get: features } = Object.getOwnPropertyDescriptor(prototype, "features");
+    const { requestDevice } = prototype;
+    self.asked = [];
+    Object.defineProperty(prototype, "features", {
+      configurable: true,
+      get() { return new Set([...features.call(this)].filter((name) => name !== "timestamp-query")); },
+    });
+    prototype.requestDevice = function (descriptor) {
+      self.asked.push(...descriptor.requiredFeatures);
+      if (self.asked.includes("timestamp-query")) return Promise.reject(new TypeError("Unsupported feature"));
+      return requestDevice.call(this, descriptor);
+    };
+  `;
+  return onPage({ prepare: inWorker(withoutTimestamps) }, async ({ page }) => {
+    const { device, found } = await page.evaluate(async () => {
+      const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "webgpu" });
+      const { found } = await sft.estimate(poster(sft));
+      return { device: sft.info.device, found };
+    });
+    assert.deepEqual({ device, found }, { device: "webgpu", found: true });
+    assert.equal(await page.workers()[0].evaluate(() => self.asked.includes("timestamp-query")), false);
+  });
+});
+
+/** Has the worker do something else when it is asked for an estimate. */
+const onEstimate = (script) =>
+  inWorker(`
+    self.addEventListener("message", (event) => {
+      if (event.data.method !== "estimate") return;
+      event.stopImmediatePropagation();
+      ${script}
+    });
+  `);
+
+for (const [what, script, words] of [
+  ["falls silent", "", /silent for 2 s/],
+  ["crashes", 'throw new Error("boom");', /boom/],
+]) {
+  test(`a worker that ${what} is ended, and every call says so`, { timeout: SLOW_MS }, () =>
+    onPage({ webgpu: false, prepare: onEstimate(script) }, async ({ page }) => {
+      const errors = await page.evaluate(async () => {
+        const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", timeoutMs: 2000 });
+        const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 48 });
+        const calls = [sft.estimate(canvas), sft.estimate(canvas)];
+        return Promise.all(calls.map((call) => call.catch(({ name, code, message }) => ({ name, code, message }))));
+      });
+      for (const { name, code, message } of errors) {
+        assert.deepEqual([name, code], ["DeepSftError", "internal"]);
+        assert.match(message, words);
+      }
+      await page.waitForTimeout(200);
+      assert.deepEqual(page.workers(), []);
+    }),
+  );
+}
+
+test("workers that cannot be started are errors with a code", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page }) => {
+    const [absent, refused] = await page.evaluate(async () => {
+      const load = (options) =>
+        deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", ...options }).catch(({ name, code, message }) => ({ name, code, message }));
+      const absent = await load({ workerUrl: "/absent.js" });
+      globalThis.Worker = class {
+        constructor() {
+          throw new DOMException("not here", "SecurityError");
+        }
+      };
+      return [absent, await load({})];
+    });
+    assert.deepEqual([absent.name, absent.code], ["DeepSftError", "engine-load"]);
+    assert.match(absent.message, /workerUrl/);
+    assert.deepEqual([refused.name, refused.code], ["DeepSftError", "engine-load"]);
+    assert.match(refused.message, /not here/);
+    assert.deepEqual(page.workers(), []);
+  }),
+);
+
+/**
+ * A server that answers as `answer` says.
+ *
+ * @param {(path: string, response: import("node:http").ServerResponse) => void} answer
+ */
+async function serverThat(answer) {
+  const server = createServer((request, response) => {
+    response.setHeader("access-control-allow-origin", "*");
+    answer(request.url, response);
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  return { origin: `http://localhost:${server.address().port}`, close: () => (server.closeAllConnections(), server.close()) };
+}
+
+test("models that are no models are refused in words, whatever is wrong with them", { timeout: SLOW_MS }, async () => {
+  const manifests = {
+    "/null/model.json": "null",
+    "/no-files/model.json": "{}",
+    "/null-file/model.json": '{"files":{"a":null}}',
+    "/no-size/model.json": '{"files":{"a":{}}}',
+    "/text-size/model.json": '{"files":{"a":{"size":"7"}}}',
+  };
+  const server = await serverThat((path, response) => {
+    if (path in manifests) return response.end(manifests[path]);
+    // A description that breaks off.
+    response.writeHead(200, { "content-length": 1000 }).write('{"files":');
+    setTimeout(() => response.destroy(), 100);
+  });
+  try {
+    await onPage({ webgpu: false }, async ({ page }) => {
+      const codes = await page.evaluate(
+        (urls) => Promise.all(urls.map((url) => codeOf(deepsft.DeepSft.load(url, { device: "cpu" })))),
+        [...Object.keys(manifests), "/broken/model.json"].map((path) => server.origin + path.replace("model.json", "")),
+      );
+      assert.deepEqual(codes, [...Object.keys(manifests).map(() => "model-corrupt"), "model-load"]);
+    });
+  } finally {
+    server.close();
+  }
+});
+
+test("where one download fails the others end", { timeout: SLOW_MS }, async () => {
+  let ended;
+  const endless = new Promise((resolve) => (ended = resolve));
+  let begun = false;
+  const server = await serverThat((path, response) => {
+    if (path === "/model.json") return response.end('{"files":{"endless":{"size":9000000000},"absent":{"size":1}}}');
+    if (path === "/absent") return void setTimeout(() => response.writeHead(404).end(), begun ? 0 : 500);
+    begun = true;
+    response.writeHead(200);
+    const dripping = setInterval(() => response.write("drip"), 20);
+    response.on("close", () => (clearInterval(dripping), ended(true)));
+  });
+  try {
+    await onPage({ webgpu: false }, async ({ page }) => {
+      const code = await page.evaluate((url) => codeOf(deepsft.DeepSft.load(url, { device: "cpu" })), `${server.origin}/`);
+      assert.equal(code, "model-load");
+      assert.equal(begun, true);
+      const late = new Promise((resolve) => setTimeout(resolve, 3000, false));
+      assert.equal(await Promise.race([endless, late]), true, "the other download still runs");
+    });
+  } finally {
+    server.close();
+  }
+});
+
+test("pictures of another origin are an error with a code, also in a tracking", { timeout: SLOW_MS }, async () => {
+  const elsewhere = await serve({ folders: { "/": join(WWW, "demo") } });
+  try {
+    await onPage({ webgpu: false }, async ({ page }) => {
+      const codes = await page.evaluate(async (origin) => {
+        const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+        const video = Object.assign(document.createElement("video"), { muted: true, loop: true, src: `${origin}/clip.webm` });
+        document.body.append(video);
+        await video.play();
+        const image = Object.assign(new Image(), { src: `${origin}/screenshot.jpg` });
+        await image.decode();
+        return Promise.all([
+          codeOf(sft.estimate(video)),
+          codeOf(sft.estimate(image)),
+          codeOf(sft.track(video, () => undefined).finished),
+          codeOf(sft.trackMesh(video, () => undefined).finished),
+        ]);
+      }, elsewhere.origin);
+      assert.deepEqual(codes, Array(4).fill("image-cross-origin"));
+    });
+  } finally {
+    await elsewhere.close();
+  }
+});
+
+test("refused cameras and images that never come leave no picture and no listener behind", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page, context }) => {
+    const { codes, open } = await page.evaluate(async () => {
+      const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+      const made = [];
+      const { createImageBitmap } = globalThis;
+      globalThis.createImageBitmap = async (...options) => {
+        const bitmap = await createImageBitmap(...options);
+        made.push(bitmap);
+        return bitmap;
+      };
+      // A video that jumps for ever.
+      globalThis.jumping = document.createElement("video");
+      Object.defineProperty(jumping, "seeking", { get: () => true });
+      const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 48 });
+      canvas.getContext("2d").fillRect(0, 0, 9, 9);
+      const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream(20) });
+      const painting = setInterval(() => canvas.getContext("2d").fillRect(0, 0, Math.random() * 64, 9), 20);
+      await video.play();
+      const camera = { width: 64, height: 48, fx: 0, fy: 1, cx: 1, cy: 1 };
+      const codes = [
+        await codeOf(sft.estimate(canvas, { camera })),
+        await codeOf(sft.trackMesh(video, () => undefined, { camera }).finished),
+        await codeOf(sft.estimate(Object.assign(new Image(), { src: "/never" }))),
+        await codeOf(sft.estimate(jumping)),
+      ];
+      clearInterval(painting);
+      // A bitmap that was closed, or sent away, has no size.
+      return { codes, open: made.filter(({ width }) => width > 0).length };
+    });
+    assert.deepEqual(codes, ["camera-intrinsics", "camera-intrinsics", "image-unreadable", "image-unreadable"]);
+    assert.equal(open, 0, "pictures that stay in memory");
+    const cdp = await context.newCDPSession(page);
+    const { result } = await cdp.send("Runtime.evaluate", { expression: "jumping" });
+    const { listeners } = await cdp.send("DOMDebugger.getEventListeners", { objectId: result.objectId });
+    assert.deepEqual(listeners.map(({ type }) => type), []);
+  }),
+);
+
+test("frames that cannot be read are passed over, by both loops", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page }) => {
+    const seen = await page.evaluate(async () => {
+      const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+      const canvas = Object.assign(document.createElement("canvas"), { width: 320, height: 240 });
+      const painting = setInterval(() => canvas.getContext("2d").fillRect(0, 0, Math.random() * 320, 240), 30);
+      const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream(20) });
+      document.body.append(video);
+      await video.play();
+      const { createImageBitmap } = globalThis;
+      let failures = 0;
+      // What browsers say of a video that is interrupted.
+      globalThis.createImageBitmap = async (image, ...options) => {
+        if (image === video && failures < 3) {
+          failures++;
+          throw new DOMException("The video element's picture is not available.", "InvalidStateError");
+        }
+        return createImageBitmap(image, ...options);
+      };
+      const first = (start) =>
+        new Promise((resolve) => {
+          failures = 0;
+          const tracking = start((frame) => (frame.close(), resolve("a frame"), tracking.stop()));
+          tracking.finished.catch((error) => resolve(error.code));
+        });
+      const answers = [await first((take) => sft.track(video, take)), await first((take) => sft.trackMesh(video, take))];
+      clearInterval(painting);
+      return answers;
+    });
+    assert.deepEqual(seen, ["a frame", "a frame"]);
+  }),
+);
+
+test("the compiled engine is taken from the browser's cache on the next visit", { timeout: SLOW_MS }, async () => {
+  // Chromium forgets the compiled code of files that it has to ask about anew, so this one has a lifetime. It keeps code in
+  // a profile, and none while a test routes requests.
+  const server = await serve({ headers: { "cache-control": "max-age=3600" } });
+  const profile = await mkdtemp(join(tmpdir(), "deepsft-profile-"));
+  const context = await launch({ webgpu: false, profile });
+  try {
+    const visit = async () => {
+      const page = await context.newPage();
+      await page.goto(server.origin + BLANK);
+      const cdp = await context.newCDPSession(page);
+      const events = [];
+      cdp.on("Tracing.dataCollected", ({ value }) => events.push(...value.map(({ name }) => name)));
+      await cdp.send("Tracing.start", { traceConfig: { includedCategories: ["v8.wasm", "disabled-by-default-v8.compile", "disabled-by-default-devtools.timeline"] } });
+      const { loadedBytes, totalBytes } = await page.evaluate(async () => {
+        const { DeepSft } = await import("/src/index.js");
+        let engine;
+        const onProgress = (step) => (engine = step.phase === "engine" ? step : engine);
+        const sft = await DeepSft.load("/models/poster-a4/", { device: "cpu", onProgress });
+        // Browsers keep what was used much.
+        const picture = new OffscreenCanvas(480, 270);
+        picture.getContext("2d").fillRect(0, 0, 100, 100);
+        for (let i = 0; i < 3; i++) await sft.estimate(picture);
+        await new Promise((resolve) => setTimeout(resolve, 5000));
+        sft.close();
+        return engine;
+      });
+      assert.ok(loadedBytes > 1e6 && loadedBytes === totalBytes, "bytes are counted on a copy");
+      const complete = new Promise((resolve) => cdp.once("Tracing.tracingComplete", resolve));
+      await cdp.send("Tracing.end");
+      await complete;
+      await page.close();
+      return new Set(events.filter((name) => name.startsWith("v8.wasm.")));
+    };
+    const [first, second] = [await visit(), await visit()];
+    assert.ok(first.has("v8.wasm.streamFromResponseCallback") && !first.has("v8.wasm.moduleCacheHit"), [...first].join());
+    assert.ok(second.has("v8.wasm.moduleCacheHit"), [...second].join());
+  } finally {
+    await context.close();
+    await server.close();
+    await rm(profile, { recursive: true, force: true });
+  }
+});

@@ -1,0 +1,67 @@
+// A page with nothing on it but the package, for tests of the package itself.
+
+import { SLOW_MS, launch } from "./browser.mjs";
+import { serve } from "../../serve.mjs";
+
+/** The empty page's address on the site. */
+export const BLANK = "/tests/support/blank.html";
+
+/**
+ * Opens an empty page of the site in a browser of its own, with what tests share in its global scope: `deepsft` (the
+ * package), `codeOf` (a promise's error code), `poster` (a canvas that shows the template of an estimator).
+ *
+ * @param {object} [options]
+ * @param {(context: import("playwright-core").BrowserContext) => Promise<void>} [options.prepare]
+ * @param {Record<string, string>} [options.headers] of what the site answers
+ * @param {(body: { page: import("playwright-core").Page, origin: string }) => Promise<void>} body
+ */
+export async function onPage({ prepare, headers, ...launchOptions } = {}, body) {
+  const server = await serve({ headers });
+  const browser = await launch(launchOptions);
+  try {
+    const context = await browser.newContext();
+    context.setDefaultTimeout(SLOW_MS);
+    await prepare?.(context);
+    const page = await context.newPage();
+    // A real file: browsers forbid pages that a test makes up to ask other servers of this machine.
+    await page.goto(server.origin + BLANK);
+    await page.evaluate(async () => {
+      const deepsft = await import("/src/index.js");
+      const codeOf = (promise) =>
+        Promise.resolve(promise).then(
+          (value) => `resolved to ${value}`,
+          (error) => (error instanceof deepsft.DeepSftError ? error.code : String(error)),
+        );
+      const poster = (sft) => {
+        const { texture } = sft.template;
+        const picture = new OffscreenCanvas(texture.width, texture.height);
+        picture.getContext("2d").putImageData(texture, 0, 0);
+        const canvas = new OffscreenCanvas(640, 360);
+        const context = canvas.getContext("2d");
+        context.fillStyle = "#777";
+        context.fillRect(0, 0, 640, 360);
+        const height = (300 * texture.height) / texture.width;
+        context.drawImage(picture, 170, (360 - height) / 2, 300, height);
+        return canvas;
+      };
+      Object.assign(globalThis, { deepsft, codeOf, poster });
+    });
+    await body({ page, origin: server.origin, browser, context });
+  } finally {
+    await browser.close();
+    await server.close();
+  }
+}
+
+/**
+ * Adds to the beginning of the engine's worker.
+ *
+ * @param {string} script
+ */
+export const inWorker = (script) => (context) =>
+  context.route("**/src/worker.js", async (route) => {
+    const response = await route.fetch();
+    // Imports are hoisted: what is to run before them has to be imported before them.
+    const address = `data:text/javascript,${encodeURIComponent(script)}`;
+    await route.fulfill({ response, body: `import ${JSON.stringify(address)};\n${await response.text()}` });
+  });
