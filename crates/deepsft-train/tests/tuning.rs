@@ -11,9 +11,9 @@ use deepsft::{Architecture, Network, NetworkConfig, PaperConfig};
 use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Residual, Schedule,
-    TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated, train,
-    tune,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Residual,
+    Schedule, TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated,
+    train, tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -382,7 +382,10 @@ fn the_papers_preset_has_its_numbers_and_learns_with_them() {
         let epoch = losses.len() / 40;
         let (first, last) = (&losses[..epoch], &losses[losses.len() - epoch..]);
         let decrease = last.iter().sum::<f64>() / first.iter().sum::<f64>();
-        println!("{step:?}: loss times {decrease}, {:?} -> {:?}", tuned.before, tuned.after);
+        println!(
+            "{step:?}: loss times {decrease}, {:?} -> {:?}",
+            tuned.before, tuned.after
+        );
         assert!(decrease < 0.9, "{step:?}: {losses:?}");
         let (before, after) = match step {
             TuningStep::Depth => (tuned.before.measured_depth_rmse_mm, tuned.after.measured_depth_rmse_mm),
@@ -536,11 +539,22 @@ fn steps_two_and_three_train_the_papers_network_and_step_two_teaches_it_where_th
         (losses, tuned.unwrap())
     };
     let (losses, depth) = tuned(&network, TuningStep::Depth, 5e-3);
-    println!("step 2: loss {:?} -> {:?}, {:?} -> {:?}", losses.first(), losses.last(), depth.before, depth.after);
+    println!(
+        "step 2: loss {:?} -> {:?}, {:?} -> {:?}",
+        losses.first(),
+        losses.last(),
+        depth.before,
+        depth.after
+    );
     assert!(losses[39] < 0.1 * losses[0], "{losses:?}");
     let of = |metric: Option<MeanMedian>| metric.unwrap().mean;
     // Before, the whole image is object: an IoU of 0.14, its area. Where only the object is taught, it stays so.
-    assert!(of(depth.after.mask_iou) > 0.6, "{:?} -> {:?}", depth.before, depth.after);
+    assert!(
+        of(depth.after.mask_iou) > 0.6,
+        "{:?} -> {:?}",
+        depth.before,
+        depth.after
+    );
     let (losses, registration) = tuned(&depth.network, TuningStep::Registration, 2e-3);
     println!("step 3: loss {:?} -> {:?}", losses.first(), losses.last());
     assert!(losses[39] < 0.8 * losses[0], "{losses:?}");
