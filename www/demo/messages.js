@@ -30,11 +30,11 @@ const MESSAGES = {
   },
   "camera-constraints": {
     title: "This camera does not fit",
-    advice: "It offers no picture that can be used here.",
+    advice: "This camera offers no image size that the page can use.",
     remedies: ["clip", "image"],
   },
   "camera-lost": {
-    title: "The camera went away",
+    title: "The camera stopped",
     advice: "It was unplugged, or its permission was withdrawn. Plug it in again and try again.",
     remedies: ["retry", "clip", "image"],
   },
@@ -61,7 +61,7 @@ const MESSAGES = {
   "model-corrupt": {
     title: "The model is damaged",
     advice:
-      "What arrived is not what its maker sealed, so it is not used. Try again; if it stays so, the files on the server need replacing.",
+      "The downloaded files do not match their checksums, so the page does not use them. Try again. If it fails again, the files on the server need replacing.",
     remedies: ["retry"],
   },
   "model-version": {

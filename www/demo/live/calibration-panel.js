@@ -75,7 +75,7 @@ export class CalibrationPanel {
     this.#calibration = null;
     if (!result || result.spread > MOST_SPREAD * result.focal) {
       this.#say(
-        "That did not work out",
+        "The calibration failed",
         "The views contradict each other. Keep the sheet flat, in even light, and try again.",
       );
       return;
