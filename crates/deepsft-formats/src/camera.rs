@@ -47,6 +47,13 @@ impl CameraFile {
         }
     }
 
+    /// The same, with the pixel centres of `other` where it names none: one convention for all cameras of a file.
+    #[must_use]
+    pub fn or_centers_of(mut self, other: &Self) -> Self {
+        self.pixel_centers = self.pixel_centers.or(other.pixel_centers);
+        self
+    }
+
     /// The camera of these fields.
     ///
     /// # Errors

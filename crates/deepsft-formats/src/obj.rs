@@ -31,6 +31,20 @@ pub fn mesh_to_obj(mesh: &TriangleMesh) -> String {
 /// [`FormatError::Obj`] names the line that is not understood; [`FormatError::TemplateMesh`] when a corner names
 /// different numbers; [`FormatError::Geometry`] when the arrays do not fit together.
 pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
+    // A file that was cut or damaged is not read as another mesh.
+    for (line, text) in (1..).zip(obj.split(|&byte| byte == b'\n')) {
+        let mut words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let ours = match words.next() {
+            None => true,
+            Some(b"v" | b"f") => words.count() == 3,
+            Some(b"vt") => words.count() == 2,
+            Some(word) => word.starts_with(b"#"),
+        };
+        if !ours {
+            let reason = "it is no line of a template's mesh".to_owned();
+            return Err(FormatError::Obj { line, reason });
+        }
+    }
     let file = ObjFile::parse(obj)?;
     let mut faces = Vec::new();
     for face in file.groups.iter().flat_map(|group| &group.faces) {
@@ -184,6 +198,13 @@ mod tests {
             ("f 1/1", "f one", 9),
             ("f 1/1", "f /1", 9),
             ("3/3", "4/4", 9),
+            // A file that was cut in its last line, or damaged.
+            ("f 1/1 2/2 3/3", "f 1/1 2/2", 9),
+            ("f 1/1 2/2 3/3", "f 1/1 2/2 3/3 1/1", 9),
+            ("f 1/1 2/2 3/3", "g 1/1 2/2 3/3", 9),
+            ("v 4 5 6", "v 4 5 6 1", 3),
+            ("vt 0 1", "vt 0 1 0 0", 6),
+            ("# a", "mtllib x.mtl\n#", 1),
         ] {
             let error = mesh_from_obj(GOOD.replace(from, to).as_bytes()).unwrap_err();
             assert!(

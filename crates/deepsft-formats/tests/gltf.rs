@@ -78,6 +78,22 @@ fn names_are_percent_decoded_as_a_whole() {
 }
 
 #[test]
+fn an_image_of_two_textures_is_one_texture() {
+    let (mut json, _) = triangle();
+    let png = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
+    let base64 = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, png);
+    json["images"][0]["uri"] = format!("data:image/png;base64,{base64}").into();
+    json["textures"] = json!([{"source": 0}, {"source": 0}]);
+    let material = |index: u32| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": index}}});
+    json["materials"] = json!([material(0), material(1)]);
+    let mut second = json["meshes"][0]["primitives"][0].clone();
+    second["material"] = 1.into();
+    json["meshes"][0]["primitives"].as_array_mut().unwrap().push(second);
+    let scan = read_with(&json, "art.png").unwrap();
+    assert_eq!((scan.parts.len(), scan.textures.len()), (2, 1));
+}
+
+#[test]
 fn files_outside_of_the_folder_are_not_read_whatever_way_they_are_written() {
     for uri in [
         "/art.png",

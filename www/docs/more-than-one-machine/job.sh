@@ -42,7 +42,8 @@ track)
         failed=0
         while IFS= read -r video; do
             track=$OUT/$(basename "$video")
-            if [ -e "$track/track.json" ] && ! grep -q ended_early "$track/track.json"; then continue; fi
+            # A video with damaged frames is not tracked again: ffmpeg will complain each time.
+            if [ -e "$track/track.json" ] && ! grep ended_early "$track/track.json" | grep -qv ffmpeg; then continue; fi
             deepsft track --model "$MODEL" ${CAMERA:+--camera "$CAMERA"} --out "$track" "$video" </dev/null || failed=1
         done
         exit $failed

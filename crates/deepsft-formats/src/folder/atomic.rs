@@ -82,9 +82,19 @@ impl StagedFolder {
     /// Puts the folder in its place.
     ///
     /// # Errors
-    /// [`FormatError::Write`]; what was there before is still there then.
+    /// [`FormatError::Write`]; what was there before is still there then, and the error says where the new folder is.
     pub fn commit(self) -> Result<(), FormatError> {
-        replace_folder(self.beside.path(), &self.place, &self.kind)
+        replace_folder(self.beside.path(), &self.place, &self.kind).map_err(|error| {
+            let reason = match error {
+                FormatError::Write { reason, .. } => reason,
+                other => other.to_string(),
+            };
+            let kept = self.beside.keep();
+            FormatError::Write {
+                reason: format!("{reason}; what was made is now {}", kept.display()),
+                path: self.place,
+            }
+        })
     }
 }
 
@@ -147,7 +157,8 @@ fn keep_foreign(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
         let entries = match fs::read_dir(place.join(&folder)) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            // There is none, or it is gone meanwhile: nothing of it is left to keep.
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
             entries => entries?,
         };
         for entry in entries {
@@ -157,9 +168,17 @@ fn keep_foreign(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()
             // A link to a folder is a file here.
             if entry.file_type()?.is_dir() {
                 folders.push(name);
-            } else if !kind.has(&name) && fs::symlink_metadata(&new).is_err() {
+            } else if !kind.has(&name) {
                 fs::create_dir_all(parent(&new))?;
-                fs::hard_link(&old, &new).or_else(|_| fs::copy(&old, &new).map(drop))?;
+                // A replacement that was interrupted may have left an older version there.
+                match fs::remove_file(&new) {
+                    Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                    _ => {}
+                }
+                match fs::hard_link(&old, &new).or_else(|_| fs::copy(&old, &new).map(drop)) {
+                    Err(_) if fs::symlink_metadata(&old).is_err() => {}
+                    kept => kept?,
+                }
             }
         }
     }
@@ -262,6 +281,21 @@ mod tests {
             files(&["art.jpg", "mark", "shard-a.tar", "sub/mine/notes.txt"])
         );
         assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn the_newest_file_that_is_not_ours_is_kept() {
+        let above = tempfile::tempdir().unwrap();
+        let (beside, place) = (above.path().join("set.partial"), above.path().join("set"));
+        // A replacement that was killed has left an older version of the notes beside.
+        for (folder, notes) in [(&beside, "old"), (&place, "new")] {
+            fs::create_dir(folder).unwrap();
+            fs::write(folder.join("mark"), notes).unwrap();
+            fs::write(folder.join("notes.txt"), notes).unwrap();
+        }
+        replace_folder(&beside, &place, &KIND).unwrap();
+        assert_eq!(fs::read_to_string(place.join("notes.txt")).unwrap(), "new");
+        assert_eq!(fs::read_to_string(place.join("mark")).unwrap(), "old");
     }
 
     #[test]

@@ -57,7 +57,7 @@ impl FolderLock {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(FormatError::Locked { path: folder }),
                 // File systems without locks: better without than not at all.
-                Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
+                Err(TryLockError::Error(error)) if has_no_locks(&error) => {}
                 Err(TryLockError::Error(error)) => return Err(unwritten(error)),
             }
             // The process before may have removed the file between our opening and our locking it.
@@ -75,6 +75,12 @@ impl Drop for FolderLock {
         let _ = fs::remove_file(&self.path);
         let _ = self.file.unlock();
     }
+}
+
+/// Whether a file system has no locks. std has no kind for ENOLCK, which is 37 on Linux and 77 on macOS and BSD.
+fn has_no_locks(error: &io::Error) -> bool {
+    let no_locks = if cfg!(target_os = "linux") { 37 } else { 77 };
+    error.kind() == io::ErrorKind::Unsupported || (cfg!(unix) && error.raw_os_error() == Some(no_locks))
 }
 
 /// Whether `file` is still the one at `path`.

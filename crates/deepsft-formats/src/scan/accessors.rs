@@ -13,6 +13,9 @@ use percent_encoding::percent_decode_str;
 /// Most elements that are read of all accessors together, each as often as it is used.
 const MOST_ELEMENTS: u64 = 20_000_000;
 
+/// Most bytes of all buffers together.
+const MOST_BUFFER_BYTES: usize = 1 << 30;
+
 /// The buffers of a document.
 pub(super) struct Buffers<'a> {
     root: &'a Root,
@@ -24,15 +27,21 @@ pub(super) struct Buffers<'a> {
 impl<'a> Buffers<'a> {
     /// The buffers of `root`: data within it, files beside it, or the binary chunk.
     pub(super) fn new(root: &'a Root, binary: Option<&[u8]>, textures: &Textures<'_>) -> Result<Self, FormatError> {
-        let mut buffers = Vec::new();
+        let mut buffers: Vec<Vec<u8>> = Vec::new();
+        let mut total = 0_usize;
         for (number, buffer) in root.buffers.iter().enumerate() {
-            buffers.push(match (&buffer.uri, binary) {
+            let bytes = match (&buffer.uri, binary) {
                 (Some(uri), _) => {
                     content(uri, textures).or_else(|error| refused(format!("its buffer {number}: {error}")))?
                 }
                 (None, Some(binary)) if number == 0 => binary.to_vec(),
                 _ => return refused(format!("its buffer {number} is not there")),
-            });
+            };
+            total = total.saturating_add(bytes.len());
+            if total > MOST_BUFFER_BYTES {
+                return refused("its buffers have more than 1 GiB");
+            }
+            buffers.push(bytes);
         }
         Ok(Self {
             root,

@@ -181,14 +181,15 @@ impl Reading<'_, '_> {
         let Some(textures) = &mut self.textures else {
             return Ok(None);
         };
-        let Some(image) = self.root.get(index).and_then(|texture| self.root.get(texture.source)) else {
+        let source = self.root.get(index).map(|texture| texture.source);
+        let Some((source, image)) = source.and_then(|source| Some((source, self.root.get(source)?))) else {
             return refused(format!("its texture {index} is neither PNG nor JPEG"));
         };
         let buffers = &self.buffers;
         let number = match (&image.uri, image.buffer_view) {
             // Data within the URI is no name to tell people.
             (Some(uri), _) if uri.starts_with("data:") => {
-                textures.number(&format!("image of texture {index}"), |textures| content(uri, textures))?
+                textures.number(&format!("image {source}"), |textures| content(uri, textures))?
             }
             (Some(uri), _) => textures.number(uri, |textures| content(uri, textures))?,
             (None, Some(view)) => {

@@ -70,7 +70,9 @@ impl RgbdSensor {
             return Err(format!("depth_scale is {depth_scale}, expected the units in a metre"));
         }
         let depth = match (&json.depth_camera, &json.color_from_depth) {
-            (Some(depth), _) => camera(depth).map_err(|error| format!("depth_camera: {error}"))?,
+            (Some(depth), _) => {
+                camera(&depth.clone().or_centers_of(&json.color)).map_err(|error| format!("depth_camera: {error}"))?
+            }
             (None, None) => color,
             (None, Some(_)) => return Err("color_from_depth needs the depth camera's own intrinsics".to_owned()),
         };
@@ -145,6 +147,19 @@ mod tests {
         assert_eq!(sensor.color.principal_point().to_array(), [320.0, 240.0]);
         assert_eq!(sensor.depth.principal_point(), sensor.color.principal_point());
         assert_eq!(RgbdSensor::from_json(&sensor.to_json().unwrap()).unwrap(), sensor);
+    }
+
+    #[test]
+    fn the_depth_camera_counts_pixels_as_the_colour_camera_unless_it_says_otherwise() {
+        let depth = |more: &str| {
+            let camera = format!(
+                "\"depth_camera\": {{\"width\": 5, \"height\": 4, \"fx\": 3, \"fy\": 3, \"cx\": 2, \"cy\": 1.5{more}}}"
+            );
+            let json = TUM.replace("\"depth_scale\": 5000", &camera);
+            RgbdSensor::from_json(&json).unwrap().depth.principal_point().to_array()
+        };
+        assert_eq!(depth(""), [2.5, 2.0]);
+        assert_eq!(depth(", \"pixel_centers\": \"half\""), [2.0, 1.5]);
     }
 
     #[test]

@@ -137,25 +137,25 @@ impl CheckpointFolder {
     }
 
     /// Puts the newest whole checkpoint aside, under a name that is free, so that the training it belongs to begins
-    /// anew. Returns where it is kept; `None` when there is none.
+    /// anew. What else stands in its places is outdated or broken, and goes. Returns where the checkpoint is kept; `None`
+    /// when there is none.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] names the file.
     pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
-        let newest = self.places().into_iter().find(|place| place.join(STATE).is_file());
-        let Some(newest) = newest else { return Ok(None) };
+        let Some((newest, _)) = self.state()? else {
+            return Ok(None);
+        };
         let mut aside = self.beside(".outdated");
         let mut number = 1;
         while aside.exists() {
             number += 1;
             aside = self.beside(&format!(".outdated-{number}"));
         }
-        // The one before it is outdated too.
-        let old = self.beside(".old");
-        if newest != old && old.exists() {
-            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
-        }
         fs::rename(&newest, &aside).map_err(|e| failure("cannot rename", &e, &newest))?;
+        for place in self.places() {
+            remove_if_there(&place)?;
+        }
         Ok(Some(aside))
     }
 
@@ -180,9 +180,7 @@ impl CheckpointFolder {
         }
         let fresh = self.beside(".new");
         let old = self.beside(".old");
-        if fresh.exists() {
-            fs::remove_dir_all(&fresh).map_err(|e| failure("cannot remove", &e, &fresh))?;
-        }
+        remove_if_there(&fresh)?;
         fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
         let write = |path: &Path, bytes: &[u8]| {
             deepsft_formats::write_file(path, bytes).map_err(|e| TrainError::Checkpoint {
@@ -212,11 +210,12 @@ impl CheckpointFolder {
         })?;
         write(&path, &json)?;
         sync_folder(&fresh)?;
-        if old.exists() {
-            fs::remove_dir_all(&old).map_err(|e| failure("cannot remove", &e, &old))?;
-        }
-        if self.folder.exists() {
+        if is_whole(&self.folder) {
+            remove_if_there(&old)?;
             fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
+        } else {
+            // The one before it is the newest whole one, and stays until this one is in its place.
+            remove_if_there(&self.folder)?;
         }
         fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))?;
         sync_folder(self.folder.parent().unwrap_or(Path::new("")))
@@ -277,6 +276,18 @@ impl CheckpointFolder {
 pub fn existing_checkpoints(folder: &Path) -> Vec<PathBuf> {
     let places = CheckpointFolder::new(folder).places();
     places.into_iter().filter(|place| place.exists()).collect()
+}
+
+/// Whether the state in `folder` can be read.
+fn is_whole(folder: &Path) -> bool {
+    fs::read(folder.join(STATE)).is_ok_and(|bytes| serde_json::from_slice::<Checkpoint>(&bytes).is_ok())
+}
+
+fn remove_if_there(folder: &Path) -> Result<(), TrainError> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    fs::remove_dir_all(folder).map_err(|e| failure("cannot remove", &e, folder))
 }
 
 fn has_finite_weights(network: &Network) -> bool {
@@ -378,7 +389,20 @@ mod tests {
         fs::write(&state, "").unwrap();
         let load = || checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
         assert_eq!(load().unwrap().unwrap().state.samples, 7);
-        fs::remove_dir_all(folder.path().join("model.checkpoint.old")).unwrap();
+        // The next one takes the place of the broken one, not of the good one.
+        save(21);
+        let old = folder.path().join("model.checkpoint.old");
+        let samples = |folder: &Path| {
+            let bytes = fs::read(folder.join(STATE)).unwrap();
+            serde_json::from_slice::<Checkpoint>(&bytes).unwrap().samples
+        };
+        assert_eq!((samples(&old), load().unwrap().unwrap().state.samples), (7, 21));
+        fs::write(&state, "").unwrap();
+        let aside = checkpoint.set_aside().unwrap().unwrap();
+        assert_eq!(samples(&aside), 7);
+        assert_eq!(checkpoint.state().unwrap(), None);
+        save(28);
+        fs::write(&state, "").unwrap();
         assert!(load().err().unwrap().to_string().contains("state.json"));
     }
 
