@@ -22,9 +22,7 @@ use serde::Serialize;
 pub enum Reduction {
     /// Nothing: the loss as the paper prints it.
     Sum,
-    /// The number of images: sums over pixels, and the mean over a batch that Keras (the paper's framework) takes.
-    MeanOverImages,
-    /// The number of pixels that count, so that a learning rate does not hang on the size of batch and object. (The
+    /// The number of pixels that count, so that a learning rate does not depend on the size of batch and object. (The
     /// squared total variation still grows with the object; at the paper's weight that is nothing.)
     Mean,
 }
@@ -45,10 +43,6 @@ impl TuningLoss {
     fn reduced(data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>, reduction: Reduction) -> Self {
         let (data, total_variation) = match reduction {
             Reduction::Sum => (data, total_variation),
-            Reduction::MeanOverImages => {
-                let images = counts.dims()[0] as f64;
-                (data / images, total_variation / images)
-            }
             Reduction::Mean => {
                 let pixels = counts.sum().clamp_min(1.0);
                 (data / pixels.clone(), total_variation / pixels)

@@ -1,6 +1,9 @@
 //! `cargo xtask test`: every check of the workspace, cheapest first, one count at the end.
 
-use crate::{manifest::Manifest, tools, web};
+use crate::{
+    manifest::{Manifest, TARGET},
+    tools, web,
+};
 use anyhow::{Context, Result, bail, ensure};
 use std::{
     env,
@@ -60,7 +63,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         let manifest = Manifest::load(root)?;
         tools::ensure_node_packages(root, &manifest.tools)?;
         tools::chromium()?;
-        tools::ensure_rust_target(root, web::TARGET)?;
+        tools::ensure_rust_target(root, TARGET)?;
         Ok(Count { passed: 1, failed: 0 })
     });
     check("lints", &|| {

@@ -8,6 +8,9 @@ use std::{fs, path::Path};
 /// Name of the manifest in the workspace's root.
 pub const FILE_NAME: &str = "wasm-pack.toml";
 
+/// The one compilation target of browser builds.
+pub const TARGET: &str = "wasm32-unknown-unknown";
+
 /// The whole manifest. Unknown keys are refused: a misspelt one would silently do nothing.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -129,10 +132,10 @@ fn wasm_rustflags(config: &str) -> Result<Vec<String>> {
     let config: toml::Table = toml::from_str(config).context("reading .cargo/config.toml")?;
     let flags = config
         .get("target")
-        .and_then(|targets| targets.get(crate::web::TARGET))
+        .and_then(|targets| targets.get(TARGET))
         .and_then(|target| target.get("rustflags"))
         .and_then(toml::Value::as_array)
-        .with_context(|| format!(".cargo/config.toml has no list target.{}.rustflags", crate::web::TARGET))?;
+        .with_context(|| format!(".cargo/config.toml has no list target.{}.rustflags", TARGET))?;
     Ok(flags
         .iter()
         .filter_map(toml::Value::as_str)

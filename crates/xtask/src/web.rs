@@ -1,7 +1,7 @@
 //! The browser package: cargo, wasm-bindgen and wasm-opt, as `wasm-pack.toml` says, within its budget.
 
 use crate::{
-    manifest::{Budget, FILE_NAME, Manifest},
+    manifest::{Budget, FILE_NAME, Manifest, TARGET},
     tools,
 };
 use anyhow::{Context, Result, ensure};
@@ -14,9 +14,6 @@ use std::{
     process::Command,
     time::Instant,
 };
-
-/// The one compilation target.
-pub const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Bytes in a megabyte of a download.
 const MB: f64 = 1e6;

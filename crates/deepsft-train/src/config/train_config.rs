@@ -44,12 +44,14 @@ impl Budget {
 /// | step 3 | SGD 1e-5 with momentum and decay 1e-9, batches of 6, 10 epochs, Cauchy c = 4 of the squared difference | AdamW from 1e-3, falling, averaged weights, c = 60 of the difference, the template in the camera's colours |
 ///
 /// lambda = 1e-9 and mu = 0.5 are the same in both. Both divide the losses of steps 2 and 3 by the number of pixels that
-/// count, which is our choice: the paper prints sums and does not say what its program divides by. With sums its rates
-/// diverge on the compact network (step 2: depth 21 -> 642 mm in an epoch of 90 frames; step 3: an infinite loss after 24
-/// frames). [`TrainConfig::paper`] has the paper's losses of steps 2 and 3 but for that. Step 1's loss goes by the network
-/// in both: the paper's own and R50F learn by the paper's, divided by the number of pixels too
-/// ([`crate::supervised_maps_loss`]), the compact one by ours, on cells and bins ([`TrainConfig::loss`]). Which images
-/// step 1 sees is no part of it: see [`deepsft_synth::SynthConfig::paper`].
+/// count. The paper prints sums, and says neither what its program divides by nor in which unit its depths are; both together
+/// are one factor on the learning rate of step 2. With plain sums its rates diverge on the compact network (step 2: depth 21
+/// to 642 mm in an epoch of 90 frames; step 3: an infinite loss after 24 frames). With means over pixels step 3 learns at
+/// 1e-5, and step 2 does so with depths in decimetres; with depths in metres it hardly moves (24.14 to 24.11 mm in two epochs
+/// of 90 frames). So these are our reading of the paper in [`TrainConfig::paper`]. Step 1's loss goes by the network in both:
+/// the paper's own and R50F learn by the paper's, divided by the number of pixels too ([`crate::supervised_maps_loss`]), the
+/// compact one by ours, on cells and bins ([`TrainConfig::loss`]). Which images step 1 sees is no part of it: see
+/// [`deepsft_synth::SynthConfig::paper`].
 #[derive(Clone, Debug)]
 pub struct TrainConfig {
     /// Seed of weights, data and their order.
@@ -120,6 +122,9 @@ pub struct TuningSettings {
 const PAPER_SAMPLES: u64 = 47_000;
 const PAPER_EPOCHS: u64 = 40;
 
+/// Our reading of the unit of depth in the paper's step 2, see [`TrainConfig`].
+const PAPER_DEPTH_UNIT_MM: f64 = 100.0;
+
 impl TrainConfig {
     /// How the block of a step on a recording is trained.
     pub(crate) fn tuning(&self, step: TuningStep) -> TuningSettings {
@@ -129,8 +134,7 @@ impl TrainConfig {
         }
     }
 
-    /// The paper's values (section 4), for its own network. On the compact network, whose depths are of the size of one,
-    /// the rate of step 2 hardly moves anything.
+    /// The paper's values (section 4), with our reading of what it leaves open.
     pub fn paper() -> Self {
         let sgd = |momentum, decay, batch| TuningSettings {
             epochs: 10,
@@ -149,7 +153,7 @@ impl TrainConfig {
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
                 reduction: Reduction::Mean,
-                unit_mm: None,
+                unit_mm: Some(PAPER_DEPTH_UNIT_MM),
             },
             registration_tuning: sgd(0.9, 1e-9, 6),
             photo_consistency: PhotoConsistencyLoss {

@@ -4,7 +4,7 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Tensor, TensorData};
 
 /// The average of the weights over the last iterations: what is evaluated and shipped. In the first
-/// ones it forgets faster, so that it does not hang on to the start: step k keeps (1 + k) / (10 + k) at most.
+/// ones it forgets faster, so that it leaves the start behind: iteration k keeps (1 + k) / (10 + k) at most.
 #[derive(Clone)]
 pub struct WeightAverage {
     decay: f64,

@@ -1,4 +1,4 @@
-//! Evaluation: the figures of a model over frames with known truth.
+//! Evaluation: the errors of a model over frames whose truth is known.
 
 use super::evaluation_frame::EvaluationFrame;
 use crate::TrainError;
@@ -25,7 +25,7 @@ pub struct FrameResult {
     pub measured_pixels: Option<MeasuredPixels>,
     /// What the fit of the mesh did, where it was asked for and could fit one.
     pub fit: Option<FrameFit>,
-    /// What the answer took: canonical warp, network, judgement and refinement, one frame at a time. An ablation, whose
+    /// What the answer took: canonical warp, network, judgement and fit, one frame at a time. An ablation, whose
     /// rows come out of one pass, does not have it.
     pub seconds: Option<f64>,
 }
@@ -119,14 +119,14 @@ pub struct FitSummary {
 }
 
 impl Evaluation {
-    /// Evaluates `estimator` on `frames`, refining the frames in which the template was found if
-    /// there is a `refinement`, calling `each` after every frame.
+    /// Evaluates `estimator` on `frames`, fitting a mesh to the frames in which the template was found if
+    /// there is a `recovery`, calling `each` after every frame.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
     pub fn run(
         estimator: &Estimator,
-        mut refinement: Option<&mut MeshRecovery>,
+        mut recovery: Option<&mut MeshRecovery>,
         template: &Template,
         frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
         mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
@@ -139,20 +139,20 @@ impl Evaluation {
             let mut seconds = start.elapsed().as_secs_f64();
             let reference = frame.truth.reference(&estimate.maps);
             let mut fit = None;
-            if let Some(refinement) = refinement.as_deref_mut()
+            if let Some(recovery) = recovery.as_deref_mut()
                 && estimate.judgement.found
             {
                 let camera = estimator.canonical_camera();
                 let start = Instant::now();
-                let refined = refinement.recover(&estimate.canonical, camera, &estimate.maps);
+                let recovered = recovery.recover(&estimate.canonical, camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
-                if let Some(refined) = refined.map_err(DeepSftError::from)? {
+                if let Some(recovered) = recovered.map_err(DeepSftError::from)? {
                     fit = Some(FrameFit {
-                        mesh_taken: refined.accepted,
+                        mesh_taken: recovered.accepted,
                         network: frame.metrics(&estimate.maps, &reference, template.size_mm())?,
-                        photometric_cost: refined.photo_consistency_cost,
+                        photometric_cost: recovered.photo_consistency_cost,
                     });
-                    estimate.maps = refined.maps;
+                    estimate.maps = recovered.maps;
                 }
             }
             let result = FrameResult::new(index as u64, &frame, &estimate, &reference, template)?;
@@ -169,7 +169,7 @@ impl Evaluation {
 
     /// Evaluates each stage of the network of `estimator` (see [`deepsft::Network::stages`]) on the same `frames`: the
     /// ablation of its refinement blocks. The last stage is the network's answer, as [`Evaluation::run`] has it without a
-    /// refinement.
+    /// recovery.
     ///
     /// # Errors
     /// As [`Evaluation::run`].

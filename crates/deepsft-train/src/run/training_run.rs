@@ -116,7 +116,7 @@ pub(crate) fn run<T: TrainingStep>(
     };
     let mut metrics = None;
     if state.curve.is_empty() {
-        // What the figures to come are to be better than.
+        // Where the curve starts.
         let first = before.map_or_else(|| step.measure(&average.apply(network.valid())), Ok)?;
         let first_point = point(&state, f64::NAN, 0.0, &first);
         state.curve.push(first_point);

@@ -28,7 +28,6 @@ impl<'a> FramePart<'a> {
         let sizes = part_sizes(frames.len(), parts);
         let divisor = |frames: &[&TrainingFrame]| match reduction {
             Reduction::Sum => 1.0,
-            Reduction::MeanOverImages => frames.len() as f64,
             Reduction::Mean => frames.iter().map(|frame| counted(frame)).sum::<usize>().max(1) as f64,
         };
         let mut rest = frames;

@@ -37,7 +37,7 @@ are wanted, so sets may be larger than memory. The accuracy on the card, and fro
 measured on images made on the fly all the same: --images, --camera-effects and --backgrounds then choose those alone.
 
 --preset paper takes the paper's optimisers, learning rates, batches and epochs, and in steps 2 and 3 its losses, as means
-over pixels where it prints sums. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
+over pixels where it prints sums, depths in decimetres: with these its learning rates learn. It does not choose the network, whose loss in step 1 goes with it (compact: ours, smooth
 L1 and bins), nor the images: the paper's are --network paper and --images paper. --preset ours is what was measured to
 work on the compact network in the time of a CPU.
 

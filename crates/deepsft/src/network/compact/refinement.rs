@@ -3,6 +3,11 @@
 //! As in the paper each sees what the image says (here the main block's features) beside the maps
 //! found so far and corrects one of them. Ours also see what the registration implies for the depth
 //! of an isometric surface, see [`isometric_depth`] and [`super::planar`].
+//!
+//! In the paper both blocks read the main block's maps. Our registration refinement reads the refined depth instead (our
+//! choice): it is the better one, 11.2 against 15.6 mm in the median, and weights that were trained with it need it. The choice
+//! matters little: on 100 synthetic images the whole block brings the median registration error from 1.66 to 1.62 px
+//! (`deepsft eval --ablation`).
 
 use super::cells::PIXELS_PER_CELL;
 use super::layers::{Convolution, scaled_relu};
