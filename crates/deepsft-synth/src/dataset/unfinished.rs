@@ -350,6 +350,7 @@ mod tests {
         assert_eq!((set.finished(), set.edge_lengths().samples), (2, 2));
         let shapes = set.handle_shapes().unwrap();
         assert_eq!((shapes.shapes, shapes.weakened, shapes.at_rest), (2, 2, 0));
+        drop(set);
         // A shard cut short is not whole, nor is what comes after it.
         fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
         assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);
@@ -378,6 +379,7 @@ mod tests {
         let mut state: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         state["shards"][0].as_object_mut().unwrap().remove("handle_shapes");
         fs::write(&path, state.to_string()).unwrap();
+        drop(set);
         let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
         set.write_shard([sample(1)].into_iter()).unwrap();
         assert_eq!((set.finished(), set.handle_shapes()), (2, None));
@@ -391,6 +393,7 @@ mod tests {
         set.write_shard([sample(0)].into_iter()).unwrap();
         let failing = [sample(1), Err(SynthError::recording("no memory", Path::new("rgb")))];
         assert!(set.write_shard(failing.into_iter()).is_err());
+        drop(set);
         assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
     }
 
