@@ -2,6 +2,7 @@
 
 use crate::interruption::{self, Interrupted};
 use anyhow::Error;
+use deepsft_formats::FormatError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -76,10 +77,15 @@ pub fn message(error: &Error) -> String {
         .join(": ")
 }
 
+/// Whether a file format's reader lays the error at the door of an input.
+fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
+    matches!(error.downcast_ref(), Some(FormatError::Unusable { .. }))
+}
+
 fn code(error: &Error) -> u8 {
     if error.is::<Usage>() {
         USAGE
-    } else if error.is::<InvalidInput>() {
+    } else if error.is::<InvalidInput>() || error.chain().any(is_unusable) {
         INVALID_INPUT
     } else if error.is::<Interrupted>() {
         interruption::EXIT_CODE
@@ -104,6 +110,10 @@ mod tests {
             message(&error),
             "while starting: cannot use camera file a/b.json: it is a potato"
         );
+        assert_eq!(code(&error), INVALID_INPUT);
+        let read = deepsft_formats::read_camera(Path::new("nowhere/camera.json"));
+        let error = read.context("while starting").unwrap_err();
+        assert!(message(&error).starts_with("while starting: cannot use camera file nowhere/camera.json: "));
         assert_eq!(code(&error), INVALID_INPUT);
         assert_eq!(code(&usage("no")), USAGE);
         assert_eq!(message(&usage("no")), "no");

@@ -1,12 +1,9 @@
-//! What commands read: pictures, cameras, templates, model bundles. Every error names its file.
+//! What commands read: pictures and model bundles. Every error names its file.
 
 use crate::failure::BlameInput;
 use anyhow::{Result, bail};
-use deepsft::{
-    DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, TEMPLATE_FILE, TemplateFile, decode_picture,
-    parse_camera, start_device,
-};
-use deepsft_geometry::{Camera, Picture, Template};
+use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
+use deepsft_geometry::Picture;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path};
@@ -21,36 +18,6 @@ pub fn picture(path: &Path) -> Result<Picture> {
 pub fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
-}
-
-/// Reads a `camera.json`.
-pub fn camera(path: &Path) -> Result<Camera> {
-    let read = || -> Result<Camera> { Ok(parse_camera(&fs::read(path)?)?) };
-    read().blame("camera file", path)
-}
-
-/// Reads a template's folder.
-pub fn template(folder: &Path) -> Result<Template> {
-    let description = folder.join(TEMPLATE_FILE);
-    let read = || -> Result<TemplateFile> { Ok(TemplateFile::parse(&fs::read(&description)?)?) };
-    let file = read().blame("template", &description)?;
-    let texture = folder.join(file.texture());
-    let bytes = |path: &Path| -> Result<Vec<u8>> { Ok(fs::read(path)?) };
-    let pixels = bytes(&texture).blame("template with the texture", &texture)?;
-    let Some(name) = file.mesh() else {
-        // The size stands in the description, the rest of what can be wrong in the texture.
-        return file
-            .template(&pixels, None)
-            .blame("template with the texture", &texture);
-    };
-    let mesh = folder.join(name);
-    let triangles = bytes(&mesh).blame("template with the mesh", &mesh)?;
-    match decode_picture(&pixels) {
-        Ok(_) => file
-            .template(&pixels, Some(&triangles))
-            .blame("template with the mesh", &mesh),
-        Err(error) => Err(error).blame("template with the texture", &texture),
-    }
 }
 
 /// Reads and checks a model bundle's folder.

@@ -8,9 +8,7 @@
 pub mod printing;
 
 mod camera_choice;
-pub mod clip_folder;
 mod commands;
-mod dataset;
 pub mod failure;
 pub mod input;
 mod interruption;
@@ -19,7 +17,6 @@ pub mod network_choice;
 pub mod output;
 pub mod progress;
 pub mod synthesis;
-mod unfinished_dataset;
 mod video;
 
 use clap::{Parser, Subcommand};

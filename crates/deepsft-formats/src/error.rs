@@ -1,6 +1,8 @@
 //! The one error type of this crate.
 
 use deepsft_geometry::GeometryError;
+#[cfg(feature = "fs")]
+use std::path::Path;
 use std::path::PathBuf;
 
 /// What can go wrong between bytes and cameras, meshes, pictures, templates and samples.
@@ -188,4 +190,40 @@ pub enum FormatError {
         /// The folder.
         path: PathBuf,
     },
+    /// An input is missing, corrupt or unfit.
+    #[error("cannot use {what} {path}: {reason}")]
+    Unusable {
+        /// What it should be.
+        what: &'static str,
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A data set is not of the template that it is to be used for.
+    #[error("it is of another template: {difference}")]
+    OtherTemplate {
+        /// In what they differ.
+        difference: String,
+    },
+}
+
+#[cfg(feature = "fs")]
+impl FormatError {
+    /// The error of an input, a `what` ("camera file").
+    pub fn unusable(what: &'static str, path: &Path, reason: impl ToString) -> Self {
+        Self::Unusable {
+            what,
+            path: path.to_path_buf(),
+            reason: reason.to_string(),
+        }
+    }
+
+    /// The error of a file or folder that could not be written.
+    pub(crate) fn unwritten(path: &Path, reason: impl ToString) -> Self {
+        Self::Write {
+            reason: reason.to_string(),
+            path: path.to_path_buf(),
+        }
+    }
 }

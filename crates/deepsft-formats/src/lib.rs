@@ -31,7 +31,10 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 #[cfg(all(feature = "fs", feature = "scan"))]
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
-pub use folder::{FolderKind, FolderLock, StagedFolder, check_folder, replace_folder, write_file, write_folder};
+pub use folder::{
+    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, replace_folder, write_file,
+    write_folder,
+};
 pub use glb::textured_glb;
 pub use npy::{bool_npy, f32_npy};
 pub use obj::{mesh_from_obj, mesh_to_obj};
@@ -41,7 +44,9 @@ pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
 #[cfg(all(feature = "shards", feature = "fs"))]
-pub use shards::IndexedShards;
+pub use shards::{
+    DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, unfinished_dataset, write_shards,
+};
 #[cfg(feature = "shards")]
 pub use shards::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,

@@ -153,7 +153,7 @@ fn the_toy_is_written_as_a_template() {
         files.keys().collect::<Vec<_>>(),
         ["mesh.obj", "template.json", "texture.png", "views.png"]
     );
-    let toy = deepsft_cli::input::template(&folder.path().join("toy")).unwrap();
+    let toy = deepsft_formats::read_template(&folder.path().join("toy")).unwrap();
     assert_eq!(Topology::of(toy.mesh()).unwrap().genus(), Some(0));
     assert!(toy.mesh().faces().len() > 5000);
 }
@@ -162,7 +162,7 @@ fn the_toy_is_written_as_a_template() {
 fn the_poster_is_written_as_a_template_and_a_page_and_over_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     deepsft_lab(folder.path(), &["poster", "--out", "poster"]).succeeds();
-    let poster = deepsft_cli::input::template(&folder.path().join("poster")).unwrap();
+    let poster = deepsft_formats::read_template(&folder.path().join("poster")).unwrap();
     assert_eq!(poster.size_mm().to_array(), [297.0, 210.0]);
     assert!(
         fs::read(folder.path().join("poster/poster-a4.pdf"))

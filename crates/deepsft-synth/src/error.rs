@@ -48,6 +48,14 @@ pub enum SynthError {
         /// The file.
         path: PathBuf,
     },
+    /// The beginning of another data set is in the way.
+    #[error("{folder} holds the beginning of another data set ({difference}): ask for that one, or remove it")]
+    OtherDataset {
+        /// In what that one differs.
+        difference: String,
+        /// Where it is.
+        folder: PathBuf,
+    },
     /// A file was refused.
     #[error(transparent)]
     Format(#[from] FormatError),

@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod clip;
+mod dataset;
 mod deform;
 mod error;
 mod in_order;
@@ -14,7 +15,11 @@ mod recording;
 mod render;
 mod scene;
 
-pub use clip::{ClipConfig, ClipEvent, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED};
+pub use clip::{
+    CLIP_FILE, ClipConfig, ClipDescription, ClipEvent, ClipFolder, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED,
+    TRUTH_FOLDER, frame_name,
+};
+pub use dataset::{DatasetPlan, UnfinishedDataset};
 pub use deepsft_formats::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
     IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,

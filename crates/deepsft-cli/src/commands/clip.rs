@@ -1,16 +1,15 @@
 //! `deepsft clip`: a synthetic clip of a moving, bending sheet, with ground truth.
 
-use crate::clip_folder::{self, CAMERA_FILE, CLIP_FILE, ClipDescription, TRUTH_FOLDER, frame_name};
-use crate::dataset::{self, DATASET_FILE};
 use crate::failure::usage;
-use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::{input, interruption, progress};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use deepsft::{camera_to_json, encode_png};
+use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, read_template, write_file, write_shards};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
-    ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED, SampleRecord, SynthConfig, Synthesizer,
+    CAMERA_FILE, CLIP_FILE, ClipDescription, ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED,
+    SampleRecord, SynthConfig, Synthesizer, TRUTH_FOLDER, frame_name,
 };
 use std::path::{Path, PathBuf};
 
@@ -67,7 +66,7 @@ pub struct ClipArguments {
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED)]
     seed: u64,
     /// What happens
-    #[arg(long, value_name = "EVENT", value_parser = clip_folder::event, default_value = "motion")]
+    #[arg(long, value_name = "EVENT", default_value = "motion")]
     event: ClipEvent,
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -103,7 +102,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
         .map_while(|(frame, sample)| {
             let written = interruption::check().and_then(|()| Ok(sample?)).and_then(|sample| {
                 let png = encode_png(&sample.image)?;
-                atomic::write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
+                write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
                 Ok(SampleRecord {
                     seed: arguments.seed,
                     index: frame as u64,
@@ -120,7 +119,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     bar.finish_and_clear();
     let config = synthesizer.config();
     let description = DatasetDescription::new(&template, config.description(), arguments.seed, frames as u64, shards);
-    let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
+    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
     write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, camera_to_json(&camera))?;
     let description = ClipDescription::new(&story);
@@ -139,7 +138,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
 /// Writes the shards of the truth into a folder of the clip's.
 fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
     let truth = StagedFolder::new(folder, &FolderKind::DATASET)?;
-    let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
+    let shards = write_shards(truth.path(), records, SHARD_SIZE)?;
     truth.commit()?;
     Ok(shards)
 }
@@ -166,7 +165,7 @@ fn length(arguments: &ClipArguments) -> Result<ClipLength> {
 
 fn template(arguments: &ClipArguments) -> Result<Template> {
     match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => input::template(folder),
+        (Some(folder), _) => Ok(read_template(folder)?),
         (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
         (None, None) => Err(usage("--template or --model is needed")),
     }

@@ -6,7 +6,7 @@ mod worst;
 
 use crate::failure::usage;
 use crate::mesh_choice::MeshChoice;
-use crate::output::{atomic, sheet};
+use crate::output::sheet;
 use crate::synthesis::SynthesisOptions;
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -138,12 +138,12 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
     }
     println!("{}", accuracy_table(&reports));
     if let Some(path) = &arguments.json {
-        atomic::write_file(path, &reports_to_json(&reports)?)?;
+        deepsft_formats::write_file(path, &reports_to_json(&reports)?)?;
     }
     for (path, rows) in [(&arguments.sheet, worst_rows), (&arguments.figure, figure_rows)] {
         if let Some(path) = path {
             let sheet = sheet::sheet(&rows).context("no frame shows the object: there is nothing to draw")?;
-            atomic::write_file(path, &encode_png(&sheet)?)?;
+            deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
         }
     }
     Ok(())

@@ -3,12 +3,12 @@
 use crate::camera_choice::{CameraReport, camera_for};
 use crate::failure::{self, BlameInput, usage};
 use crate::mesh_choice::MeshChoice;
-use crate::output::atomic::FolderKind;
-use crate::output::{atomic, glb, npy, panels, sheet};
+use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
+use deepsft_formats::FolderKind;
 use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,7 +110,11 @@ struct Report {
 
 pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let folders = folders(&arguments.out, &arguments.images)?;
-    let camera = arguments.camera.as_deref().map(input::camera).transpose()?;
+    let camera = arguments
+        .camera
+        .as_deref()
+        .map(deepsft_formats::read_camera)
+        .transpose()?;
     let bundle = input::bundle(&arguments.model)?;
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
     let texture_png = encode_png(bundle.template().texture())?;
@@ -155,7 +159,7 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
                 "two of the images would be written to {folder}: reconstruct them one by one"
             )));
         }
-        atomic::check_folder(&folder, &RESULTS_FOLDER)?;
+        deepsft_formats::check_folder(&folder, &RESULTS_FOLDER)?;
         folders.push(folder);
     }
     Ok(folders)
@@ -210,7 +214,7 @@ impl Model {
         };
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
-        atomic::write_folder(folder, &RESULTS_FOLDER, &files)?;
+        deepsft_formats::write_folder(folder, &RESULTS_FOLDER, &files)?;
         let found = if judgement.found { "found" } else { "not found" };
         Ok(format!(
             "{}: {found}, confidence {:.2}: {}",
@@ -253,18 +257,24 @@ impl Model {
         let mut files = BTreeMap::from([
             (
                 "depth.npy".to_owned(),
-                npy::f32_npy(&[rows, columns], maps.depth().iter().copied()),
+                deepsft_formats::f32_npy(&[rows, columns], maps.depth().iter().copied()),
             ),
             (
                 "registration.npy".to_owned(),
-                npy::f32_npy(&[rows, columns, 2], registration),
+                deepsft_formats::f32_npy(&[rows, columns, 2], registration),
             ),
-            ("mask.npy".to_owned(), npy::bool_npy(&[rows, columns], maps.mask())),
+            (
+                "mask.npy".to_owned(),
+                deepsft_formats::bool_npy(&[rows, columns], maps.mask()),
+            ),
             ("sheet.png".to_owned(), encode_png(&sheet)?),
-            ("mesh.glb".to_owned(), glb::textured_glb(&mesh, &self.texture_png)),
+            (
+                "mesh.glb".to_owned(),
+                deepsft_formats::textured_glb(&mesh, &self.texture_png),
+            ),
         ]);
         if let Some(whole) = whole {
-            let glb = glb::textured_glb(whole, &self.texture_png);
+            let glb = deepsft_formats::textured_glb(whole, &self.texture_png);
             files.insert("whole-mesh.glb".to_owned(), glb);
         }
         Ok(files)

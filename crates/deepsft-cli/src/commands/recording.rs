@@ -1,17 +1,15 @@
 //! `deepsft recording`: RGB-D recordings to train steps 2 and 3 on.
 
-use crate::clip_folder::TRUTH_FOLDER;
-use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
-use crate::output::atomic::{self, FolderKind, StagedFolder};
 use crate::progress;
 use crate::{input, interruption};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Subcommand};
+use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, read_template, write_file, write_shards};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{
     CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
-    SampleRecord, SimulatedFrame, SimulationConfig, encode_depth_png, encode_jpeg, encode_mask_png,
+    SampleRecord, SimulatedFrame, SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -142,13 +140,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
             record.map_err(|error| failure = Some(error)).ok()
         });
     let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &FolderKind::DATASET)?;
-    let shards = dataset::write_shards(&truth, records, SHARD_SIZE)?;
+    let shards = write_shards(truth.path(), records, SHARD_SIZE)?;
     truth.commit()?;
     if let Some(error) = failure {
         return Err(error);
     }
     bar.finish_and_clear();
-    let write = |name: &str, content: String| atomic::write_file(&folder.path().join(name), content.as_bytes());
+    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
     let description = DatasetDescription::new(
         &template,
         simulator.renderer().description(),
@@ -186,7 +184,7 @@ fn write_frame(
     masks: bool,
 ) -> Result<deepsft_synth::Sample> {
     let sensor = simulator.sensor();
-    let write = |name: String, bytes: &[u8]| atomic::write_file(&folder.join(name), bytes);
+    let write = |name: String, bytes: &[u8]| write_file(&folder.join(name), bytes);
     let SimulatedFrame { color, depth, truth } = frame;
     write(
         format!("{RGB_FOLDER}/{index:06}.jpg"),
@@ -264,7 +262,7 @@ fn verify(arguments: &VerifyArguments) -> Result<()> {
 
 fn template(arguments: &SimulateArguments) -> Result<Template> {
     match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => input::template(folder),
+        (Some(folder), _) => Ok(read_template(folder)?),
         (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
         (None, None) => Err(crate::failure::usage("--template or --model is needed")),
     }

@@ -1,18 +1,15 @@
 //! `deepsft synth`: a synthetic data set.
 
-use crate::dataset;
 use crate::failure::usage;
-use crate::output::{atomic, contact_sheet};
+use crate::output::contact_sheet;
 use crate::synthesis::SynthesisOptions;
-use crate::unfinished_dataset::{CountedSample, Plan, UnfinishedDataset};
-use crate::{input, progress, synthesis};
+use crate::{progress, synthesis};
 use anyhow::{Result, bail};
 use clap::Args;
 use deepsft::encode_png;
-use deepsft_synth::{DatasetDescription, EdgeLengthSummary, SampleRecord, Synthesizer};
-use std::ops::Range;
+use deepsft_formats::{DATASET_FILE, DatasetFolder, DatasetPart, dataset_parts, read_template};
+use deepsft_synth::{DatasetDescription, DatasetPlan, Synthesizer, UnfinishedDataset};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Instant;
 
 #[derive(Args)]
@@ -50,7 +47,7 @@ pub struct SynthArguments {
     out: PathBuf,
     /// Make only part I of N (1/N to N/N), in the folder part-I-of-N of DIR
     #[arg(long, value_name = "I/N")]
-    shard: Option<Part>,
+    shard: Option<DatasetPart>,
     /// Index of the first sample
     #[arg(long, value_name = "INDEX", default_value_t = 0)]
     first: u64,
@@ -64,33 +61,6 @@ pub struct SynthArguments {
     sheet: Option<PathBuf>,
 }
 
-/// Part `number` of `of`, from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Part {
-    number: u64,
-    of: u64,
-}
-
-impl FromStr for Part {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').map(|(number, of)| (number.parse(), of.parse()));
-        match numbers {
-            Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Self { number, of }),
-            _ => Err("expected I/N with I from 1 to N, like 2/8".to_owned()),
-        }
-    }
-}
-
-impl Part {
-    /// The part's indices among `count` samples from `first` on; parts differ by one sample at most.
-    fn indices(self, first: u64, count: u64) -> Range<u64> {
-        let end = |number: u64| first + (u128::from(count) * u128::from(number) / u128::from(self.of)) as u64;
-        end(self.number - 1)..end(self.number)
-    }
-}
-
 pub fn run(arguments: &SynthArguments) -> Result<()> {
     let Some(end) = arguments.first.checked_add(arguments.count) else {
         let (first, count) = (arguments.first, arguments.count);
@@ -99,7 +69,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
             u64::MAX
         )));
     };
-    let template = input::template(&arguments.template)?;
+    let template = read_template(&arguments.template)?;
     let synthesizer = synthesis::synthesizer(&template, &arguments.images)?;
     let seed = arguments.seed;
     if let Some(part) = arguments.shard {
@@ -108,45 +78,39 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     let (indices, place) = match arguments.shard {
         Some(part) => (
             part.indices(arguments.first, arguments.count),
-            arguments.out.join(dataset::part_name(part.number, part.of)),
+            arguments.out.join(part.folder_name()),
         ),
         None => (arguments.first..end, arguments.out.clone()),
     };
-    let plan = Plan {
-        seed,
-        first: indices.start,
-        samples: indices.end - indices.start,
-        shard_size: arguments.shard_size,
-        fingerprint: synthesizer.fingerprint(),
-    };
+    let plan = DatasetPlan::new(&synthesizer, seed, indices.clone(), arguments.shard_size);
     if let Some(path) = &arguments.sheet {
         let some: Vec<_> = deepsft_synth::samples(synthesizer.clone(), seed, indices.clone())
             .take(contact_sheet::SAMPLES)
             .collect::<Result<_, _>>()?;
-        atomic::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
+        deepsft_formats::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
         println!("{} samples on a sheet: {}", some.len(), path.display());
     }
-    match dataset::open(&place) {
-        Ok(there) if is_planned(&there, &plan) => {
-            dataset::check_shards(&place, &there)?;
-            dataset::check_hashes(&place, &there)?;
+    match DatasetFolder::open(&place) {
+        Ok(there) if plan.is_of(there.description()) => {
+            there.check_shards()?;
+            there.check_hashes()?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
     }
-    let description = dataset::open(&place)?;
-    print_deformations(&description);
+    print_deformations(DatasetFolder::open(&place)?.description());
     if let Some(part) = arguments.shard {
-        match dataset::open(&arguments.out) {
+        match DatasetFolder::open(&arguments.out) {
             Ok(whole) => {
-                dataset::check_shards(&arguments.out, &whole)?;
+                whole.check_shards()?;
+                let whole = whole.description();
                 println!(
                     "all {} parts are there, {} samples: {}",
                     part.of,
                     whole.samples,
                     arguments.out.display()
                 );
-                print_deformations(&whole);
+                print_deformations(whole);
             }
             Err(_) => println!("these figures are of part {} of {} only", part.number, part.of),
         }
@@ -155,14 +119,14 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
 }
 
 /// Refuses a folder that holds a whole data set or other parts.
-fn check_parts(folder: &Path, part: Part) -> Result<()> {
-    if folder.join(dataset::DATASET_FILE).exists() {
+fn check_parts(folder: &Path, part: DatasetPart) -> Result<()> {
+    if folder.join(DATASET_FILE).exists() {
         bail!(
             "{} holds a whole data set: choose another folder for parts, or remove it",
             folder.display()
         );
     }
-    match dataset::parts(folder) {
+    match dataset_parts(folder) {
         Some(of) if of != part.of => {
             bail!(
                 "{} holds parts of {of}: choose another folder for parts of {}, or remove it",
@@ -174,57 +138,20 @@ fn check_parts(folder: &Path, part: Part) -> Result<()> {
     }
 }
 
-/// Whether a data set is the one that is planned, up to how it is cut into files.
-fn is_planned(there: &DatasetDescription, plan: &Plan) -> bool {
-    (there.seed, there.first, there.samples, &there.fingerprint)
-        == (plan.seed, plan.first, plan.samples, &plan.fingerprint)
-}
-
-fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: Plan, place: &Path) -> Result<()> {
-    let seed = plan.seed;
-    let mut set = UnfinishedDataset::open(place, plan.clone())?;
+fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: DatasetPlan, place: &Path) -> Result<()> {
+    let samples = plan.samples();
+    let set = UnfinishedDataset::open(place, plan)?;
     let begun = set.finished();
     if begun > 0 {
         println!("going on after {begun} samples");
     }
     let start = Instant::now();
-    let bar = progress::counting(plan.samples, "samples");
+    let bar = progress::counting(samples, "samples");
     bar.set_position(begun);
     bar.reset_eta();
-    while set.finished() < plan.samples {
-        let first = plan.first + set.finished();
-        let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
-        let samples = deepsft_synth::in_order(first..end, |index| {
-            let (sample, strength) = synthesizer.sample_and_strength(seed, index);
-            synthesizer.check_photographs()?;
-            let seen = sample.has_template;
-            let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));
-            let record = SampleRecord { seed, index, sample };
-            Ok(CountedSample {
-                encoded: record.encode()?,
-                edge_lengths,
-                handle_strength: strength.filter(|_| seen),
-            })
-        });
-        set.write_shard(samples.inspect(|_| bar.inc(1)))?;
-    }
+    set.make(synthesizer, arguments.shard, || bar.inc(1))?;
     bar.finish_and_clear();
-    let mut description = DatasetDescription::new(
-        synthesizer.template(),
-        synthesizer.config().description(),
-        seed,
-        plan.samples,
-        set.shards(),
-    );
-    description.shard_bytes = set.shard_bytes();
-    description.shard_sha256 = set.shard_sha256();
-    description.first = plan.first;
-    description.part = arguments.shard.map(|part| (part.number, part.of));
-    description.fingerprint = plan.fingerprint;
-    description.edge_length_change = Some(EdgeLengthSummary::new(set.edge_lengths()));
-    description.handle_shapes = set.handle_shapes();
-    set.finish(&description)?;
-    let made = plan.samples - begun;
+    let made = samples - begun;
     let rate = made as f64 / start.elapsed().as_secs_f64();
     println!("{made} samples, {rate:.1} a second: {}", place.display());
     Ok(())
@@ -246,32 +173,5 @@ fn print_deformations(description: &DatasetDescription) {
             "of {} shapes {} were made weaker than drawn and {} left at rest, to keep the lengths of edges",
             shapes.shapes, shapes.weakened, shapes.at_rest
         );
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_are_all_of_it_once() {
-        for (count, of) in [(10, 3), (2, 4), (60_000, 7), (u64::MAX / 2, 5)] {
-            let mut next = 11;
-            for number in 1..=of {
-                let indices = Part { number, of }.indices(11, count);
-                assert_eq!(indices.start, next);
-                assert!((indices.end - indices.start).abs_diff(count / of) <= 1);
-                next = indices.end;
-            }
-            assert_eq!(next, 11 + count);
-        }
-    }
-
-    #[test]
-    fn parts_are_counted_from_one() {
-        assert_eq!("2/8".parse(), Ok(Part { number: 2, of: 8 }));
-        for text in ["0/4", "5/4", "1/0", "1", "a/b", "-1/2", "1/2/3"] {
-            assert!(text.parse::<Part>().is_err(), "{text}");
-        }
     }
 }

@@ -3,7 +3,7 @@
 mod import;
 
 use crate::failure::BlameInput;
-use crate::{input, output::atomic};
+use crate::input;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use deepsft::template_to_files;
@@ -81,7 +81,7 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
 }
 
 fn new(arguments: &NewArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
+    deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
     let SizeMm { width, height } = arguments.size_mm;
     for warning in warnings(&picture, arguments.size_mm) {
@@ -93,9 +93,9 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let size = (texture.width(), texture.height());
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
-    atomic::write_folder(
+    deepsft_formats::write_folder(
         &arguments.out,
-        &atomic::FolderKind::TEMPLATE,
+        &deepsft_formats::FolderKind::TEMPLATE,
         &template_to_files(&template)?,
     )?;
     println!(

@@ -4,20 +4,19 @@ mod report;
 mod track_folder;
 
 use crate::camera_choice::{CameraReport, camera_for};
-use crate::clip_folder::{CAMERA_FILE, Clip};
 use crate::failure::{self, BlameInput};
-use crate::output::atomic::{self, FolderKind};
-use crate::output::{glb, wireframe};
+use crate::output::wireframe;
 use crate::video::Video;
 use crate::{input, interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::video::{NetworkPace, TrackedFrame, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, encode_png};
+use deepsft_formats::{FolderKind, FormatError};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::{Camera, Picture, Template};
-use deepsft_synth::Sample;
+use deepsft_synth::{CAMERA_FILE, ClipFolder, Sample};
 use deepsft_train::tracking_errors::{self, TRACKED_PX};
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
@@ -119,8 +118,8 @@ impl TrackArguments {
 }
 
 pub fn run(arguments: &TrackArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &TRACK_FOLDER)?;
-    let clip = Clip::open(&arguments.video)?;
+    deepsft_formats::check_folder(&arguments.out, &TRACK_FOLDER)?;
+    let clip = ClipFolder::open(&arguments.video)?;
     let rate = arguments
         .fps
         .or_else(|| clip.as_ref().map(|clip| clip.description.frames_per_s));
@@ -245,10 +244,10 @@ fn camera(arguments: &TrackArguments, first: &Picture) -> Result<(Camera, &'stat
         None if beside.is_file() => &beside,
         None => return Ok((Camera::typical(first.width() as u32, first.height() as u32)?, "assumed")),
     };
-    camera_for(first, &input::camera(path)?).blame("camera file", path)
+    camera_for(first, &deepsft_formats::read_camera(path)?).blame("camera file", path)
 }
 
-fn check_template(clip: &Clip, template: &Template) -> Result<()> {
+fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
     let ([width, height], size) = (clip.template_size_mm(), template.size_mm());
     if [width, height] != size.to_array() {
         let (x, y) = (size.x, size.y);
@@ -266,7 +265,7 @@ struct Track<'a> {
     camera: Camera,
     frames_per_s: f64,
     tracker: VideoTracker<'a>,
-    truth: Option<Box<dyn Iterator<Item = Result<Sample>>>>,
+    truth: Option<Box<dyn Iterator<Item = Result<Sample, FormatError>>>>,
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
     pictures: bool,
@@ -302,7 +301,7 @@ impl Track<'_> {
         if let Some(texture) = self.texture_png.as_ref().filter(|_| tracked.found) {
             let mesh = self.template.mesh().with_vertices(tracked.vertices_camera.clone())?;
             self.folder
-                .write("meshes", number, "glb", &glb::textured_glb(&mesh, texture))?;
+                .write("meshes", number, "glb", &deepsft_formats::textured_glb(&mesh, texture))?;
         }
         let report = FrameReport {
             frame: number,

@@ -9,7 +9,6 @@ mod recording_steps;
 mod training;
 
 use crate::failure::{BlameInput, usage};
-use crate::output::atomic;
 use crate::{input, synthesis};
 use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
@@ -23,9 +22,9 @@ use training::Training;
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
     let mut plan = Plan::new(arguments)?;
-    atomic::check_folder(&arguments.out, &BUNDLE_FOLDER)?;
+    deepsft_formats::check_folder(&arguments.out, &BUNDLE_FOLDER)?;
     // Two trainings would overwrite each other's checkpoints.
-    let _alone = atomic::FolderLock::acquire(&arguments.out)?;
+    let _alone = deepsft_formats::FolderLock::acquire(&arguments.out)?;
     for checkpoint in plan.checkpoints() {
         let found = existing_checkpoints(&checkpoint);
         if !arguments.resume && !found.is_empty() {
@@ -37,7 +36,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         }
     }
     let start = match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => Start::Template(input::template(folder)?),
+        (Some(folder), _) => Start::Template(deepsft_formats::read_template(folder)?),
         (None, Some(folder)) => {
             let bundle = input::bundle(folder)?;
             check_blocks(&bundle, &plan).blame("model bundle", folder)?;

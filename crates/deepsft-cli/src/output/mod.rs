@@ -1,5 +1,4 @@
-//! The files that commands write: maps, meshes, picture sheets; each writer makes bytes, [`atomic`]
-//! puts them in place.
+//! The pictures that commands draw: maps, meshes, sheets, curves.
 
 pub mod canvas;
 pub mod chart;
@@ -11,7 +10,3 @@ pub mod panels;
 pub mod sheet;
 pub mod turntable;
 pub mod wireframe;
-
-pub use deepsft_formats as atomic;
-pub use deepsft_formats as glb;
-pub use deepsft_formats as npy;

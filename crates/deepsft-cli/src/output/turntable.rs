@@ -1,6 +1,5 @@
 //! A template from several sides, for a look at whether it is right.
 
-use super::atomic;
 use super::canvas::Canvas;
 use super::lettering::{Align, Lettering};
 use anyhow::Result;
@@ -59,7 +58,7 @@ pub fn turntable(template: &Template) -> Result<Picture> {
 pub fn write_template(out: &Path, template: &Template) -> Result<()> {
     let mut files = template_to_files(template)?;
     files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
-    atomic::write_folder(out, &atomic::FolderKind::TEMPLATE, &files)?;
+    deepsft_formats::write_folder(out, &deepsft_formats::FolderKind::TEMPLATE, &files)?;
     let (size, texture) = (template.extent_mm(), template.texture());
     println!(
         "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",

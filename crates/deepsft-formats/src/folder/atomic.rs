@@ -22,7 +22,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
         beside.persist(path)?;
         Ok(())
     };
-    write().map_err(|error| unwritten(&error, path))
+    write().map_err(|error| FormatError::unwritten(path, error))
 }
 
 /// Writes a folder of `files` as [`StagedFolder`] does.
@@ -39,7 +39,7 @@ pub fn write_folder(path: &Path, kind: &FolderKind, files: &BTreeMap<String, Vec
             file.write_all(bytes)?;
             file.sync_all()
         };
-        write().map_err(|error| unwritten(&error, &path.join(name)))?;
+        write().map_err(|error| FormatError::unwritten(&path.join(name), error))?;
     }
     staged.commit()
 }
@@ -68,7 +68,7 @@ impl StagedFolder {
             tempfile::Builder::new().prefix(".partial-").tempdir_in(parent(place))
         };
         Ok(Self {
-            beside: begin().map_err(|error| unwritten(&error, place))?,
+            beside: begin().map_err(|error| FormatError::unwritten(place, error))?,
             place: place.to_path_buf(),
             kind: *kind,
         })
@@ -127,7 +127,7 @@ pub fn replace_folder(beside: &Path, place: &Path, kind: &FolderKind) -> Result<
         }
         Err(error)
     };
-    replace().map_err(|error| unwritten(&error, place))
+    replace().map_err(|error| FormatError::unwritten(place, error))
 }
 
 /// Whether [`StagedFolder`] would take this place: asked before work that takes long.
@@ -183,13 +183,6 @@ fn keep_foreign(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()
         }
     }
     Ok(())
-}
-
-fn unwritten(error: &io::Error, path: &Path) -> FormatError {
-    FormatError::Write {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    }
 }
 
 fn parent(path: &Path) -> &Path {

@@ -128,11 +128,22 @@ impl DatasetDescription {
         }
     }
 
-    /// Whether the set is of `template`, as far as it says: its size, and its mesh and texture unless an earlier version
+    /// Checks that the set is of `template`, as far as it says: its size, and its mesh and texture unless an earlier version
     /// wrote it.
-    pub fn is_of(&self, template: &Template) -> bool {
-        let known = [String::new(), template_fingerprint(template)];
-        self.template_size_mm == template.size_mm().to_array() && known.contains(&self.template_sha256)
+    ///
+    /// # Errors
+    /// [`FormatError::OtherTemplate`].
+    pub fn check_template(&self, template: &Template) -> Result<(), FormatError> {
+        let [width, height] = self.template_size_mm;
+        let size = template.size_mm();
+        let difference = if [width, height] != size.to_array() {
+            format!("{width} x {height} mm, not {} x {} mm", size.x, size.y)
+        } else if ![String::new(), template_fingerprint(template)].contains(&self.template_sha256) {
+            "one of this size, with another texture or mesh".to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(FormatError::OtherTemplate { difference })
     }
 
     /// The text of `dataset.json`.

@@ -11,18 +11,26 @@
 //!
 //! So depth comes back within 0.05 mm and registration within 1 / 131070.
 
+#[cfg(feature = "fs")]
+mod dataset_folder;
 mod description;
 mod edge_lengths;
 #[cfg(feature = "fs")]
 mod index;
+#[cfg(feature = "fs")]
+mod part;
 mod reader;
 mod sample;
 mod writer;
 
+#[cfg(feature = "fs")]
+pub use dataset_folder::{DATASET_FILE, DatasetFolder, dataset_parts, unfinished_dataset, write_shards};
 pub use description::{DatasetDescription, EdgeLengthSummary, HandleShapeCounts};
 pub use edge_lengths::{EdgeLengthChange, EdgeLengthHistogram};
 #[cfg(feature = "fs")]
 pub use index::IndexedShards;
+#[cfg(feature = "fs")]
+pub use part::DatasetPart;
 pub use reader::ShardReader;
 pub use sample::{EncodedSample, Sample, SampleRecord};
 pub use writer::{ShardWriter, write_shard};

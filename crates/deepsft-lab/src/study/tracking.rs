@@ -11,7 +11,7 @@ use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
 use deepsft_cli::output::sheet;
-use deepsft_cli::{clip_folder, input, progress};
+use deepsft_cli::{input, progress};
 use deepsft_formats::write_file;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
@@ -73,7 +73,7 @@ pub struct TrackingStudyArguments {
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED + 1000)]
     seed: u64,
     /// Only clips in which this happens: motion, occlusion, jump-cut, leaving or still
-    #[arg(long, value_name = "EVENT", value_parser = clip_folder::event)]
+    #[arg(long, value_name = "EVENT")]
     event: Option<ClipEvent>,
     /// Frames after which the network's answer is there
     #[arg(long, value_name = "K", default_value_t = 4, value_parser = clap::value_parser!(u64).range(..=30))]

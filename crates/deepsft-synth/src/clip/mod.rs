@@ -1,7 +1,9 @@
 //! Clips: rendered videos with ground truth.
 
+mod folder;
 mod motion;
 mod story;
 
+pub use folder::{CLIP_FILE, ClipDescription, ClipFolder, TRUTH_FOLDER, frame_name};
 pub use motion::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
 pub use story::{ClipEvent, ClipLength, ClipStory};

@@ -12,6 +12,7 @@ use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use rand::RngExt;
 use std::ops::Range;
+use std::str::FromStr;
 
 /// Seconds after which a [`ClipMotion`] comes back to where it began: a hand in no hurry, up to 0.6 m/s.
 const LOOP_S: f64 = 8.0;
@@ -69,6 +70,15 @@ impl ClipEvent {
             Self::Leaving => "leaving",
             Self::Still => "still",
         }
+    }
+}
+
+impl FromStr for ClipEvent {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|event| event.name() == name);
+        known.ok_or_else(|| format!("expected one of {}", Self::ALL.map(Self::name).join(", ")))
     }
 }
 

@@ -1,12 +1,11 @@
 //! The data sets that `deepsft eval` measures on: made on the fly, from disk, recorded.
 
-use crate::clip_folder::TRUTH_FOLDER;
-use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
 use crate::synthesis::{self, SynthesisOptions};
 use anyhow::{Result, anyhow};
 use deepsft::ModelBundle;
-use deepsft_synth::{CAMERA_FILE, Recording};
+use deepsft_formats::{DATASET_FILE, DatasetFolder};
+use deepsft_synth::{CAMERA_FILE, Recording, TRUTH_FOLDER};
 use deepsft_train::{EvaluationFrame, FrameTruth};
 use std::path::{Path, PathBuf};
 
@@ -39,12 +38,13 @@ impl DataSet<'_> {
             Self::Synthetic { count, seed, images } => synthetic(*count, *seed, images, bundle),
             Self::Folder(folder) if folder.join(CAMERA_FILE).is_file() => recording(folder, bundle),
             Self::Folder(folder) => {
-                let description = dataset::open(folder)?;
-                dataset::check_template(&description, bundle.template()).blame("data set", folder)?;
-                let samples = dataset::samples(folder, &description, *bundle.camera());
+                let set = DatasetFolder::open(folder)?;
+                let template = set.description().check_template(bundle.template());
+                template.blame("data set", folder)?;
+                let samples = set.samples(*bundle.camera());
                 Ok(FrameSet {
                     name: format!("data set {}", folder.display()),
-                    count: description.samples,
+                    count: set.description().samples,
                     frames: Box::new(samples.map(|sample| Ok(sample?.into()))),
                 })
             }
@@ -84,13 +84,16 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
             frames: Box::new(recorded),
         });
     }
-    let description = dataset::open(&truth)?;
-    dataset::check_template(&description, bundle.template()).blame("recording", folder)?;
+    let truth = DatasetFolder::open(&truth)?;
+    let description = truth.description();
+    description
+        .check_template(bundle.template())
+        .blame("recording", folder)?;
     if description.samples != count {
         let samples = description.samples;
         Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
     }
-    let exact = dataset::samples(&truth, &description, camera);
+    let exact = truth.samples(camera);
     let frames = recorded.zip(exact).map(|(recorded, exact)| {
         let (mut frame, sample) = (recorded?, exact?);
         frame.truth = FrameTruth::Exact {

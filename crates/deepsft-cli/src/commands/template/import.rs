@@ -1,7 +1,7 @@
 //! `deepsft template import`: a template out of a scan.
 
 use crate::failure::BlameInput;
-use crate::output::{atomic, turntable};
+use crate::output::turntable;
 use anyhow::Result;
 use clap::Args;
 use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
@@ -47,7 +47,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
-    atomic::check_folder(&arguments.out, &atomic::FolderKind::TEMPLATE)?;
+    deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
     let read = || {
         let scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
         let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);

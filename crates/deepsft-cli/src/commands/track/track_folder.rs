@@ -2,11 +2,10 @@
 
 use super::report::{self, FrameReport, Report};
 use super::{TRACK_FILE, TRACK_FOLDER};
-use crate::clip_folder::frame_name;
-use crate::output::atomic::{self, StagedFolder};
-use crate::output::npy;
 use anyhow::{Context, Result};
+use deepsft_formats::StagedFolder;
 use deepsft_geometry::glam::DVec3;
+use deepsft_synth::frame_name;
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -32,7 +31,7 @@ impl TrackFolder {
         };
         let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
         table.write_all(report::TABLE_HEADER.as_bytes())?;
-        vertices.write_all(&npy::f32_npy(&[0, vertices_per_frame, 3], []))?;
+        vertices.write_all(&deepsft_formats::f32_npy(&[0, vertices_per_frame, 3], []))?;
         Ok(Self {
             folder,
             table,
@@ -69,7 +68,10 @@ impl TrackFolder {
     pub fn write(&self, kind: &str, number: usize, ending: &str, bytes: &[u8]) -> Result<()> {
         let folder = self.folder.path().join(kind);
         fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
-        Ok(atomic::write_file(&folder.join(frame_name(number, ending)), bytes)?)
+        Ok(deepsft_formats::write_file(
+            &folder.join(frame_name(number, ending)),
+            bytes,
+        )?)
     }
 
     /// Writes the report and puts the folder in its place.
@@ -79,26 +81,24 @@ impl TrackFolder {
             self.table.get_ref().sync_all()?;
             // The number of frames is known only now; the header has the same length whatever it is.
             self.vertices.seek(SeekFrom::Start(0))?;
-            let header = npy::f32_npy(&[self.frames, self.vertices_per_frame, 3], []);
+            let header = deepsft_formats::f32_npy(&[self.frames, self.vertices_per_frame, 3], []);
             self.vertices.write_all(&header)?;
             self.vertices.flush()?;
             Ok(self.vertices.get_ref().sync_all()?)
         };
         finish().context("could not write the track")?;
         let path = self.folder.path().join(TRACK_FILE);
-        atomic::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
+        deepsft_formats::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
         Ok(self.folder.commit()?)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn the_header_of_the_vertices_has_one_length_for_any_number_of_frames() {
         for vertices in [4, 1271, 10_000_000] {
-            let length = |frames| npy::f32_npy(&[frames, vertices, 3], []).len();
+            let length = |frames| deepsft_formats::f32_npy(&[frames, vertices, 3], []).len();
             assert_eq!(length(0), length(usize::MAX));
         }
     }

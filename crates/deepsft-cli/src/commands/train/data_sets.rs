@@ -1,10 +1,9 @@
 //! The data sets that step 1 is trained on: opened and checked before the training begins.
 
-use crate::dataset;
 use crate::failure::BlameInput;
 use crate::progress;
 use anyhow::{Result, anyhow};
-use deepsft_formats::FormatError;
+use deepsft_formats::{DatasetFolder, FormatError};
 use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards};
 use deepsft_train::{ACCURACY_SEED, SampleSource, StoredSamples, TrainError};
@@ -82,16 +81,17 @@ fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
         ));
         return recording.blame("data set", folder);
     }
-    let description = dataset::open(folder)?;
+    let set = DatasetFolder::open(folder)?;
+    let description = set.description();
     if description.seed == ACCURACY_SEED {
         let measured = Err(anyhow!(
             "its seed {ACCURACY_SEED} is that of the images on which the accuracy of a model is measured"
         ));
         return measured.blame("data set", folder);
     }
-    dataset::check_template(&description, template).blame("data set", folder)?;
-    dataset::check_shards(folder, &description)?;
-    Ok(description)
+    description.check_template(template).blame("data set", folder)?;
+    set.check_shards()?;
+    Ok(description.clone())
 }
 
 /// Lays what is wrong with a shard at its door, also when it is met while training.

@@ -2,15 +2,14 @@
 
 use super::plan::Plan;
 use super::progress_lines::tell;
-use crate::clip_folder::TRUTH_FOLDER;
-use crate::dataset::{self, DATASET_FILE};
 use crate::failure::BlameInput;
 use crate::output::curve_plot;
 use crate::progress;
 use anyhow::Result;
 use deepsft::{ModelBundle, Network, encode_png};
+use deepsft_formats::{DATASET_FILE, DatasetFolder};
 use deepsft_geometry::{ColorResponse, training_camera};
-use deepsft_synth::{Recording, Sample};
+use deepsft_synth::{Recording, Sample, TRUTH_FOLDER};
 use deepsft_train::{
     Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep, curve_csv,
     set_aside_outdated, tune, tuning_json, tuning_table,
@@ -154,9 +153,9 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
     if !truth.join(DATASET_FILE).is_file() {
         return Ok(BTreeMap::new());
     }
-    let description = dataset::open(&truth)?;
+    let truth = DatasetFolder::open(&truth)?;
     let mut samples = BTreeMap::new();
-    for (index, sample) in dataset::samples(&truth, &description, training_camera()).enumerate() {
+    for (index, sample) in truth.samples(training_camera()).enumerate() {
         let sample = sample?;
         if frames.held_out.iter().any(|frame| frame.index == index) {
             samples.insert(index, sample);

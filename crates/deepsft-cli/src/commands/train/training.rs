@@ -6,7 +6,7 @@ use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, RefinedBundle};
-use crate::output::{atomic, curve_plot};
+use crate::output::curve_plot;
 use crate::progress;
 use crate::synthesis::quoted;
 use anyhow::Result;
@@ -109,7 +109,7 @@ impl Training<'_> {
         }
         extra.extend(refined.into_iter().flat_map(|refined| refined.files));
         extra.extend(bundle.to_files()?);
-        atomic::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
+        deepsft_formats::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
         Ok(bundle)
     }
 }

@@ -4,14 +4,18 @@
 //! under another name, brought to the disk and renamed; then the state is replaced in the same way. Whatever moment the
 //! process is killed at, what the state lists is whole. At the end the folder is renamed to its place.
 
-use crate::dataset::{self, DATASET_FILE};
-use crate::output::atomic::{self, FolderKind, FolderLock};
-use anyhow::{Context, Result, bail};
-use deepsft_formats::sha256_file;
-use deepsft_synth::{DatasetDescription, EdgeLengthHistogram, EncodedSample, HandleShapeCounts, ShardWriter};
+use crate::error::SynthError;
+use crate::in_order::in_order;
+use crate::scene::Synthesizer;
+use deepsft_formats::{
+    DATASET_FILE, DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, FolderKind,
+    FolderLock, FormatError, HandleShapeCounts, SampleRecord, ShardWriter, check_folder, replace_folder, sha256_file,
+    unfinished_dataset, write_file,
+};
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What is made, in the folder.
@@ -28,17 +32,45 @@ const UNFINISHED: FolderKind = FolderKind {
 
 /// Everything that the shards' bytes depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
-    pub seed: u64,
-    pub first: u64,
-    pub samples: u64,
-    pub shard_size: u64,
-    pub fingerprint: String,
+pub struct DatasetPlan {
+    seed: u64,
+    first: u64,
+    samples: u64,
+    shard_size: u64,
+    fingerprint: String,
+}
+
+impl DatasetPlan {
+    /// The samples `indices` of `seed`, at most `shard_size` of them in a file.
+    pub fn new(synthesizer: &Synthesizer, seed: u64, indices: Range<u64>, shard_size: u64) -> Self {
+        Self {
+            seed,
+            first: indices.start,
+            samples: indices.end - indices.start,
+            shard_size,
+            fingerprint: synthesizer.fingerprint(),
+        }
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Whether a data set is the one that is planned, up to how it is cut into files.
+    pub fn is_of(&self, description: &DatasetDescription) -> bool {
+        (
+            description.seed,
+            description.first,
+            description.samples,
+            &description.fingerprint,
+        ) == (self.seed, self.first, self.samples, &self.fingerprint)
+    }
 }
 
 #[derive(Serialize, Deserialize)]
 struct State {
-    plan: Plan,
+    plan: DatasetPlan,
     shards: Vec<FinishedShard>,
 }
 
@@ -57,12 +89,12 @@ struct FinishedShard {
 }
 
 /// A sample for a shard, and what is counted of it.
-pub struct CountedSample {
-    pub encoded: EncodedSample,
+struct CountedSample {
+    encoded: EncodedSample,
     /// Changes of the lengths of the mesh's edges; none where the object is not seen.
-    pub edge_lengths: Option<Vec<f64>>,
+    edge_lengths: Option<Vec<f64>>,
     /// Strength of the shape, where handles made it and it is seen.
-    pub handle_strength: Option<f64>,
+    handle_strength: Option<f64>,
 }
 
 /// The folder beside the place, and what is in it.
@@ -76,43 +108,78 @@ pub struct UnfinishedDataset {
 
 impl UnfinishedDataset {
     /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
-    pub fn open(place: &Path, plan: Plan) -> Result<Self> {
-        atomic::check_folder(place, &FolderKind::DATASET)?;
+    ///
+    /// # Errors
+    /// [`SynthError::OtherDataset`] when the beginning of another one is there; of the folders [`FormatError::Locked`] when
+    /// another process makes it, [`FormatError::ForeignFolder`], [`FormatError::File`] and [`FormatError::Write`].
+    pub fn open(place: &Path, plan: DatasetPlan) -> Result<Self, SynthError> {
+        check_folder(place, &FolderKind::DATASET)?;
         let alone = FolderLock::acquire(place)?;
-        let folder = dataset::unfinished(place);
+        let folder = unfinished_dataset(place);
         let path = folder.join(STATE_FILE);
-        let mut state = State {
-            plan: plan.clone(),
-            shards: Vec::new(),
-        };
+        let mut shards = Vec::new();
         if path.exists() {
-            let read = || -> Result<State> { Ok(serde_json::from_slice(&fs::read(&path)?)?) };
-            let found = read().with_context(|| format!("could not read {}", path.display()))?;
+            let read = || -> io::Result<State> { Ok(serde_json::from_slice(&fs::read(&path)?)?) };
+            let found = read().map_err(|error| FormatError::File {
+                reason: format!("could not read it: {error}"),
+                path: path.clone(),
+            })?;
             if found.plan != plan {
-                bail!(
-                    "{} holds the beginning of another data set ({}): ask for that one, or remove it",
-                    folder.display(),
-                    difference(&found.plan, &plan)
-                );
+                let difference = difference(&found.plan, &plan);
+                return Err(SynthError::OtherDataset { difference, folder });
             }
             let whole = |shard: &FinishedShard| {
                 fs::metadata(folder.join(&shard.name)).is_ok_and(|file| file.is_file() && file.len() == shard.bytes)
             };
             // A shard somebody took away is made again, and all after it.
-            state.shards = found.shards.into_iter().take_while(whole).collect();
+            shards = found.shards.into_iter().take_while(whole).collect();
         } else {
-            atomic::check_folder(&folder, &UNFINISHED)?;
-            fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
+            check_folder(&folder, &UNFINISHED)?;
+            fs::create_dir_all(&folder).map_err(|error| unwritten(&folder, &error))?;
         }
-        let place = place.to_path_buf();
         let unfinished = Self {
-            place,
+            place: place.to_path_buf(),
             folder,
-            state,
+            state: State { plan, shards },
             _alone: alone,
         };
         unfinished.save()?;
         Ok(unfinished)
+    }
+
+    /// Makes the samples that are missing, on all cores, and puts the data set in its place; an older one there is
+    /// replaced. `part` says which of several it is. `made` is called after each sample.
+    ///
+    /// # Errors
+    /// Of a sample, or [`FormatError::Write`]; shards finished until then stay.
+    pub fn make(
+        mut self,
+        synthesizer: &Synthesizer,
+        part: Option<DatasetPart>,
+        mut made: impl FnMut(),
+    ) -> Result<(), SynthError> {
+        let plan = self.state.plan.clone();
+        while self.finished() < plan.samples {
+            let first = plan.first + self.finished();
+            let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
+            let samples = in_order(first..end, |index| counted_sample(synthesizer, plan.seed, index));
+            self.write_shard(samples.inspect(|_| made()))?;
+        }
+        let mut description = DatasetDescription::new(
+            synthesizer.template(),
+            synthesizer.config().description(),
+            plan.seed,
+            plan.samples,
+            self.state.shards.iter().map(|shard| shard.name.clone()).collect(),
+        );
+        description.shard_bytes = self.state.shards.iter().map(|shard| shard.bytes).collect();
+        description.shard_sha256 = self.shard_sha256();
+        description.first = plan.first;
+        description.part = part.map(|part| (part.number, part.of));
+        description.fingerprint = plan.fingerprint;
+        description.edge_length_change = Some(EdgeLengthSummary::new(self.edge_lengths()));
+        description.handle_shapes = self.handle_shapes();
+        self.finish(&description)
     }
 
     /// Samples in finished shards.
@@ -121,14 +188,14 @@ impl UnfinishedDataset {
     }
 
     /// Edge lengths of the finished shards.
-    pub fn edge_lengths(&self) -> EdgeLengthHistogram {
+    fn edge_lengths(&self) -> EdgeLengthHistogram {
         let mut sum = EdgeLengthHistogram::default();
         self.state.shards.iter().for_each(|shard| sum.add(&shard.edge_lengths));
         sum
     }
 
     /// How strong the shapes of the finished shards are; `None` where handles made none, or it is not known of all.
-    pub fn handle_shapes(&self) -> Option<HandleShapeCounts> {
+    fn handle_shapes(&self) -> Option<HandleShapeCounts> {
         let mut sum = HandleShapeCounts::default();
         for shard in &self.state.shards {
             sum.add(shard.handle_shapes.as_ref()?);
@@ -137,33 +204,34 @@ impl UnfinishedDataset {
     }
 
     /// Writes the next shard.
-    pub fn write_shard(&mut self, samples: impl Iterator<Item = Result<CountedSample>>) -> Result<()> {
+    fn write_shard(
+        &mut self,
+        samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
+    ) -> Result<(), SynthError> {
         let name = format!("shard-{:06}.tar", self.state.shards.len());
-        let beside = self.folder.join(OPEN_SHARD);
+        let (beside, path) = (self.folder.join(OPEN_SHARD), self.folder.join(&name));
+        let failed = |error: io::Error| unwritten(&path, &error);
         let mut edge_lengths = EdgeLengthHistogram::default();
         let mut handle_shapes = HandleShapeCounts::default();
-        let write = || -> Result<(u64, u64)> {
-            let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside)?));
-            for sample in samples {
-                let sample = sample?;
-                shard.append(&sample.encoded)?;
-                sample
-                    .edge_lengths
-                    .into_iter()
-                    .for_each(|some| edge_lengths.count(some));
-                sample
-                    .handle_strength
-                    .into_iter()
-                    .for_each(|one| handle_shapes.count(one));
-            }
-            let (count, out) = shard.finish()?;
-            let file = out.into_inner().map_err(|error| error.into_error())?;
-            file.sync_all()?;
-            Ok((count, file.metadata()?.len()))
-        };
-        let (samples, bytes) = write().with_context(|| format!("could not write {name}"))?;
+        let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside).map_err(failed)?));
+        for sample in samples {
+            let sample = sample?;
+            shard.append(&sample.encoded)?;
+            sample
+                .edge_lengths
+                .into_iter()
+                .for_each(|some| edge_lengths.count(some));
+            sample
+                .handle_strength
+                .into_iter()
+                .for_each(|one| handle_shapes.count(one));
+        }
+        let (samples, out) = shard.finish()?;
+        let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.sync_all().map_err(failed)?;
+        let bytes = file.metadata().map_err(failed)?.len();
         let sha256 = sha256_file(&beside)?;
-        fs::rename(&beside, self.folder.join(&name)).with_context(|| format!("could not write {name}"))?;
+        fs::rename(&beside, &path).map_err(failed)?;
         self.state.shards.push(FinishedShard {
             name,
             bytes,
@@ -175,18 +243,8 @@ impl UnfinishedDataset {
         self.save()
     }
 
-    /// Names of the finished shards.
-    pub fn shards(&self) -> Vec<String> {
-        self.state.shards.iter().map(|shard| shard.name.clone()).collect()
-    }
-
-    /// Bytes of the finished shards.
-    pub fn shard_bytes(&self) -> Vec<u64> {
-        self.state.shards.iter().map(|shard| shard.bytes).collect()
-    }
-
     /// SHA-256 of the finished shards; none when it is not known of all.
-    pub fn shard_sha256(&self) -> Vec<String> {
+    fn shard_sha256(&self) -> Vec<String> {
         let all: Vec<String> = self.state.shards.iter().map(|shard| shard.sha256.clone()).collect();
         if all.iter().any(String::is_empty) {
             Vec::new()
@@ -195,23 +253,44 @@ impl UnfinishedDataset {
         }
     }
 
-    /// Puts the data set in its place; an older one there is replaced.
-    pub fn finish(self, description: &DatasetDescription) -> Result<()> {
-        let path = |name: &str| self.folder.join(name);
-        atomic::write_file(&path(DATASET_FILE), description.to_json()?.as_bytes())?;
-        atomic::replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
+    /// Puts the data set in its place.
+    fn finish(self, description: &DatasetDescription) -> Result<(), SynthError> {
+        write_file(&self.folder.join(DATASET_FILE), description.to_json()?.as_bytes())?;
+        replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
         let state = self.place.join(STATE_FILE);
-        fs::remove_file(&state).with_context(|| format!("could not remove {}", state.display()))
+        Ok(fs::remove_file(&state).map_err(|error| unwritten(&state, &error))?)
     }
 
-    fn save(&self) -> Result<()> {
-        let text = serde_json::to_vec(&self.state)?;
-        Ok(atomic::write_file(&self.folder.join(STATE_FILE), &text)?)
+    fn save(&self) -> Result<(), SynthError> {
+        let path = self.folder.join(STATE_FILE);
+        let text = serde_json::to_vec(&self.state).map_err(|error| unwritten(&path, &error.into()))?;
+        Ok(write_file(&path, &text)?)
+    }
+}
+
+/// A sample as it stands in a shard, and what is counted of it.
+fn counted_sample(synthesizer: &Synthesizer, seed: u64, index: u64) -> Result<CountedSample, SynthError> {
+    let (sample, strength) = synthesizer.sample_and_strength(seed, index);
+    synthesizer.check_photographs()?;
+    let seen = sample.has_template;
+    let edge_lengths = seen.then(|| synthesizer.edge_length_changes(&sample));
+    let record = SampleRecord { seed, index, sample };
+    Ok(CountedSample {
+        encoded: record.encode()?,
+        edge_lengths,
+        handle_strength: strength.filter(|_| seen),
+    })
+}
+
+fn unwritten(path: &Path, error: &io::Error) -> FormatError {
+    FormatError::Write {
+        reason: error.to_string(),
+        path: path.to_path_buf(),
     }
 }
 
 /// In what two plans differ, for people.
-fn difference(found: &Plan, asked: &Plan) -> String {
+fn difference(found: &DatasetPlan, asked: &DatasetPlan) -> String {
     for (what, found, asked) in [
         ("seed", found.seed, asked.seed),
         ("first sample", found.first, asked.first),
@@ -228,12 +307,12 @@ fn difference(found: &Plan, asked: &Plan) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthesis::{self, SynthesisOptions};
+    use crate::SynthConfig;
+    use deepsft_formats::DatasetFolder;
     use deepsft_geometry::{Picture, Template};
-    use deepsft_synth::{SampleRecord, SynthConfig};
 
-    fn plan(samples: u64) -> Plan {
-        Plan {
+    fn plan(samples: u64) -> DatasetPlan {
+        DatasetPlan {
             seed: 3,
             first: 0,
             samples,
@@ -246,8 +325,8 @@ mod tests {
         Template::thin_shell(Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]), 200.0, 150.0).unwrap()
     }
 
-    fn sample(index: u64) -> Result<CountedSample> {
-        let synthesizer = synthesis::synthesizer(&template(), &SynthesisOptions::default())?;
+    fn sample(index: u64) -> Result<CountedSample, SynthError> {
+        let synthesizer = Synthesizer::new(&template(), SynthConfig::default())?;
         let sample = synthesizer.sample(3, index);
         let record = SampleRecord { seed: 3, index, sample };
         Ok(CountedSample {
@@ -271,6 +350,7 @@ mod tests {
         assert_eq!((set.finished(), set.edge_lengths().samples), (2, 2));
         let shapes = set.handle_shapes().unwrap();
         assert_eq!((shapes.shapes, shapes.weakened, shapes.at_rest), (2, 2, 0));
+        drop(set);
         // A shard cut short is not whole, nor is what comes after it.
         fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
         assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);
@@ -299,6 +379,7 @@ mod tests {
         let mut state: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         state["shards"][0].as_object_mut().unwrap().remove("handle_shapes");
         fs::write(&path, state.to_string()).unwrap();
+        drop(set);
         let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
         set.write_shard([sample(1)].into_iter()).unwrap();
         assert_eq!((set.finished(), set.handle_shapes()), (2, None));
@@ -310,8 +391,9 @@ mod tests {
         let place = above.path().join("set");
         let mut set = UnfinishedDataset::open(&place, plan(2)).unwrap();
         set.write_shard([sample(0)].into_iter()).unwrap();
-        let failing = [sample(1), Err(anyhow::anyhow!("no memory"))];
+        let failing = [sample(1), Err(SynthError::recording("no memory", Path::new("rgb")))];
         assert!(set.write_shard(failing.into_iter()).is_err());
+        drop(set);
         assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
     }
 
@@ -320,7 +402,7 @@ mod tests {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
         drop(UnfinishedDataset::open(&place, plan(3)).unwrap());
-        let message = |result: Result<UnfinishedDataset>| crate::failure::message(&result.err().unwrap());
+        let message = |result: Result<UnfinishedDataset, SynthError>| result.err().unwrap().to_string();
         let other = message(UnfinishedDataset::open(&place, plan(4)));
         assert!(
             other.contains("set.partial") && other.contains("number of samples 3, not 4"),
@@ -336,11 +418,11 @@ mod tests {
     fn a_finished_set_stands_in_its_place_with_nothing_beside_it() {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
-        let mut set = UnfinishedDataset::open(&place, plan(1)).unwrap();
-        set.write_shard([sample(0)].into_iter()).unwrap();
-        let shards = set.shards();
-        let description = DatasetDescription::new(&template(), SynthConfig::default().description(), 3, 1, shards);
-        set.finish(&description).unwrap();
+        let synthesizer = Synthesizer::new(&template(), SynthConfig::default()).unwrap();
+        let plan = DatasetPlan::new(&synthesizer, 3, 4..7, 2);
+        let mut made = 0;
+        let set = UnfinishedDataset::open(&place, plan.clone()).unwrap();
+        set.make(&synthesizer, None, || made += 1).unwrap();
         let names = |folder: &Path| {
             let entries = fs::read_dir(folder).unwrap();
             let mut names: Vec<_> = entries
@@ -349,8 +431,13 @@ mod tests {
             names.sort();
             names
         };
-        assert_eq!(names(&place), [DATASET_FILE, "shard-000000.tar"]);
+        assert_eq!(made, 3);
+        assert_eq!(names(&place), [DATASET_FILE, "shard-000000.tar", "shard-000001.tar"]);
         assert_eq!(names(above.path()), ["set"]);
-        assert_eq!(dataset::open(&place).unwrap(), description);
+        let set = DatasetFolder::open(&place).unwrap();
+        assert!(plan.is_of(set.description()));
+        set.check_hashes().unwrap();
+        let samples: Vec<_> = set.samples(synthesizer.config().camera).map(Result::unwrap).collect();
+        assert!(samples[2].image == synthesizer.sample(3, 6).image);
     }
 }

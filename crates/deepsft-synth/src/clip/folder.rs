@@ -1,19 +1,15 @@
 //! Clips as folders: numbered frames, their camera, what happens in them, and the truth as a data set.
 
-use crate::failure::BlameInput;
-use crate::{dataset, input};
-use anyhow::{Result, bail};
+use super::ClipStory;
+use crate::recording::CAMERA_FILE;
+use deepsft_formats::{DatasetFolder, FormatError, Sample, read_camera};
 use deepsft_geometry::Camera;
-use deepsft_synth::{ClipEvent, ClipStory, DatasetDescription, Sample};
 use serde::{Deserialize, Serialize};
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::{fs, io};
 
 /// Name of the description, by which a clip's folder is known.
 pub const CLIP_FILE: &str = "clip.json";
-
-/// Name of the camera file.
-pub const CAMERA_FILE: &str = "camera.json";
 
 /// Name of the folder with the truth.
 pub const TRUTH_FOLDER: &str = "truth";
@@ -64,60 +60,56 @@ pub fn frame_name(frame: usize, ending: &str) -> String {
     format!("frame-{frame:05}.{ending}")
 }
 
-/// What happens in a clip, by its name on the command line.
-pub fn event(text: &str) -> Result<ClipEvent, String> {
-    let known = ClipEvent::ALL.into_iter().find(|event| event.name() == text);
-    known.ok_or_else(|| format!("expected one of {}", ClipEvent::ALL.map(ClipEvent::name).join(", ")))
-}
-
 /// A clip with its truth.
-pub struct Clip {
+#[derive(Clone, Debug)]
+pub struct ClipFolder {
     /// The content of `clip.json`.
     pub description: ClipDescription,
     /// The camera of its frames.
     pub camera: Camera,
-    truth: PathBuf,
-    samples: DatasetDescription,
+    truth: DatasetFolder,
 }
 
-impl Clip {
+impl ClipFolder {
     /// The clip in `folder`; `None` when there is no description of one.
-    pub fn open(folder: &Path) -> Result<Option<Self>> {
+    ///
+    /// # Errors
+    /// [`FormatError::Unusable`] with the file that is missing, corrupt or unfit.
+    pub fn open(folder: &Path) -> Result<Option<Self>, FormatError> {
         let path = folder.join(CLIP_FILE);
         if !path.is_file() {
             return Ok(None);
         }
-        let read = || -> Result<ClipDescription> {
+        let read = || -> io::Result<ClipDescription> {
             let description: ClipDescription = serde_json::from_slice(&fs::read(&path)?)?;
             if description.format_version != FORMAT_VERSION {
                 let version = description.format_version;
-                bail!("it has format version {version}, this program reads version {FORMAT_VERSION}");
+                return Err(io::Error::other(format!(
+                    "it has format version {version}, this program reads version {FORMAT_VERSION}"
+                )));
             }
-            if !(description.frames_per_s > 0.0 && description.frames_per_s.is_finite()) {
-                bail!(
-                    "frames_per_s is {}, expected a positive number",
-                    description.frames_per_s
-                );
+            let rate = description.frames_per_s;
+            if !(rate > 0.0 && rate.is_finite()) {
+                return Err(io::Error::other(format!(
+                    "frames_per_s is {rate}, expected a positive number"
+                )));
             }
             Ok(description)
         };
-        let description = read().blame("clip", &path)?;
-        let truth = folder.join(TRUTH_FOLDER);
         Ok(Some(Self {
-            description,
-            camera: input::camera(&folder.join(CAMERA_FILE))?,
-            samples: dataset::open(&truth)?,
-            truth,
+            description: read().map_err(|error| FormatError::unusable("clip", &path, error))?,
+            camera: read_camera(&folder.join(CAMERA_FILE))?,
+            truth: DatasetFolder::open(&folder.join(TRUTH_FOLDER))?,
         }))
     }
 
     /// Width and height of the template in it, mm.
     pub fn template_size_mm(&self) -> [f64; 2] {
-        self.samples.template_size_mm
+        self.truth.description().template_size_mm
     }
 
     /// The truth of the frames in order.
-    pub fn truth(&self) -> impl Iterator<Item = Result<Sample>> + use<> {
-        dataset::samples(&self.truth, &self.samples, self.camera)
+    pub fn truth(&self) -> impl Iterator<Item = Result<Sample, FormatError>> + use<> {
+        self.truth.samples(self.camera)
     }
 }
