@@ -50,7 +50,6 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "gltf",
     "rayon",
     "tar",
-    "tempfile",
     "indicatif",
     "burn-autodiff",
     "burn-optim",

@@ -3,6 +3,7 @@
 use crate::interruption::{self, Interrupted};
 use anyhow::Error;
 use deepsft_formats::FormatError;
+use deepsft_synth::SynthError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -77,9 +78,10 @@ pub fn message(error: &Error) -> String {
         .join(": ")
 }
 
-/// Whether a file format's reader lays the error at the door of an input.
+/// Whether a library lays the error at the door of an input.
 fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
     matches!(error.downcast_ref(), Some(FormatError::Unusable { .. }))
+        || matches!(error.downcast_ref(), Some(SynthError::Photograph { .. }))
 }
 
 fn code(error: &Error) -> u8 {

@@ -41,7 +41,7 @@ pub enum SynthError {
         path: PathBuf,
     },
     /// A photograph of the user's cannot be used.
-    #[error("{reason}: {path}")]
+    #[error("cannot use image {path}: {reason}")]
     Photograph {
         /// What is wrong with it.
         reason: String,

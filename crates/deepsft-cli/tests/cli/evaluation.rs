@@ -70,9 +70,9 @@ fn two_models_on_two_data_sets_are_four_rows_that_are_what_each_is_alone() {
     ] {
         assert_eq!(rows[3][key], alone[key], "{key}");
     }
-    // Eight columns of half the maps' size with gaps of 4 between them.
+    // Eight columns of half the maps' size with gaps of 6 between them.
     let figure = deepsft::decode_picture(&fs::read(folder.join("figure.png")).unwrap()).unwrap();
-    assert_eq!(figure.width(), 8 * 244 + 4);
+    assert_eq!(figure.width(), 8 * 246 + 6);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn a_recording_without_truth_has_the_figures_that_its_depth_camera_allows() {
     assert!(difference("mask_iou") < 0.02 && difference("coverage") < 0.02);
     assert!(difference("depth_rmse_mm") > 0.0 && difference("depth_rmse_mm") < 20.0);
     let figure = deepsft::decode_picture(&fs::read(folder.join("figure.png")).unwrap()).unwrap();
-    assert_eq!(figure.width(), 7 * 244 + 4);
+    assert_eq!(figure.width(), 7 * 246 + 6);
     let stages = eval(&["--ablation"]);
     let names: Vec<&str> = stages["rows"]
         .as_array()

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
 
-/// What must be equal for a checkpoint to be continued: by the name of each part the SHA-256 of what it consists of.
+/// What must be equal for a checkpoint to be continued: the name of each part with the SHA-256 of what it consists of, in the
+/// order in which differences are reported.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "Value")]
-pub struct Fingerprint(BTreeMap<String, String>);
+pub struct Fingerprint(Vec<(String, String)>);
 
 /// Earlier versions of this program wrote a text: it is read as a fingerprint without parts, which equals no other.
 impl From<Value> for Fingerprint {
@@ -20,22 +20,22 @@ impl Fingerprint {
     /// The same with the part `name`, the hash of `content` as JSON.
     #[must_use]
     pub fn with(mut self, name: &str, content: &impl Serialize) -> Self {
-        self.0.insert(name.to_owned(), deepsft_formats::fingerprint(content));
+        self.0.push((name.to_owned(), deepsft_formats::fingerprint(content)));
         self
     }
 
-    /// The first part, by name, in which `saved` differs; `None` when both are equal.
+    /// The first part in which `saved` differs; `None` when both are equal.
     pub fn difference(&self, saved: &Self) -> Option<String> {
         if self.0.len() != saved.0.len() {
             return Some("version of this program".to_owned());
         }
-        let differs = |(name, hash): &(&String, &String)| saved.0.get(*name) != Some(*hash);
+        let differs = |part: &&(String, String)| !saved.0.contains(part);
         self.0.iter().find(differs).map(|(name, _)| name.clone())
     }
 
     /// Whether `saved` has the same part `name`.
     pub fn agrees_in(&self, saved: &Self, name: &str) -> bool {
-        self.0.get(name).is_some_and(|hash| saved.0.get(name) == Some(hash))
+        self.0.iter().any(|part| part.0 == name && saved.0.contains(part))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The compact DeepSfT network: the paper's structure (section 3) with a 68th of its parameters and a
+//! The compact DeepSfT network: the paper's structure (section 3) with a 67th of its parameters and a
 //! 250th of its operations.
 //!
 //! It sees the image in cells of 8 pixels, classifies coarse positions at 16, and hands out maps at full

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-6;
 #[serde(tag = "architecture", rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Architecture {
-    /// The network that ships: the paper's structure with a 68th of its parameters and a 250th of its operations.
+    /// The network that ships: the paper's structure with a 67th of its parameters and a 250th of its operations.
     Compact(CompactConfig),
     /// The paper's network.
     Paper(PaperConfig),
