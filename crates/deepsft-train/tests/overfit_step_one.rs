@@ -18,7 +18,10 @@ fn synthesizer() -> Arc<Synthesizer> {
         [(x * 7 % 256) as u8, (y * 11 % 256) as u8, ((x * y) % 256) as u8]
     });
     let template = Template::thin_shell(texture, SIZE_MM[0], SIZE_MM[1]).unwrap();
-    Arc::new(Synthesizer::new(&template, SynthConfig::default()).unwrap())
+    // An upright sheet: seed and steps are chosen for it.
+    let mut config = SynthConfig::default();
+    config.pose.max_roll_deg = 45.0;
+    Arc::new(Synthesizer::new(&template, config).unwrap())
 }
 
 #[test]
