@@ -80,7 +80,7 @@ that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, o
 
 Example:
   deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
-  deepsft train --stages 2,3 --model models/poster-a4 --recording recording --out refined"
+  deepsft train --steps 2,3 --model models/poster-a4 --recording recording --out refined"
 )]
 pub struct SimulateArguments {
     /// Folder of the template to show

@@ -67,7 +67,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
     let sharing = match arguments.devices {
         1 => String::new(),
-        count => format!(", each batch in at most {count} shares"),
+        count => format!(", each batch in at most {count} parts"),
     };
     let precision = match arguments.precision {
         Precision::F32 => String::new(),

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_losses_of_the_shares_sum_to_that_of_the_batch() {
+    fn the_losses_of_the_parts_sum_to_that_of_the_batch() {
         let (samples, device) = (samples(5), Device::flex());
         let config = NetworkConfig::compact(SIZE_MM, &training_camera());
         let Targets::Cells(targets) = Targets::of(&config) else {
