@@ -12,7 +12,7 @@ use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::video::{NetworkPace, TrackedFrame, VideoOptions, VideoTracker};
 use deepsft::{DeviceKind, Estimator, encode_png};
-use deepsft_formats::{FolderKind, FormatError};
+use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::{Camera, Picture, Template};
@@ -21,22 +21,7 @@ use deepsft_train::tracking_errors::{self, TRACKED_PX};
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use track_folder::TrackFolder;
-
-/// Name of the report, by which a folder of results is known.
-const TRACK_FILE: &str = "track.json";
-
-/// The folder of a track.
-const TRACK_FOLDER: FolderKind = FolderKind {
-    known_by: &[TRACK_FILE],
-    files: &[
-        TRACK_FILE,
-        "track.csv",
-        "vertices.npy",
-        "meshes/frame-#.glb",
-        "pictures/frame-#.png",
-    ],
-};
+use track_folder::{TRACK_FOLDER, TrackFolder};
 
 #[derive(Args)]
 #[command(after_help = "\

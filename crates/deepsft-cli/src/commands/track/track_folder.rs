@@ -1,14 +1,28 @@
 //! The folder of a track, written frame by frame.
 
 use super::report::{self, FrameReport, Report};
-use super::{TRACK_FILE, TRACK_FOLDER};
 use anyhow::{Context, Result};
-use deepsft_formats::StagedFolder;
+use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::glam::DVec3;
 use deepsft_synth::frame_name;
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
+
+/// Name of the report, by which a folder of results is known.
+const TRACK_FILE: &str = "track.json";
+
+/// The folder of a track.
+pub const TRACK_FOLDER: FolderKind = FolderKind {
+    known_by: &[TRACK_FILE],
+    files: &[
+        TRACK_FILE,
+        "track.csv",
+        "vertices.npy",
+        "meshes/frame-#.glb",
+        "pictures/frame-#.png",
+    ],
+};
 
 /// Files of a track, written beside their place while the video lasts. Dropped before [`TrackFolder::commit`], nothing of
 /// them stays.
