@@ -191,7 +191,7 @@ impl<'a> ClipMotion<'a> {
             // From -1 to 1 the bump has the integral 2, |x| times the bump 1 - 4 / pi^2.
             self.config.max_bend_rad * step * bump * (arch / 2.0 + wave * x / (1.0 - 4.0 / (PI * PI)))
         });
-        Bend::new(rulings, -reach, 2.0 * reach, &angles, 0.0)
+        Bend::new(rulings, -reach, 2.0 * reach, &angles)
     }
 
     /// The pose `camera_from_template` of the bent sheet, whose mean is at the origin and faces -z.

@@ -93,7 +93,7 @@ struct CountedSample {
     encoded: EncodedSample,
     /// Changes of the lengths of the mesh's edges; none where the object is not seen.
     edge_lengths: Option<Vec<f64>>,
-    /// Strength of the shape, where handles made it and it is seen.
+    /// Strength of the shape, where control points made it and it is seen.
     handle_strength: Option<f64>,
 }
 
@@ -194,7 +194,7 @@ impl UnfinishedDataset {
         sum
     }
 
-    /// How strong the shapes of the finished shards are; `None` where handles made none, or it is not known of all.
+    /// How strong the shapes of the finished shards are; `None` where control points made none, or it is not known of all.
     fn handle_shapes(&self) -> Option<HandleShapeCounts> {
         let mut sum = HandleShapeCounts::default();
         for shard in &self.state.shards {
@@ -217,14 +217,12 @@ impl UnfinishedDataset {
         for sample in samples {
             let sample = sample?;
             shard.append(&sample.encoded)?;
-            sample
-                .edge_lengths
-                .into_iter()
-                .for_each(|some| edge_lengths.count(some));
-            sample
-                .handle_strength
-                .into_iter()
-                .for_each(|one| handle_shapes.count(one));
+            if let Some(changes) = sample.edge_lengths {
+                edge_lengths.count(changes);
+            }
+            if let Some(strength) = sample.handle_strength {
+                handle_shapes.count(strength);
+            }
         }
         let (samples, out) = shard.finish()?;
         let file = out.into_inner().map_err(|error| failed(error.into_error()))?;

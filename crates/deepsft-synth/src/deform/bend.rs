@@ -81,25 +81,24 @@ fn sinc(angle: f64) -> f64 {
 
 /// A bend: a curvature that is constant between neighbouring knots of the rulings' coordinate and
 /// zero outside them. Positive curvature bends the sheet towards +z, away from its printed front.
+/// The ruling with coordinate 0 stays where it is.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bend {
     rulings: Rulings,
     knots: Vec<f64>,
     curvatures: Vec<f64>,
-    fixed: f64,
 }
 
 impl Bend {
     /// A bend over the coordinates `start..start + width` in `angles.len()` equal steps; the sheet
-    /// turns by `angles[i]` radians in step i. The ruling with coordinate `fixed` stays where it is.
-    pub(crate) fn new(rulings: Rulings, start: f64, width: f64, angles: &[f64], fixed: f64) -> Self {
+    /// turns by `angles[i]` radians in step i.
+    pub(crate) fn new(rulings: Rulings, start: f64, width: f64, angles: &[f64]) -> Self {
         let step = width / angles.len() as f64;
         let knots = (0..=angles.len()).map(|i| start + i as f64 * step).collect();
         Self {
             rulings,
             knots,
             curvatures: angles.iter().map(|angle| angle / step).collect(),
-            fixed,
         }
     }
 
@@ -110,9 +109,9 @@ impl Bend {
         }
     }
 
-    /// Unsigned angle in radians between the bent sheet at a rest point and at the fixed ruling.
+    /// Unsigned angle in radians between the bent sheet at a rest point and at the ruling that stays.
     pub(crate) fn turned(&self, point: DVec2) -> f64 {
-        (self.angle(self.rulings.coordinate(point)) - self.angle(self.fixed)).abs()
+        (self.angle(self.rulings.coordinate(point)) - self.angle(0.0)).abs()
     }
 
     fn angle(&self, coordinate: f64) -> f64 {
@@ -125,7 +124,7 @@ impl Bend {
     /// Whether the bend moves a rest point.
     pub(crate) fn moves(&self, point: DVec2) -> bool {
         let start = self.knots.first().copied().unwrap_or(0.0);
-        self.fixed > start || self.rulings.coordinate(point) > start
+        start < 0.0 || self.rulings.coordinate(point) > start
     }
 
     /// Moves each vertex by the rigid motion of the ruling through its rest position. The vertex then
@@ -149,7 +148,7 @@ impl Bend {
             let frame = frames[piece] * self.rulings.advance(self.curvatures[piece], at - self.knots[piece]);
             frame * self.rulings.rest_frame(at).inverse()
         };
-        let back = motion(self.fixed).inverse();
+        let back = motion(0.0).inverse();
         let (before, after) = (back * motion(first), back * motion(last));
         for (vertex, point) in vertices.iter_mut().zip(rest) {
             let coordinate = self.rulings.coordinate(point.truncate());
@@ -226,8 +225,8 @@ mod tests {
             origin: DVec2::new(20.0, 0.0),
             across: DVec2::X,
         };
-        let whole = bent(&Bend::new(rulings, 0.0, width, &[angle], 0.0));
-        let in_steps = bent(&Bend::new(rulings, 0.0, width, &[angle / 7.0; 7], 0.0));
+        let whole = bent(&Bend::new(rulings, 0.0, width, &[angle]));
+        let in_steps = bent(&Bend::new(rulings, 0.0, width, &[angle / 7.0; 7]));
         for (k, rest) in grid().into_iter().enumerate() {
             let s = rest.x - 20.0;
             let phi = (s / width).clamp(0.0, 1.0) * angle;
@@ -260,7 +259,7 @@ mod tests {
             turn: 1.0,
         };
         let width = 2.0;
-        let vertices = bent(&Bend::new(rulings, -1.0, width, &[width / beta.tan()], 0.0));
+        let vertices = bent(&Bend::new(rulings, -1.0, width, &[width / beta.tan()]));
         // Axis of the cone: beta away from the ruling at coordinate 0, on the +z side.
         let (toward, axis) = (DVec3::X, DVec3::new(beta.cos(), 0.0, beta.sin()));
         let radial = (toward - axis * beta.cos()) / beta.sin();
@@ -285,8 +284,8 @@ mod tests {
             origin: DVec2::new(-20.0, 0.0),
             across: DVec2::NEG_X,
         };
-        let inner = Bend::new(left, 0.0, 30.0, &[1.5], 0.0);
-        let outer = Bend::new(corner, 0.0, 20.0, &[-1.0], 0.0);
+        let inner = Bend::new(left, 0.0, 30.0, &[1.5]);
+        let outer = Bend::new(corner, 0.0, 20.0, &[-1.0]);
         assert!(inner.apart(&outer, DVec2::new(100.0, 70.0)));
         let (a, b) = (DVec3::new(-95.0, -60.0, 0.0), DVec3::new(90.0, 65.0, 0.0));
         let steps = 11_000;
@@ -305,16 +304,8 @@ mod tests {
     #[test]
     fn strips_that_cross_inside_the_sheet_are_not_apart() {
         let strip = |across: DVec2, distance: f64| {
-            Bend::new(
-                Rulings::Parallel {
-                    origin: across * distance,
-                    across,
-                },
-                0.0,
-                10.0,
-                &[1.0],
-                0.0,
-            )
+            let origin = across * distance;
+            Bend::new(Rulings::Parallel { origin, across }, 0.0, 10.0, &[1.0])
         };
         let half = DVec2::new(100.0, 70.0);
         let (vertical, horizontal) = (strip(DVec2::X, 30.0), strip(DVec2::Y, 20.0));
@@ -326,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fixed_ruling_does_not_move() {
+    fn the_ruling_with_coordinate_0_does_not_move() {
         for rulings in [
             Rulings::Parallel {
                 origin: DVec2::ZERO,
@@ -343,7 +334,7 @@ mod tests {
             } else {
                 1.0
             };
-            let bend = Bend::new(rulings, -width / 2.0, width, &[0.2, -0.4, 0.5, 0.3], 0.0);
+            let bend = Bend::new(rulings, -width / 2.0, width, &[0.2, -0.4, 0.5, 0.3]);
             for (rest, vertex) in grid().into_iter().zip(bent(&bend)) {
                 let moved = rest.distance(vertex);
                 let on_it = bend.rulings.coordinate(rest.truncate()).abs() < 1e-12;

@@ -15,8 +15,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Handles on a mesh. The first lie at the ends of its limbs, the last between them.
-const HANDLES: usize = 12;
+/// Control points on a mesh. The first lie at the ends of its limbs, the last between them.
+const CONTROL_POINTS: usize = 12;
 
 /// Radius of a control point's region, as a fraction of the longest way over the surface.
 const REGION_FRACTION: f64 = 0.08;
@@ -32,14 +32,14 @@ const WEAKENING: f64 = 0.6;
 const WEAKENING_TRIES: usize = 6;
 
 /// Weight of a control point's vertex against the completion's energies: control points give way a little, so that the stretch spreads.
-const HANDLE_WEIGHT: f64 = 2.0;
+const WEIGHT: f64 = 2.0;
 
 /// Deformations of templates that are no sheets: control points, random parts of the surface, are turned about the joint behind
 /// them and shifted, and the rest follows as rigidly as possible (the paper's section 5.1 poses hand-made rigs with random
 /// joint angles; control points are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControlPointConfig {
-    /// Handles that move. Default [2, 6] of 12.
+    /// Control points that move. Default [2, 6] of 12.
     pub moved: [usize; 2],
     /// Greatest turn of a control point about any axis, degrees. Default 55.
     pub most_turn_deg: f64,
@@ -72,7 +72,7 @@ impl ControlPointConfig {
     /// [`SynthError::Setting`] names the field.
     pub(crate) fn check(&self) -> Result<(), SynthError> {
         let [fewest, most] = self.moved;
-        if fewest > most || most > HANDLES {
+        if fewest > most || most > CONTROL_POINTS {
             let actual = format!("[{fewest}, {most}]");
             let expected = "0 <= lowest <= highest <= 12";
             return Err(SynthError::setting("control_points.moved", actual, expected));
@@ -144,7 +144,7 @@ impl ControlPointDeformation {
         let welding = Welding::of(mesh)?;
         let edges = welding.mesh().edges();
         let surface = Surface::new(welding.mesh(), &edges);
-        let seeds = surface.farthest_points(HANDLES);
+        let seeds = surface.farthest_points(CONTROL_POINTS);
         let length = surface.length_from(&seeds);
         let control_points = seeds
             .iter()
@@ -219,7 +219,7 @@ impl ControlPointDeformation {
                 Some(VertexPoint {
                     vertex: self.welding.first(welded)?,
                     p_camera,
-                    weight: HANDLE_WEIGHT,
+                    weight: WEIGHT,
                 })
             })
             .collect();
@@ -293,13 +293,8 @@ impl<'a> Surface<'a> {
 
     /// The longest way between one of `points` and any vertex.
     fn length_from(&self, points: &[usize]) -> f64 {
-        let longest = |&point: &usize| {
-            self.ways(point)
-                .into_iter()
-                .filter(|way| way.is_finite())
-                .fold(0.0, f64::max)
-        };
-        points.iter().map(longest).fold(0.0, f64::max)
+        let ways = points.iter().flat_map(|&point| self.ways(point));
+        ways.filter(|way| way.is_finite()).fold(0.0, f64::max)
     }
 
     fn control_point(&self, seed: usize, radius: f64) -> ControlPoint {
@@ -320,11 +315,8 @@ impl<'a> Surface<'a> {
         }
         let joint = middle(&ring);
         // On flat ground the ring is as wide as the way to it is long; around a limb it is narrower.
-        let reach = ring
-            .iter()
-            .map(|&v| self.mesh.vertices()[v].distance(joint))
-            .sum::<f64>()
-            / ring.len() as f64;
+        let distances = ring.iter().map(|&v| self.mesh.vertices()[v].distance(joint));
+        let reach = distances.sum::<f64>() / ring.len() as f64;
         let width = reach / (radius * (JOINT_RING[0] + JOINT_RING[1]) / 2.0);
         ControlPoint {
             vertices,

@@ -134,11 +134,8 @@ impl Manipulation {
             let force = unit_direction(rng) * between(config.force, rng) * FREE_FALL * size_mm.element_product();
             let weight = |p: &DVec2| (-0.5 * p.distance_squared(at) / (FORCE_RADIUS * diagonal).powi(2)).exp();
             let weights: Vec<f64> = cloth.rest().iter().map(weight).collect();
-            let pulled: f64 = weights
-                .iter()
-                .zip(cloth.areas())
-                .map(|(weight, area)| weight * area)
-                .sum();
+            let pulls = weights.iter().zip(cloth.areas()).map(|(weight, area)| weight * area);
+            let pulled: f64 = pulls.sum();
             for (pull, weight) in pull.iter_mut().zip(weights) {
                 *pull += force * (weight / pulled);
             }
@@ -227,10 +224,9 @@ fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &Cloth
                 let pairs = other
                     .particles
                     .iter()
-                    .flat_map(|a| particles.iter().map(move |b| (*a, *b)));
-                pairs
-                    .map(|(a, b)| cloth.rest()[a].distance(cloth.rest()[b]))
-                    .fold(f64::INFINITY, f64::min)
+                    .flat_map(|&a| particles.iter().map(move |&b| (a, b)));
+                let distances = pairs.map(|(a, b)| cloth.rest()[a].distance(cloth.rest()[b]));
+                distances.fold(f64::INFINITY, f64::min)
             };
             if anchors.iter().all(|other| apart(other) > LEAST_BETWEEN * diagonal) {
                 anchors.push(Anchor {

@@ -105,25 +105,13 @@ impl Shape {
             [0.5, 1.0, 1.5].map(|turns| (turns * TAU, between([-0.8, 0.8], rng) / turns, between([0.0, TAU], rng)));
         for (i, angle) in angles.iter_mut().enumerate() {
             let at = (i as f64 + 0.5) / WHOLE_SHEET_STEPS as f64;
-            *angle = mean
-                + waves
-                    .iter()
-                    .map(|(turns, height, phase)| height * (turns * at + phase).cos())
-                    .sum::<f64>();
+            let cosine = |(turns, height, phase): &(f64, f64, f64)| height * (turns * at + phase).cos();
+            *angle = mean + waves.iter().map(cosine).sum::<f64>();
         }
-        let total = angles
-            .iter()
-            .map(|angle| angle.abs())
-            .sum::<f64>()
-            .max(f64::MIN_POSITIVE);
-        let factor = strength * between(config.bend_rad, rng) / total;
-        self.bends.push(Bend::new(
-            rulings,
-            low,
-            high - low,
-            &angles.map(|angle| angle * factor),
-            0.0,
-        ));
+        let total: f64 = angles.iter().map(|angle| angle.abs()).sum();
+        let factor = strength * between(config.bend_rad, rng) / total.max(f64::MIN_POSITIVE);
+        let angles = angles.map(|angle| angle * factor);
+        self.bends.push(Bend::new(rulings, low, high - low, &angles));
     }
 
     /// Smooth bends over strips that do not cross any bend so far.
@@ -153,13 +141,8 @@ impl Shape {
                 let across = DVec2::from_angle(direction);
                 let origin = across * between([0.0, 0.85], rng) * shape.reach(across);
                 let angle = sign(rng) * between(config.fold_rad, rng);
-                Bend::new(
-                    Rulings::Parallel { origin, across },
-                    0.0,
-                    between(config.fold_width_mm, rng),
-                    &[angle],
-                    0.0,
-                )
+                let width = between(config.fold_width_mm, rng);
+                Bend::new(Rulings::Parallel { origin, across }, 0.0, width, &[angle])
             });
         }
     }
@@ -224,7 +207,7 @@ impl Shape {
             let rise = (PI * (i as f64 + 0.5) / STRIP_STEPS as f64).sin();
             2.0 * angle * rise * rise / STRIP_STEPS as f64
         });
-        Bend::new(rulings, 0.0, width, &angles, 0.0)
+        Bend::new(rulings, 0.0, width, &angles)
     }
 
     /// Least and greatest ruling coordinate of the sheet.

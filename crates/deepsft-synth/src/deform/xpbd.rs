@@ -78,7 +78,7 @@ mod tests {
         };
         link.solve(&mut positions, &[3.0, 1.0], 1e6);
         assert!(positions[0].distance(DVec3::X * 3.0) < 1e-12 && positions[1].distance(DVec3::X * 13.0) < 1e-12);
-        // SheetInImage at one end the other does it all; held at both nothing moves.
+        // Held at one end, the other does it all; held at both, nothing moves.
         link.solve(&mut positions, &[0.0, 1.0], 1e6);
         positions[1].x += 4.0;
         link.solve(&mut positions, &[0.0, 1.0], 1e6);

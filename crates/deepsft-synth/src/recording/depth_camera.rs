@@ -12,6 +12,13 @@ pub struct SeenDepth {
     pub cosine: f64,
 }
 
+impl SeenDepth {
+    /// A surface that faces the camera.
+    pub(super) fn facing(depth_mm: f64) -> Self {
+        Self { depth_mm, cosine: 1.0 }
+    }
+}
+
 /// The errors of the depth camera. The defaults are in the style of a Kinect v2 (our choice but for the axial noise).
 ///
 /// The standard deviation of the axial noise at depth z in metres and angle of incidence a is, in mm,

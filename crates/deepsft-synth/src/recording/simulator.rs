@@ -219,8 +219,7 @@ impl RecordingSimulator {
         let camera = &self.sensor.depth;
         let (width, height) = (camera.width() as usize, camera.height() as usize);
         let wall = f64::from(uniform(&mut rng, WALL_MM));
-        let facing = |depth_mm| SeenDepth { depth_mm, cosine: 1.0 };
-        let mut room = vec![facing(wall); width * height];
+        let mut room = vec![SeenDepth::facing(wall); width * height];
         for _ in 0..rng.random_range(0..=MOST_CLUTTER) {
             let depth_mm = wall * f64::from(uniform(&mut rng, CLUTTER));
             let [x, y] = [0; 2].map(|_| rng.random::<f64>());
@@ -275,15 +274,14 @@ impl Take<'_> {
         // Only its size is asked for.
         let frame = Frame::filled(width, height, Vec3::ZERO);
         let mut seen = self.room.clone();
-        let hand = |depth_mm: f64| SeenDepth { depth_mm, cosine: 1.0 };
         for pixel in bodies.iter().flat_map(|body| body.covered_behind(&frame)) {
-            seen[pixel] = hand(middle + HAND_MM);
+            seen[pixel] = SeenDepth::facing(middle + HAND_MM);
         }
         let sheet = ProjectedMesh::new(self.simulator.synthesizer.template().mesh(), &vertices, camera);
         sheet.each_seen(|pixel, depth_mm, cosine| seen[pixel] = SeenDepth { depth_mm, cosine });
         for pixel in bodies.iter().flat_map(|body| body.covered_pixels(&frame)) {
             let sheet = seen[pixel].depth_mm.min(middle + HAND_MM);
-            seen[pixel] = hand(sheet - HAND_MM);
+            seen[pixel] = SeenDepth::facing(sheet - HAND_MM);
         }
         let mut rng = generator(self.simulator.seed, number, Stream::DepthNoise);
         self.simulator.config.depth.measure(&seen, width, &mut rng)

@@ -39,11 +39,7 @@ pub(crate) fn srgb_from_linear(light: f32) -> f32 {
 /// Linear light (0 to 1) of an sRGB colour in bytes.
 pub(crate) fn linear_from_srgb8(color: [u8; 3]) -> Vec3 {
     let table = &*LINEAR;
-    Vec3::new(
-        table[usize::from(color[0])],
-        table[usize::from(color[1])],
-        table[usize::from(color[2])],
-    )
+    Vec3::from_array(color.map(|byte| table[usize::from(byte)]))
 }
 
 /// sRGB bytes of linear light, clipped to 0 to 1.

@@ -159,12 +159,7 @@ const LIGHT_OF_SQUARE: f32 = 1.0 / (255.0 * 255.0);
 
 /// The squares of a texel's bytes, proportional to its light.
 fn square(texel: [u8; 4]) -> Vec4 {
-    let root = Vec4::new(
-        f32::from(texel[0]),
-        f32::from(texel[1]),
-        f32::from(texel[2]),
-        f32::from(texel[3]),
-    );
+    let root = Vec4::from_array(texel.map(f32::from));
     root * root
 }
 
