@@ -57,7 +57,7 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
     }
     let refined = folder.path().join("refined");
     deepsft(folder.path(), &["bundle", "verify", "refined"]).succeeds();
-    let figures: Value = serde_json::from_slice(&fs::read(refined.join("refinement.json")).unwrap()).unwrap();
+    let figures: Value = serde_json::from_slice(&fs::read(refined.join("tuning.json")).unwrap()).unwrap();
     assert_eq!(figures["recording"], "simulated recording");
     let rows = figures["rows"].as_array().unwrap();
     let median = |row: usize, figure: &str| rows[row]["figures"][figure]["median"].as_f64().unwrap();
@@ -174,7 +174,7 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
     ] {
         assert!(card.contains(part), "{part} is not in {card}");
     }
-    for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "refinement.json"] {
+    for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "tuning.json"] {
         assert!(three.join(file).is_file(), "{file}");
     }
 }

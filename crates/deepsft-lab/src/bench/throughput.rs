@@ -5,6 +5,7 @@ use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle, start_device};
 use deepsft_cli::synthesis::{self, Preset, SynthesisOptions};
 use deepsft_geometry::Template;
+use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SampleRecord, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
@@ -104,7 +105,7 @@ fn sample_time(synthesizer: &Synthesizer, template: &'static str, preset: &'stat
     let mut times = [const { Vec::new() }; 4];
     for index in 0..SAMPLES_PER_THREAD {
         let mut clock = Clock::start();
-        let vertices = synthesizer.random_vertices(SEED, index);
+        let vertices = synthesizer.sample_vertices(&mut generator(SEED, index, Stream::Shape));
         times[0].push(clock.lap_ms());
         let scene = synthesizer.scene(SEED, index);
         times[1].push(clock.lap_ms());
@@ -169,7 +170,7 @@ pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
         .collect()
 }
 
-/// Samples a second of training on batches of one shape.
+/// Samples per second of training on batches of one shape.
 fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: BatchShape) -> Result<f64> {
     let folder = tempfile::tempdir()?;
     let config = TrainConfig {
@@ -196,7 +197,7 @@ fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: Batc
         .context("the training ended before it was measured")
 }
 
-/// Samples a second between the first and the last of some (samples, seconds) so far.
+/// Samples per second between the first and the last of some (samples, seconds) so far.
 fn rate(steps: &[(u64, f64)]) -> Option<f64> {
     let (&(samples, seconds), &(all_samples, all_seconds)) = (steps.first()?, steps.last()?);
     (all_samples > samples).then(|| (all_samples - samples) as f64 / (all_seconds - seconds))

@@ -172,13 +172,6 @@ impl Synthesizer {
         Scene::clean(&self.ingredients).render(vertices_camera, 0)
     }
 
-    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a
-    /// sample, but whatever is seen of it.
-    pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
-        self.ingredients
-            .sample_vertices(&mut generator(seed, index, Stream::Shape))
-    }
-
     /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
     pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
