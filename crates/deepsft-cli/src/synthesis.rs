@@ -1,14 +1,12 @@
 //! Options of the commands that make synthetic images, and the synthesiser that they ask for.
 
-use crate::failure::BlameInput;
 use crate::input;
 use crate::numbers::within;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
 use deepsft_geometry::Template;
 use deepsft_synth::{EffectsConfig, SynthConfig, Synthesizer};
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What is varied in synthetic images, and how far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -111,39 +109,7 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
-        Some(folder) => synthesizer.with_photographs(photographs(folder)?)?,
+        Some(folder) => synthesizer.with_photographs(input::images(folder, "folder of photographs")?)?,
         None => synthesizer,
     })
-}
-
-/// The PNG and JPEG files of a folder, by name.
-fn photographs(folder: &Path) -> Result<Vec<PathBuf>> {
-    let list = || -> Result<Vec<PathBuf>> {
-        let paths = fs::read_dir(folder)?
-            .map(|entry| Ok(entry?.path()))
-            .collect::<Result<Vec<_>>>()?;
-        let mut paths: Vec<_> = paths.into_iter().filter(|path| input::is_image(path)).collect();
-        paths.sort();
-        if paths.is_empty() {
-            bail!("there is no PNG or JPEG file in it");
-        }
-        Ok(paths)
-    };
-    list().blame("folder of photographs", folder)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use deepsft_geometry::Picture;
-
-    #[test]
-    fn a_folder_without_photographs_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("notes.txt"), "").unwrap();
-        assert!(photographs(folder.path()).is_err());
-        let png = deepsft::encode_png(&Picture::from_fn(3, 2, |_, _| [9; 3])).unwrap();
-        fs::write(folder.path().join("a.PNG"), png).unwrap();
-        assert_eq!(photographs(folder.path()).unwrap().len(), 1);
-    }
 }

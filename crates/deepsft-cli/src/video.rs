@@ -36,7 +36,8 @@ impl Video {
     /// `frames_per_s` goes before what the file says; a folder says nothing.
     pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
         if path.is_dir() {
-            let images = images(path).blame("folder of frames", path)?;
+            let mut images = input::images(path, "folder of frames")?;
+            images.sort_by(|a, b| natural_order::compare(&a.to_string_lossy(), &b.to_string_lossy()));
             return Ok(Self {
                 frames_per_s: frames_per_s.unwrap_or(TYPICAL_RATE),
                 count: Some(images.len() as u64),
@@ -51,23 +52,6 @@ impl Video {
             frames: Box::new(stream.map(move |frame| frame.blame("video", &video))),
         })
     }
-}
-
-/// The images of a folder in natural order.
-fn images(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut names: Vec<String> = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if input::is_image(&path) {
-            let name = path.file_name().unwrap_or_default();
-            names.push(name.to_str().context("a file name in it is not UTF-8")?.to_owned());
-        }
-    }
-    if names.is_empty() {
-        bail!("there is no PNG or JPEG file in it");
-    }
-    names.sort_by(|a, b| natural_order::compare(a, b));
-    Ok(names.into_iter().map(|name| folder.join(name)).collect())
 }
 
 /// The pictures of files; all must have the size of the first.

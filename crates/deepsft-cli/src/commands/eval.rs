@@ -134,7 +134,7 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
             let report = measured.evaluation(set, &mut drawn)?;
             let place = several.then(|| format!("{} on {}, ", report.model, report.set));
             for ((.., rows), drawn) in pictures.iter_mut().zip(drawn) {
-                rows.extend(drawn.rows(bundle, place.as_deref().unwrap_or_default()));
+                rows.extend(drawn.rows(bundle.template(), bundle.camera(), place.as_deref().unwrap_or_default()));
             }
             reports.push(report);
         }

@@ -10,9 +10,8 @@ use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, write_file};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
     CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame,
-    SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png,
+    SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png, in_order,
 };
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Quality of the colour pictures: what a camera's stream has.
@@ -138,10 +137,7 @@ fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Itera
     (0..frames.div_ceil(a_take)).flat_map(move |number| {
         let take = simulator.take(number);
         let count = a_take.min(frames - number * a_take);
-        (0..count)
-            .into_par_iter()
-            .map(|index| Ok(take.frame(index)?))
-            .collect::<Vec<_>>()
+        in_order(0..count as u64, move |index| Ok(take.frame(index as usize)?))
     })
 }
 

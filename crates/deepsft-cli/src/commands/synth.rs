@@ -3,12 +3,13 @@
 use crate::failure::usage;
 use crate::output::{panels, sheet};
 use crate::synthesis::SynthesisOptions;
-use crate::{progress, synthesis};
+use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use clap::Args;
 use deepsft::encode_png;
 use deepsft_formats::{DATASET_FILE, DatasetFolder, DatasetPart, dataset_parts, read_template};
 use deepsft_synth::{DatasetDescription, DatasetPlan, Sample, Synthesizer, UnfinishedDataset};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -91,7 +92,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         let samples: Vec<Sample> =
             deepsft_synth::samples(synthesizer.clone(), seed, shown.clone()).collect::<Result<_, _>>()?;
         // A part of a small set may have none.
-        if let Some(sheet) = sheet::sheet(&sheet_rows(&samples, shown.start)) {
+        if let Some(sheet) = sheet::sheet(&sheet_rows(shown, &samples)) {
             deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
             println!("{} samples on a sheet: {}", samples.len(), path.display());
         }
@@ -99,9 +100,7 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     match DatasetFolder::open(&place) {
         Ok(there) if plan.is_of(there.description()) => {
             there.check_shards()?;
-            let bar = progress::counting(there.description().shards.len() as u64, "shards checked");
-            there.check_hashes(|| bar.inc(1))?;
-            bar.finish_and_clear();
+            input::check_hashes(&[there])?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
@@ -126,14 +125,14 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     Ok(())
 }
 
-/// The samples from index `first` on, two in a row: each beside its depth, all depths on one scale, and its registration.
-fn sheet_rows(samples: &[Sample], first: u64) -> Vec<sheet::Row> {
+/// The samples of these indices, two in a row: each beside its depth, all depths on one scale, and its registration.
+fn sheet_rows(indices: Range<u64>, samples: &[Sample]) -> Vec<sheet::Row> {
     let seen = samples.iter().filter(|sample| sample.truth.area() > 0);
     let range = seen
         .map(|sample| panels::depth_range(&sample.truth))
         .reduce(|[low, high], [other_low, other_high]| [low.min(other_low), high.max(other_high)])
         .unwrap_or([0.0, 1.0]);
-    let shown: Vec<_> = (first..).zip(samples).collect();
+    let shown: Vec<_> = indices.zip(samples).collect();
     let columns = |(index, sample): &(u64, &Sample)| {
         [
             panels::plain(&format!("sample {index}"), &sample.image),

@@ -116,12 +116,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
-    let mut decoded = Decoded::default();
-    let first = decoded
-        .next(&mut video)?
+    let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;
-    let (camera, source) = camera(arguments, &first)?;
+    let (camera, source) = camera(arguments, &first.0)?;
     let pace = arguments.pace();
     let options = VideoOptions {
         pace,
@@ -145,19 +143,17 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     interruption::watch()?;
     let bar = progress::counting(video.count.unwrap_or(0), "frames");
-    let mut next = Some(first);
-    let failure = loop {
-        let Some(image) = next else { break None };
-        let followed = track.frame(&image, decoded.milliseconds);
-        bar.inc(1);
-        match followed
-            .and_then(|()| interruption::check())
-            .and_then(|()| decoded.next(&mut video))
-        {
-            Ok(image) => next = image,
-            Err(error) => break Some(error),
+    let follow = || -> Result<()> {
+        let mut next = Some(first);
+        while let Some((image, decode_ms)) = next {
+            track.frame(&image, decode_ms)?;
+            bar.inc(1);
+            interruption::check()?;
+            next = decode(&mut video)?;
         }
+        Ok(())
     };
+    let failure = follow().err();
     bar.finish_and_clear();
     let (folder, frames) = (track.folder, track.frames);
     // A video whose very first frame fails leaves nothing worth keeping.
@@ -206,20 +202,11 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     Err(failure)
 }
 
-/// The time that the last frame took to decode.
-#[derive(Default)]
-struct Decoded {
-    milliseconds: f64,
-}
-
-impl Decoded {
-    /// The next frame of a video; `None` at its end.
-    fn next(&mut self, video: &mut Video) -> Result<Option<Picture>> {
-        let start = Instant::now();
-        let frame = video.frames.next().transpose();
-        self.milliseconds = milliseconds(start);
-        frame
-    }
+/// The next frame of a video and the milliseconds that it took to decode; `None` at its end.
+fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
+    let start = Instant::now();
+    let frame = video.frames.next().transpose()?;
+    Ok(frame.map(|frame| (frame, milliseconds(start))))
 }
 
 /// The camera of the video: the one given, the one that lies in its folder, or a typical one.

@@ -1,8 +1,8 @@
 //! The pictures of `deepsft eval`: chosen frames of a set as the rows of a sheet.
 
 use crate::output::{panels, sheet};
-use deepsft::{Estimate, ModelBundle};
-use deepsft_geometry::{Maps, Picture};
+use deepsft::Estimate;
+use deepsft_geometry::{Camera, Maps, Picture, Template};
 use deepsft_train::{EvaluationFrame, FrameResult};
 
 /// Ends of the error scales.
@@ -18,7 +18,7 @@ pub struct PictureKind {
     worst: usize,
     /// What the captions of the worst begin with.
     worst_are: &'static str,
-    columns: fn(&Frame, &ModelBundle) -> Vec<sheet::Panel>,
+    columns: fn(&Frame, &Template, &Camera) -> Vec<sheet::Panel>,
 }
 
 /// `--sheet`: the worst frames with their errors.
@@ -74,11 +74,11 @@ impl DrawnFrames {
         }
     }
 
-    /// The rows of the sheet, `place` before each caption.
-    pub fn rows(&self, bundle: &ModelBundle, place: &str) -> Vec<sheet::Row> {
+    /// The rows of the sheet, `place` before each caption, for maps of `camera`.
+    pub fn rows(&self, template: &Template, camera: &Camera, place: &str) -> Vec<sheet::Row> {
         let row = |frame: &Frame, kind: &str| sheet::Row {
             caption: format!("{place}{kind}{}", frame.caption()),
-            panels: (self.kind.columns)(frame, bundle)
+            panels: (self.kind.columns)(frame, template, camera)
                 .into_iter()
                 .map(sheet::Panel::halved)
                 .collect(),
@@ -143,9 +143,9 @@ fn badness(result: &FrameResult, has_registration: bool) -> f64 {
 }
 
 /// The columns of the sheet of the worst; those that need a true registration are left out where there is none.
-fn columns_of_the_worst(frame: &Frame, bundle: &ModelBundle) -> Vec<sheet::Panel> {
+fn columns_of_the_worst(frame: &Frame, template: &Template, _: &Camera) -> Vec<sheet::Panel> {
     let (image, predicted, truth) = (&frame.image, &frame.predicted, &frame.truth);
-    let size = bundle.template().size_mm();
+    let size = template.size_mm();
     let depth_error = panels::depth_error("depth error", predicted, truth, DEPTH_SCALE_MM);
     let mut columns = vec![
         panels::plain("input", image),
@@ -165,9 +165,8 @@ fn columns_of_the_worst(frame: &Frame, bundle: &ModelBundle) -> Vec<sheet::Panel
 }
 
 /// The columns of the figure; those that need a true registration are left out where there is none.
-fn columns_of_the_paper(frame: &Frame, bundle: &ModelBundle) -> Vec<sheet::Panel> {
+fn columns_of_the_paper(frame: &Frame, template: &Template, camera: &Camera) -> Vec<sheet::Panel> {
     let (image, predicted, truth) = (&frame.image, &frame.predicted, &frame.truth);
-    let (template, camera) = (bundle.template(), bundle.camera());
     let true_depth = if frame.has_registration {
         "true depth"
     } else {
@@ -199,25 +198,14 @@ fn columns_of_the_paper(frame: &Frame, bundle: &ModelBundle) -> Vec<sheet::Panel
 #[cfg(test)]
 mod tests {
     use super::*;
-    use deepsft::{Accuracy, DeviceKind, FoundRule, Judgement, ModelCard, NetworkConfig, Provenance, start_device};
+    use deepsft::Judgement;
     use deepsft_geometry::metrics::FrameMetrics;
-    use deepsft_geometry::{Template, training_camera};
+    use deepsft_geometry::training_camera;
     use deepsft_train::FrameTruth;
 
-    fn bundle() -> ModelBundle {
-        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
-        let camera = training_camera();
+    fn template() -> Template {
         let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
-        let card = ModelCard {
-            name: "untrained".to_owned(),
-            licence: "MIT OR Apache-2.0".to_owned(),
-            found: FoundRule::default(),
-            provenance: Provenance::default(),
-            accuracy: Accuracy::default(),
-        };
-        let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
-        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
-        ModelBundle::new(network, template, camera, card)
+        Template::thin_shell(texture, 200.0, 150.0).unwrap()
     }
 
     /// A frame whose answer is its truth, and a result of an error. Every fifth does not show the object.
@@ -274,7 +262,7 @@ mod tests {
             let (frame, estimate, result) = frame(index, error, false);
             drawn.offer(&frame, &estimate, &result);
         }
-        let rows = drawn.rows(&bundle(), "here, ");
+        let rows = drawn.rows(&template(), &training_camera(), "here, ");
         let start = |row: sheet::Row| row.caption.split(':').next().unwrap().to_owned();
         rows.into_iter().map(start).collect()
     }
@@ -308,10 +296,9 @@ mod tests {
 
     #[test]
     fn a_row_has_its_columns_with_colour_bars_and_a_recording_those_that_are_known() {
-        let bundle = bundle();
         let panels = |measured| {
             let (frame, estimate, result) = frame(0, Some(1.0), measured);
-            columns_of_the_paper(&Frame::new(&frame, &estimate, &result), &bundle)
+            columns_of_the_paper(&Frame::new(&frame, &estimate, &result), &template(), &training_camera())
         };
         let exact = panels(false);
         let titles: Vec<&str> = exact.iter().map(|panel| panel.title.as_str()).collect();

@@ -1,7 +1,7 @@
 //! The data sets that step 1 is trained on: opened and checked before the training begins.
 
 use crate::failure::BlameInput;
-use crate::progress;
+use crate::{input, progress};
 use anyhow::{Result, anyhow};
 use deepsft_formats::{DatasetFolder, FormatError};
 use deepsft_geometry::{Template, training_camera};
@@ -30,7 +30,7 @@ impl DataSets {
             .iter()
             .map(|folder| open_one(folder, template))
             .collect::<Result<_>>()?;
-        check_hashes(&sets)?;
+        input::check_hashes(&sets)?;
         let sets: Vec<_> = sets.iter().map(|set| set.description().clone()).collect();
         let mut shards = IndexedShards::new(training_camera());
         let bar = progress::counting(sets.iter().map(|set| set.samples).sum(), "samples found");
@@ -76,17 +76,6 @@ impl fmt::Display for DataSets {
         }
         write!(f, "the last {} held out", self.held_out)
     }
-}
-
-/// Compares the shards with the hashes in the descriptions of their sets. Sets of earlier versions have none.
-fn check_hashes(sets: &[DatasetFolder]) -> Result<()> {
-    let shards = sets.iter().map(|set| set.description().shards.len() as u64).sum();
-    let bar = progress::counting(shards, "shards checked");
-    for set in sets {
-        set.check_hashes(|| bar.inc(1))?;
-    }
-    bar.finish_and_clear();
-    Ok(())
 }
 
 /// A data set that is of the template and whole, as far as its files' sizes tell.
