@@ -62,7 +62,7 @@ impl Synthesizer {
     /// those used last: at most 512 MiB of photographs stay decoded.
     ///
     /// # Errors
-    /// [`SynthError::Photograph`] names the file that cannot be read.
+    /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that cannot be read.
     pub fn with_photographs(self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
         if files.is_empty() {
             return Ok(self);
@@ -79,7 +79,7 @@ impl Synthesizer {
     /// backgrounds than they should: ask after making samples that are to be kept.
     ///
     /// # Errors
-    /// [`SynthError::Photograph`] names the file that has gone or changed.
+    /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that has gone or changed.
     pub fn check_photographs(&self) -> Result<(), SynthError> {
         self.ingredients
             .photographs
