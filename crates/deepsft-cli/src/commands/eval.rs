@@ -39,8 +39,9 @@ each frame's (\"network_...\").
 --data takes data sets as `deepsft synth` writes them, and RGB-D recordings. A simulated recording has its truth beside
 it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth is
 compared two pixels inside the recording's masks and away from jumps of the measured depth, whatever a model says there:
-the same pixels are offered to all models; those in a model's own mask count, and stand below the table. Without masks nobody knows where the object
-is: then each model is compared inside its own mask, and rows of two models are over different pixels.
+all models are compared over the same pixels, and a mesh at those of them that it covers; the line below the table counts
+them. Without masks nobody knows where the object is: then each model is compared inside its own mask, and rows of two
+models are over different pixels.
 
 --ablation measures the maps after each block: the main block only, with the depth refinement, and with the registration
 refinement, which is the answer. What total variation does is seen by training without it (`deepsft train
