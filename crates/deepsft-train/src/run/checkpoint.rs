@@ -191,7 +191,7 @@ impl CheckpointFolder {
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
         write(&path, &serde_json::to_vec_pretty(state).map_err(at(&path))?)?;
-        sync_folder(&fresh)?;
+        sync(&fresh)?;
         if is_whole(&self.folder) {
             remove_if_there(&old)?;
             fs::rename(&self.folder, &old).map_err(cannot("rename", &self.folder))?;
@@ -200,7 +200,7 @@ impl CheckpointFolder {
             remove_if_there(&self.folder)?;
         }
         fs::rename(&fresh, &self.folder).map_err(cannot("rename", &fresh))?;
-        sync_folder(self.folder.parent().unwrap_or(Path::new("")))
+        sync(self.folder.parent().unwrap_or(Path::new("")))
     }
 
     /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
@@ -273,18 +273,9 @@ fn has_finite_weights(network: &Network) -> bool {
     finite
 }
 
-/// Waits until the names of the files in `folder` are on the disk, where a folder can be opened as a file (on Unix).
-fn sync_folder(folder: &Path) -> Result<(), TrainError> {
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    if cfg!(unix) {
-        let synced = fs::File::open(folder).and_then(|folder| folder.sync_all());
-        synced.map_err(cannot("write", folder))?;
-    }
-    Ok(())
+/// Waits until the names of the files in `folder` are on the disk.
+fn sync(folder: &Path) -> Result<(), TrainError> {
+    deepsft_formats::sync_folder(folder).map_err(cannot("write", folder))
 }
 
 /// Blames what failed on the file at `path`.

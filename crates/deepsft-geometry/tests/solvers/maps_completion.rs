@@ -1,14 +1,11 @@
 //! From maps to visible vertices and the whole mesh.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod shapes;
-
+use crate::shapes::{bent, rmse, sheet};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{
     Camera, CompletionOptions, GeometryError, Maps, MapsCompletion, TriangleMesh, VisibleVertices, training_camera,
 };
-use shapes::{bent, rmse, sheet};
 
 /// A bent sheet before the training camera, and its exact maps.
 fn view() -> (TriangleMesh, Vec<DVec3>, Maps, Camera) {

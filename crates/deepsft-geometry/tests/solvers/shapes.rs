@@ -10,7 +10,6 @@ pub fn sheet() -> TriangleMesh {
 }
 
 /// The same sheet with 12 x 9 cells.
-#[allow(dead_code, reason = "not every test binary uses every shape")]
 pub fn coarse_sheet() -> TriangleMesh {
     let uv: Vec<DVec2> = (0..130)
         .map(|k| DVec2::new(f64::from(k % 13) / 12.0, f64::from(k / 13) / 9.0))
@@ -60,7 +59,6 @@ pub fn pose(p: DVec3) -> DVec3 {
     DQuat::from_euler(EulerRot::XYZ, 0.3, -0.4, 0.5) * p + DVec3::new(20.0, -10.0, 500.0)
 }
 
-#[allow(dead_code, reason = "not every test binary uses every shape")]
 /// A closed tube with round ends along x, 240 mm long and 60 mm thick: a template of the volumic kind.
 pub fn closed_tube() -> TriangleMesh {
     let (rings, around) = (40, 24);
@@ -109,7 +107,6 @@ pub fn closed_tube() -> TriangleMesh {
     TriangleMesh::new(vertices, uv, faces).unwrap()
 }
 
-#[allow(dead_code, reason = "not every test binary uses every shape")]
 /// The tube bent about the z axis by `turn` radians in all: its axis becomes an arc, its sections
 /// stay round.
 pub fn bent_tube(tube: &TriangleMesh, turn: f64) -> Vec<DVec3> {
@@ -125,7 +122,6 @@ pub fn bent_tube(tube: &TriangleMesh, turn: f64) -> Vec<DVec3> {
     tube.vertices().iter().map(bend).collect()
 }
 
-#[allow(dead_code, reason = "not every test binary uses every shape")]
 /// Normals (not unit) of the faces on given positions.
 pub fn normals<'a>(mesh: &'a TriangleMesh, v: &'a [DVec3]) -> impl Iterator<Item = DVec3> + 'a {
     mesh.faces().iter().map(|&[a, b, c]| (v[b] - v[a]).cross(v[c] - v[a]))

@@ -1,15 +1,11 @@
 //! A mesh fitted to a drawn sheet whose true maps are known.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod sheet;
-
+use crate::sheet::{bent, image, template};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
-use sheet::{bent, image, template};
 
 /// The maps with a registration up to 5 mm and a depth 4 % and a tilt off, as a network might say.
 fn mistaken(truth: &Maps) -> Maps {

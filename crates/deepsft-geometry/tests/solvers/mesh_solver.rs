@@ -1,8 +1,6 @@
 //! The mesh solver on shapes whose answer is known.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod shapes;
-
+use crate::shapes::{bent, closed_tube, coarse_sheet, normals, pose, rmse, sheet};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
     Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage,
@@ -10,7 +8,6 @@ use deepsft_geometry::solver::{
     VertexPoint,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh};
-use shapes::{bent, closed_tube, coarse_sheet, normals, pose, rmse, sheet};
 
 /// The paper's Realsense at the canonical width, with a lens.
 fn camera() -> Camera {

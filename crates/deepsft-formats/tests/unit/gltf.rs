@@ -1,6 +1,4 @@
 //! glTF files that are well made, odd or made to harm.
-#![cfg(feature = "scan")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_formats::{FormatError, Scan, encode_png, read_scan};
 use deepsft_geometry::Picture;

@@ -1,14 +1,10 @@
 //! A swaying, bending sheet is followed from one late answer of a network.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod sheet;
-
+use crate::sheet::{bent, image, template};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
-use sheet::{bent, image, template};
 
 const FRAME_S: f64 = 1.0 / 30.0;
 

@@ -1,5 +1,4 @@
 //! Finite differences of every term of the mesh solver, and the shapes for which each term is zero.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
