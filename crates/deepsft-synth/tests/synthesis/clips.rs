@@ -1,5 +1,4 @@
 //! Clips with something that happens in them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template, training_camera};

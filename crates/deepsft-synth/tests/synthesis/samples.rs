@@ -1,7 +1,5 @@
 //! What a user of the synthesiser relies on, through its public interface.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Maps, Picture, Template, training_camera};
 use deepsft_synth::{Sample, SynthConfig, SynthError, Synthesizer};
@@ -217,14 +215,42 @@ fn meshes_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn a_configuration_that_cannot_be_is_refused() {
-    let config = SynthConfig {
-        empty_probability: -0.1,
-        ..SynthConfig::default()
-    };
-    let error = Synthesizer::new(&template(), config).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "synthesis setting empty_probability is -0.1, expected 0 to 1"
-    );
+fn a_configuration_that_cannot_be_is_refused_by_name() {
+    type Change = fn(&mut SynthConfig);
+    let refused: [(Change, &str); 8] = [
+        (
+            |config| config.empty_probability = -0.1,
+            "synthesis setting empty_probability is -0.1, expected 0 to 1",
+        ),
+        (|config| config.empty_probability = 1.5, "empty_probability is 1.5"),
+        (|config| config.effects.gain = [2.0, 1.0], "effects.gain is [2, 1]"),
+        (
+            |config| config.lighting.roughness = [f64::NAN, 1.0],
+            "lighting.roughness",
+        ),
+        (
+            |config| config.deformation.cloth.bending_length = [0.0, 1.0],
+            "cloth.bending_length is 0",
+        ),
+        (
+            |config| config.control_points.moved = [5, 4],
+            "control_points.moved is [5, 4]",
+        ),
+        (
+            |config| config.control_points.most_turn_deg = f64::NAN,
+            "control_points.most_turn_deg",
+        ),
+        (
+            |config| config.camera = config.camera.with_distortion([0.1, 0.0, 0.0, 0.0, 0.0]).unwrap(),
+            "lens distortion",
+        ),
+    ];
+    for (change, part) in refused {
+        let mut config = SynthConfig::paper();
+        assert!(Synthesizer::new(&template(), config.clone()).is_ok());
+        change(&mut config);
+        let error = Synthesizer::new(&template(), config).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    assert!(Synthesizer::new(&template(), SynthConfig::default()).is_ok());
 }

@@ -1,5 +1,4 @@
 //! RGB-D recordings: what is written comes back, what is wrong is named, what is simulated agrees with its truth.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::{Camera, Picture, Template, training_camera};
 use deepsft_synth::{

@@ -1,7 +1,5 @@
 //! Shards come back as they were written, and foreign or damaged ones are refused with the entry's name.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use deepsft_formats::FormatError;
 use deepsft_geometry::{Maps, Picture, Template};
 use deepsft_synth::{DatasetDescription, SampleRecord, ShardReader, SynthConfig, Synthesizer, write_shard};

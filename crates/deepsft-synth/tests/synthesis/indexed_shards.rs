@@ -1,7 +1,5 @@
 //! Samples of shards come out in any order as they come out in turn, and what is damaged is told with its file.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use deepsft_formats::FormatError;
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{IndexedShards, SampleRecord, ShardReader, SynthConfig, Synthesizer, write_shard};

@@ -1,5 +1,4 @@
 //! Rendering of templates that are no sheets, against closed forms.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
