@@ -36,9 +36,10 @@ also has the errors of those maps (\"network_...\").
 
 --data takes data sets of `deepsft synth` and RGB-D recordings. A simulated recording has its truth beside it. Other
 recordings have only what their depth camera measured: no true registration, and masks only if somebody made them. Their
-depth is compared two pixels inside the recording's masks and away from jumps of the measured depth. All models are offered
-the same pixels, and those in a model's own mask count: the table says how many. Without masks nobody knows where the object
-is. Each model is then compared inside its own mask, and rows of two models are over different pixels.
+depth is compared two pixels inside the recording's masks and away from jumps of the measured depth. All models are
+compared over these same pixels, and a mesh at those of them that it covers; the line below the table counts them. Without
+masks nobody knows where the object is. Each model is then compared inside its own mask, and rows of two models are over
+different pixels.
 
 --ablation measures the maps after each block: after the main block, after the depth refinement, and after the registration
 refinement, which gives the answer. To see what total variation does, train without it (`deepsft train

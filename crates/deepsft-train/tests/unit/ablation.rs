@@ -1,7 +1,5 @@
 //! The ablation of the refinement blocks measures the maps that each block has.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::tensor::Tensor;
 use deepsft::{
     Architecture, DeviceKind, Estimator, ModelBundle, Network, NetworkConfig, NetworkMaps, R50FConfig, Stage,

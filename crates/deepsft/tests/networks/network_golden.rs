@@ -2,8 +2,6 @@
 //! the network's description, in ONNX Runtime. `golden.py` wrote the files beside it in `tests/golden`,
 //! in the environment that `requirements.txt` there locks.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{CompactNetwork, Network, NetworkConfig};
@@ -69,8 +67,8 @@ impl ModuleMapper for Load {
 
 /// The golden network, its image [1, 3, H, W] and the expected outputs by name.
 fn golden() -> (Network, Tensor<4>, Arrays) {
-    let description: Description = serde_json::from_str(include_str!("golden/network.json")).unwrap();
-    let bytes = include_bytes!("golden/arrays.f32");
+    let description: Description = serde_json::from_str(include_str!("../golden/network.json")).unwrap();
+    let bytes = include_bytes!("../golden/arrays.f32");
     let values: Vec<f32> = bytes
         .as_chunks()
         .0
@@ -123,7 +121,7 @@ fn every_output_is_what_onnx_runtime_computes_from_the_same_weights() {
 #[test]
 fn weights_are_handed_out_under_the_names_and_in_the_shapes_the_other_program_uses() {
     let (network, _, _) = golden();
-    let description: Description = serde_json::from_str(include_str!("golden/network.json")).unwrap();
+    let description: Description = serde_json::from_str(include_str!("../golden/network.json")).unwrap();
     let expected: BTreeMap<_, _> = description
         .weights
         .iter()

@@ -1,7 +1,7 @@
 //! Step 1 of the architectures that say full-resolution maps: a narrow network learns one sample by heart, and what it
 //! learnt survives export.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::common::alone;
 use burn::tensor::Device;
 use deepsft::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
 use deepsft_geometry::metrics::frame_metrics;
@@ -26,6 +26,7 @@ fn synthesizer() -> Arc<Synthesizer> {
 
 #[test]
 fn narrow_networks_learn_one_sample_by_heart_with_the_paper_s_optimiser() {
+    let _alone = alone();
     let synthesizer = synthesizer();
     let sample = synthesizer.sample(SEED, 0);
     assert!(

@@ -1,7 +1,5 @@
 //! What the architectures must have in common, and what tells them apart: parameters, sizes, blocks, folding.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{Architecture, Block, Network, NetworkConfig, NetworkMaps, PaperConfig, R50FConfig};

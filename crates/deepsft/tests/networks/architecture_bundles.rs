@@ -1,7 +1,5 @@
 //! Model bundles of every architecture: written in half precision, read back, refused when they do not fit.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::module::Module;
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{
@@ -75,7 +73,7 @@ fn every_architecture_comes_back_and_says_the_same_to_half_precision() {
         // Rounding twice changes nothing.
         assert_eq!(read.to_files().unwrap(), files);
         let parameters = original.network().num_params();
-        // Two bytes a weight, and names and alignment of each array.
+        // Two bytes per weight, and names and alignment of each array.
         let (arrays, bytes) = (original.network().weight_arrays().len(), files[WEIGHTS_FILE].len());
         assert!(
             (2 * parameters..2 * parameters + 1024 * arrays).contains(&bytes),

@@ -1,10 +1,7 @@
 //! Several devices: the step they make together is that of one, is the same every time, and goes on after a stop.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::tensor::Device;
-use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -30,7 +27,7 @@ fn more(count: usize) -> Vec<Device> {
     vec![Device::flex(); count]
 }
 
-/// How far `a` and `b` lie apart, as a share of the way from `start` to `a`.
+/// How far `a` and `b` lie apart, as a fraction of the way from `start` to `a`.
 fn apart(start: &[f32], a: &[f32], b: &[f32]) -> f64 {
     let length = |x: &[f32], y: &[f32]| {
         let squares = x.iter().zip(y).map(|(x, y)| f64::from(x - y).powi(2));
@@ -159,7 +156,7 @@ fn normalised() -> NetworkConfig {
 #[test]
 fn a_step_of_step_one_is_that_of_one_device() {
     let _alone = alone();
-    // Batch normalisation sees each share alone. Where both shares are the same sample, that is the same again.
+    // Batch normalisation sees each part alone. Where both parts are the same sample, that is the same again.
     for (network, batch, epoch_samples) in [(small_compact(&training_camera()), 5, None), (normalised(), 2, Some(1))] {
         let folder = tempfile::tempdir().unwrap();
         let start = folder.path().join("start");

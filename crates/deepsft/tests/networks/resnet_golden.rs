@@ -2,8 +2,6 @@
 //! down a second time, in numpy and double precision, and wrote the maps beside it, in the environment that
 //! `requirements.txt` there locks. Weights and image are one formula of names and indices in both programs.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{
@@ -132,7 +130,7 @@ fn compare(golden: &str, architecture: impl Fn(usize) -> Architecture, maps: &[N
 #[test]
 fn the_paper_s_network_says_what_numpy_computes_from_the_same_weights() {
     compare(
-        include_str!("golden/paper.json"),
+        include_str!("../golden/paper.json"),
         |divisor| Architecture::Paper(PaperConfig::narrow(divisor)),
         &[
             ("main_depth", |maps| &maps.main_depth),
@@ -146,7 +144,7 @@ fn the_paper_s_network_says_what_numpy_computes_from_the_same_weights() {
 #[test]
 fn r50f_says_what_numpy_computes_from_the_same_weights() {
     compare(
-        include_str!("golden/r50f.json"),
+        include_str!("../golden/r50f.json"),
         |divisor| Architecture::R50F(R50FConfig::narrow(divisor)),
         &[
             ("depth", |maps| &maps.depth),

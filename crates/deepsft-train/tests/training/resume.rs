@@ -1,10 +1,7 @@
 //! A training that is killed and resumed ends where an uninterrupted one does.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{alone, copy, small_compact, weights};
 use burn::tensor::Device;
-use common::{copy, small_compact, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -51,6 +48,7 @@ fn normalised() -> NetworkConfig {
 
 #[test]
 fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
+    let _alone = alone();
     for network in [small_compact(&training_camera()), normalised()] {
         resumed_as_uninterrupted(&network);
     }
@@ -99,6 +97,7 @@ fn resumed_as_uninterrupted(network: &NetworkConfig) {
 
 #[test]
 fn a_checkpoint_of_another_seed_is_refused_and_kept() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let checkpoint = folder.path().join("checkpoint");
     let device = Device::flex();
@@ -135,6 +134,7 @@ fn a_checkpoint_of_another_seed_is_refused_and_kept() {
 
 #[test]
 fn a_truncated_checkpoint_is_refused_by_the_name_of_the_file() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let checkpoint = folder.path().join("checkpoint");
     let device = Device::flex();

@@ -1,10 +1,7 @@
 //! Step 1 on a data set on disk: what is trained on and what is held out, and which checkpoints go on.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{alone, copy, small_compact, template, weights};
 use burn::tensor::Device;
-use common::{alone, copy, small_compact, template, weights};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{DatasetDescription, IndexedShards, Sample, SampleRecord, SynthConfig, Synthesizer, write_shard};
 use deepsft_train::{
@@ -101,7 +98,7 @@ fn run<S: SampleSource + 'static>(
 }
 
 #[test]
-fn every_sample_but_the_end_comes_once_an_epoch() {
+fn every_sample_but_the_end_comes_once_per_epoch() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let stored = stored(folder.path(), 5, 24);
@@ -113,7 +110,15 @@ fn every_sample_but_the_end_comes_once_an_epoch() {
         stored: stored.clone(),
         asked: Mutex::default(),
     });
-    run(&source, &config(&folder.path().join("checkpoint"), 88), |_| {}).unwrap();
+    let mut done = 0.0;
+    let report = |told| {
+        if let Progress::Step { fraction, .. } = told {
+            done = fraction;
+        }
+    };
+    run(&source, &config(&folder.path().join("checkpoint"), 87), report).unwrap();
+    // The last batch of two goes beyond the end.
+    assert_eq!(done, 1.0);
     let asked = source.asked.lock().unwrap();
     let epoch = |number: usize| asked[22 * number..22 * (number + 1)].to_vec();
     let (first, second) = (epoch(0), epoch(1));
@@ -185,6 +190,7 @@ fn a_training_on_a_data_set_goes_on_and_one_on_another_is_refused() {
 
 #[test]
 fn a_set_too_small_to_hold_any_out_is_refused() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let set = Arc::new(stored(folder.path(), 5, 9));
     let error = run(&set, &config(&folder.path().join("checkpoint"), 4), |_| {}).err();

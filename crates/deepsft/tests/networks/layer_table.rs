@@ -1,7 +1,5 @@
 //! The table of layers against numbers worked out by hand, and against the weights themselves.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft::{Architecture, Block, LayerDescription, NetworkConfig, PaperConfig, R50FConfig};

@@ -1,5 +1,4 @@
 //! The network beside the tracker: which frames the network sees, and when its detections arrive.
-#![allow(clippy::unwrap_used)]
 
 use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
 use deepsft::{

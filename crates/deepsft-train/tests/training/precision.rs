@@ -1,11 +1,8 @@
 //! Mixed precision: training learns as in single precision, skips what overflows, and goes on after a stop.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
+use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -96,13 +93,13 @@ fn step_one(
     (trained.unwrap(), told)
 }
 
-/// Largest difference of two courses of the loss, as a share of the first loss.
+/// Largest difference of two courses of the loss, as a fraction of the first loss.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / a[0]
 }
 
-/// How far a loss may be from single precision's at any step, as a share of the first. bfloat16 has an eighth of the
+/// How far a loss may be from single precision's at any step, as a fraction of the first. bfloat16 has an eighth of the
 /// fraction's accuracy.
 const TOLERANCES: [(Precision, f64); 2] = [(Precision::F16, 0.05), (Precision::BF16, 0.1)];
 
