@@ -17,3 +17,5 @@ pub use config::{PhotographUse, SynthConfig};
 pub use occluder::OccluderKind;
 pub use pose::{PoseConfig, UniformPose, fraction_in_view, sample_pose};
 pub use synthesizer::Synthesizer;
+
+pub(crate) use artwork::artwork as artwork_picture;
