@@ -86,6 +86,18 @@ fn main() {
                     agreement = fit.agreement;
                 }
             }
+            let right = |stage: &[([f32; 2], [f32; 2])]| {
+                let size = template.size_mm().as_vec2();
+                let near = stage.iter().filter(|(pixel, place)| {
+                    let p = pixel[1] as usize * 960 + pixel[0] as usize;
+                    let [u, v] = sample.truth.registration()[p];
+                    sample.truth.inside(p) && (u * size.x - place[0]).hypot(v * size.y - place[1]) < 12.0
+                });
+                format!("{}/{}", near.count(), stage.len())
+            };
+            if let Some(found) = &found {
+                print!("[{} {}; seen {}] ", right(&found.stages[0]), right(&found.stages[1]), truth.area());
+            }
             println!("{k} {kind} {frame}: {} features, {inliers} inliers, {first:.2} px, fitted {fitted:.2} px, agreement {agreement:.2}", features.len());
             rows.push((kind.clone(), first, fitted, agreement, inliers));
         }

@@ -19,7 +19,7 @@ pub struct FeatureOptions {
 impl Default for FeatureOptions {
     fn default() -> Self {
         Self {
-            corners: 2000,
+            corners: 4000,
             levels: 8,
             threshold: 8,
         }

@@ -6,9 +6,10 @@ use crate::features::{FeatureOptions, Features};
 use crate::matching::{Match, matches};
 use crate::sheet_pose::SheetSolver;
 use crate::target::{PictureTarget, resized};
-use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::glam::{DVec3, Vec2};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
+use std::f32::consts::{PI, TAU};
 
 /// Longest side of the image that corners are taken from, pixels.
 const LONGEST_SIDE: usize = 960;
@@ -20,10 +21,16 @@ const FEWEST: usize = 6;
 const REACH: f32 = 0.12;
 
 /// Within how many pixels of an image of 480 columns matches are looked for again, round by round.
-const SEARCH_PX: [f64; 3] = [16.0, 8.0, 5.0];
+const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
+
+/// Most groups that a mesh is tried on.
+const MOST_GROUPS: usize = 4;
+
+/// Largest angle between a match found again and the mesh, radians.
+const TURN: f32 = 0.5;
 
 /// Matches found again may differ in this fraction of their bits.
-const MOST_DIFFERENT: f32 = 0.35;
+const MOST_DIFFERENT: f32 = 0.3;
 
 /// A sheet that was found.
 #[derive(Clone, Debug)]
@@ -34,6 +41,8 @@ pub struct FoundSheet {
     pub inliers: usize,
     /// Matches of the first group.
     pub confirmed: usize,
+    /// Image position (pixels) and place on the sheet (mm) of the first group's matches and of the last ones.
+    pub stages: [Vec<([f32; 2], [f32; 2])>; 2],
 }
 
 /// Finds one picture.
@@ -83,14 +92,23 @@ impl FeatureFinder {
         };
         let confirmed = first.len();
         let pixel = f64::from(width) / 480.0;
-        let Some(starts) = self.solver.flat_starts(camera, first) else {
-            return Ok(None);
-        };
         let mut best: Option<(Vec<DVec3>, f64)> = None;
-        for start in starts {
-            let bent = self.solver.bend(camera, first, &start, 3.0 * pixel, true)?;
-            if best.as_ref().is_none_or(|(_, cost)| bent.1 < *cost) {
-                best = Some(bent);
+        let tried = groups.iter().take(MOST_GROUPS);
+        for group in tried.filter(|g| g.len() >= FEWEST && g.len() * 4 >= confirmed) {
+            let Some(starts) = self.solver.flat_starts(camera, group) else {
+                continue;
+            };
+            for start in starts {
+                let bent = self.solver.bend(camera, group, &start, 3.0 * pixel, true)?;
+                let near = self.matches_near(features, camera, &bent, (SEARCH_PX[0] * pixel) as f32);
+                if near.len() < FEWEST {
+                    continue;
+                }
+                let bent = self.solver.bend(camera, &near, &bent, 3.0 * pixel, false)?;
+                let score = self.solver.explained(camera, &near, &bent, 2.0 * pixel);
+                if best.as_ref().is_none_or(|(_, most)| score > *most) {
+                    best = Some((bent, score));
+                }
             }
         }
         let Some((mut vertices, _)) = best else {
@@ -103,13 +121,14 @@ impl FeatureFinder {
                 return Ok(None);
             }
             let deviation = search / 5.0 * pixel;
-            (vertices, _) = self.solver.bend(camera, &again, &vertices, deviation, false)?;
+            vertices = self.solver.bend(camera, &again, &vertices, deviation, false)?;
         }
         let maps = VisibleSurface::new(self.solver.mesh(), &vertices, view).maps();
         Ok(Some(FoundSheet {
             maps,
             inliers: again.len(),
             confirmed,
+            stages: [first, &again].map(|all| all.iter().map(|m| (m.pixel, m.place)).collect()),
         }))
     }
 
@@ -139,6 +158,9 @@ impl FeatureFinder {
             let [u, v] = maps.registration()[index];
             let expected = [u * size.x, v * size.y];
             let mm = maps.depth()[index] / focal;
+            let Some(turn) = turn(&maps, index, size) else {
+                continue;
+            };
             let reach = search * mm;
             let (mut best, mut least) = (None, most + 1);
             let column = |x: f32| ((x / cell).max(0.0) as usize).min(columns - 1);
@@ -153,6 +175,10 @@ impl FeatureFinder {
                         // Of the same size on the sheet, within a factor of two.
                         let scale = others[k].scale * self.target.mm_per_pixel / (feature.scale * mm);
                         if !(0.4..2.0).contains(&scale) {
+                            continue;
+                        }
+                        let off = others[k].angle - feature.angle - turn;
+                        if ((off + PI).rem_euclid(TAU) - PI).abs() > TURN {
                             continue;
                         }
                         let distance = feature.descriptor.distance(&others[k].descriptor);
@@ -179,4 +205,19 @@ impl FeatureFinder {
     pub fn options() -> FeatureOptions {
         FeatureOptions::default()
     }
+}
+
+/// The angle by which the registration turns directions of the image around a pixel into directions on the sheet, radians.
+fn turn(maps: &Maps, index: usize, size: Vec2) -> Option<f32> {
+    let width = maps.width();
+    if index % width + 1 == width || index + width >= maps.depth().len() {
+        return None;
+    }
+    if !(maps.inside(index + 1) && maps.inside(index + width)) {
+        return None;
+    }
+    let place = |p: usize| Vec2::from(maps.registration()[p]) * size;
+    let (x, y) = (place(index + 1) - place(index), place(index + width) - place(index));
+    // The rotation nearest to the matrix of both columns.
+    Some((x.y - y.x).atan2(x.x + y.y))
 }

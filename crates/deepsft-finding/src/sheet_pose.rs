@@ -24,6 +24,9 @@ const INDEPENDENT: f64 = 100.0;
 /// Accepted steps per stiffness.
 const STEPS: usize = 10;
 
+/// What a wrong match counts on average, found within a few pixels of a wrong mesh.
+const BY_CHANCE: f64 = 0.25;
+
 /// Robust steps of the affine fit.
 const AFFINE_STEPS: usize = 8;
 
@@ -62,8 +65,8 @@ impl SheetSolver {
         &self.mesh
     }
 
-    /// The mesh bent until `matches` project to their pixels, and their mean robust cost. `deviation_px`: their
-    /// standard deviation.
+    /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch
+    /// at first.
     pub fn bend(
         &mut self,
         camera: &Camera,
@@ -71,7 +74,7 @@ impl SheetSolver {
         start: &[DVec3],
         deviation_px: f64,
         soft: bool,
-    ) -> Result<(Vec<DVec3>, f64), GeometryError> {
+    ) -> Result<Vec<DVec3>, GeometryError> {
         let weight = INDEPENDENT / matches.len().max(1) as f64 / (deviation_px * deviation_px);
         let points: Vec<ImagePoint> = matches
             .iter()
@@ -97,8 +100,17 @@ impl SheetSolver {
             let terms: [&dyn Energy; 3] = [&data, isometry, &self.bending];
             vertices = self.solver.solve(&terms, &vertices, &options)?.vertices;
         }
-        let cost = data.energy(&vertices) / (weight * points.len().max(1) as f64);
-        Ok((vertices, cost))
+        Ok(vertices)
+    }
+
+    /// How many of `matches` the mesh at `vertices` explains: each counts 1 / (1 + (error / scale)^2).
+    pub fn explained(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
+        let one = |m: &Match| {
+            let point = self.locator.locate(self.uv(m))?;
+            let projected = camera.project(point.position(self.mesh.faces(), vertices))?;
+            Some(1.0 / (1.0 + (projected - pixel(m)).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
+        };
+        matches.iter().filter_map(one).sum()
     }
 
     fn uv(&self, m: &Match) -> DVec2 {
