@@ -19,7 +19,7 @@ pub struct FeatureOptions {
 impl Default for FeatureOptions {
     fn default() -> Self {
         Self {
-            corners: 4000,
+            corners: 2000,
             levels: 8,
             threshold: 8,
         }

@@ -30,7 +30,7 @@ const MOST_GROUPS: usize = 4;
 const TURN: f32 = 0.5;
 
 /// Matches found again may differ in this fraction of their bits.
-const MOST_DIFFERENT: f32 = 0.3;
+const MOST_DIFFERENT: f32 = 0.25;
 
 /// A sheet that was found.
 #[derive(Clone, Debug)]
