@@ -81,7 +81,10 @@ pub fn message(error: &Error) -> String {
 /// Whether a library lays the error at the door of an input.
 fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
     matches!(error.downcast_ref(), Some(FormatError::Unusable { .. }))
-        || matches!(error.downcast_ref(), Some(SynthError::Photograph { .. }))
+        || matches!(
+            error.downcast_ref(),
+            Some(SynthError::Format(FormatError::Unusable { .. }))
+        )
 }
 
 fn code(error: &Error) -> u8 {

@@ -53,16 +53,14 @@ pub enum FormatError {
     #[error("picture file is empty (0 bytes)")]
     PictureFileEmpty,
     /// A picture has more pixels than is decoded.
-    #[error(
-        "picture of {width} x {height} pixels is too large: at most {longest_side} per side and 178 million in all"
-    )]
+    #[error("picture of {width} x {height} pixels is too large: {limit}")]
     PictureTooLarge {
         /// Columns met.
         width: u32,
         /// Rows met.
         height: u32,
-        /// Longest side that is decoded.
-        longest_side: u32,
+        /// The limit that it passes.
+        limit: String,
     },
     /// A picture's file is of an unknown kind, cut short or corrupt.
     #[error("picture cannot be read: {reason}")]
@@ -89,17 +87,13 @@ pub enum FormatError {
         /// The parser's error.
         source: serde_json::Error,
     },
-    /// A shard holds something that is no part of a sample.
-    #[error("shard entry {name} is not NNNNNN.rgb.png, .depth.png, .uv.png or .json")]
-    ForeignEntry {
+    /// An entry of a shard, a picture or a description is foreign, there twice, cut or not what it should be.
+    #[error("shard entry {name} {reason}")]
+    Entry {
         /// Name of the entry.
         name: String,
-    },
-    /// A shard holds the same part of a sample twice.
-    #[error("shard entry {name} is there twice")]
-    RepeatedEntry {
-        /// Name of the entry.
-        name: String,
+        /// What is wrong with it: "is 12 bytes, expected 34".
+        reason: String,
     },
     /// A sample in a shard is not complete.
     #[error("sample {key} of the shard has no {part}")]
@@ -108,26 +102,6 @@ pub enum FormatError {
         key: String,
         /// Ending of the missing entry.
         part: &'static str,
-    },
-    /// A shard ends within an entry.
-    #[error("shard entry {name} has {actual} bytes, expected {expected}")]
-    TruncatedEntry {
-        /// Name of the entry.
-        name: String,
-        /// Bytes that were there.
-        actual: u64,
-        /// Bytes that its header announces.
-        expected: u64,
-    },
-    /// An entry of a shard can be decoded but is not what it should be.
-    #[error("shard entry {name} is {actual}, expected {expected}")]
-    EntryContent {
-        /// Name of the entry.
-        name: String,
-        /// What was found.
-        actual: String,
-        /// What should be there.
-        expected: String,
     },
     /// A sample was asked for that the shards do not have.
     #[error("there is no sample {number}, only {samples}")]
@@ -208,6 +182,26 @@ pub enum FormatError {
     },
 }
 
+impl FormatError {
+    /// The error of a picture's file.
+    pub(crate) fn picture(reason: impl ToString) -> Self {
+        let reason = reason.to_string();
+        Self::PictureFile { reason }
+    }
+
+    /// The error of an entry that can be read and is wrong.
+    pub(crate) fn entry(name: impl Into<String>, reason: impl Into<String>) -> Self {
+        let (name, reason) = (name.into(), reason.into());
+        Self::Entry { name, reason }
+    }
+
+    /// The error of an entry that has fewer bytes than its header announces.
+    #[cfg(feature = "shards")]
+    pub(crate) fn truncated(name: String, actual: u64, expected: u64) -> Self {
+        Self::entry(name, format!("has {actual} bytes, expected {expected}"))
+    }
+}
+
 #[cfg(feature = "fs")]
 impl FormatError {
     /// The error of an input, a `what` ("camera file").
@@ -216,6 +210,14 @@ impl FormatError {
             what,
             path: path.to_path_buf(),
             reason: reason.to_string(),
+        }
+    }
+
+    /// The error of a file or folder that cannot be used.
+    pub(crate) fn unreadable(path: &Path, reason: impl ToString) -> Self {
+        Self::File {
+            reason: reason.to_string(),
+            path: path.to_path_buf(),
         }
     }
 

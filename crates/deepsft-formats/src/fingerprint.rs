@@ -26,10 +26,7 @@ pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::FormatError>
         io::copy(&mut std::fs::File::open(path)?, &mut hash)?;
         Ok(hexadecimal(hash.0))
     };
-    hash().map_err(|error| crate::FormatError::File {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    })
+    hash().map_err(|error| crate::FormatError::unreadable(path, error))
 }
 
 /// The SHA-256 of a value's JSON, in 64 hexadecimal digits: the same for equal values, in every version and on every

@@ -1,14 +1,9 @@
 //! The pictures of an RGB-D recording: colour, 16-bit depth, masks.
 
-use crate::FormatError;
+use crate::{FormatError, image_codec};
 use deepsft_geometry::{Camera, Picture};
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageReader, Limits};
-use std::io::Cursor;
-
-/// Longest side of a picture that is decoded, pixels.
-const LONGEST_SIDE: u32 = 8192;
+use image::{DynamicImage, ExtendedColorType, ImageEncoder};
 
 /// Decodes an 8-bit PNG or JPEG file of the camera's size, as it is stored: no orientation, no transparency.
 ///
@@ -27,24 +22,17 @@ pub fn decode_camera_picture(bytes: &[u8], camera: &Camera) -> Result<Picture, F
 pub fn decode_depth_png(bytes: &[u8], camera: &Camera) -> Result<Vec<u16>, FormatError> {
     match decode(bytes, camera)? {
         DynamicImage::ImageLuma16(depth) => Ok(depth.into_raw()),
-        other => Err(FormatError::PictureFile {
-            reason: format!("a depth picture is 16-bit grey, this one is {:?}", other.color()),
-        }),
+        other => {
+            let reason = format!("a depth picture is 16-bit grey, this one is {:?}", other.color());
+            Err(FormatError::PictureFile { reason })
+        }
     }
 }
 
 fn decode(bytes: &[u8], camera: &Camera) -> Result<DynamicImage, FormatError> {
-    let failure = |reason: String| FormatError::PictureFile { reason };
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| failure(error.to_string()))?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LONGEST_SIDE);
-    limits.max_image_height = Some(LONGEST_SIDE);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|error| failure(error.to_string()))?;
+    let image = image_codec::decode(bytes, None).map_err(FormatError::picture)?;
     if (image.width(), image.height()) != (camera.width(), camera.height()) {
-        return Err(failure(format!(
+        return Err(FormatError::picture(format!(
             "it has {} x {} pixels, its camera {} x {}",
             image.width(),
             image.height(),
@@ -58,7 +46,7 @@ fn decode(bytes: &[u8], camera: &Camera) -> Result<DynamicImage, FormatError> {
 /// A depth picture as a 16-bit grey PNG file; `raw` is row-major, as large as the camera's image.
 ///
 /// # Errors
-/// [`FormatError::EntryPicture`] from the codec, when `raw` is of another size.
+/// [`FormatError::Entry`] when `raw` is of another size, [`FormatError::EntryPicture`] from the codec.
 pub fn encode_depth_png(raw: &[u16], camera: &Camera) -> Result<Vec<u8>, FormatError> {
     let bytes: Vec<u8> = raw.iter().flat_map(|units| units.to_ne_bytes()).collect();
     encode_png(&bytes, camera, ExtendedColorType::L16, "depth picture")
@@ -67,29 +55,21 @@ pub fn encode_depth_png(raw: &[u16], camera: &Camera) -> Result<Vec<u8>, FormatE
 /// A mask as an 8-bit grey PNG file, 255 on the object; `mask` is row-major, as large as the camera's image.
 ///
 /// # Errors
-/// [`FormatError::EntryPicture`] from the codec, when `mask` is of another size.
+/// [`FormatError::Entry`] when `mask` is of another size, [`FormatError::EntryPicture`] from the codec.
 pub fn encode_mask_png(mask: &[bool], camera: &Camera) -> Result<Vec<u8>, FormatError> {
     let bytes: Vec<u8> = mask.iter().map(|&inside| if inside { 255 } else { 0 }).collect();
     encode_png(&bytes, camera, ExtendedColorType::L8, "mask")
 }
 
 fn encode_png(bytes: &[u8], camera: &Camera, color: ExtendedColorType, name: &str) -> Result<Vec<u8>, FormatError> {
-    let mut coded = Vec::new();
     let expected = camera.width() as usize * camera.height() as usize * usize::from(color.bits_per_pixel() / 8);
     if bytes.len() != expected {
-        return Err(FormatError::EntryContent {
-            name: name.to_owned(),
-            actual: format!("{} bytes", bytes.len()),
-            expected: format!("the camera's {expected}"),
-        });
+        let reason = format!("is {} bytes, expected the camera's {expected}", bytes.len());
+        return Err(FormatError::entry(name, reason));
     }
-    PngEncoder::new(&mut coded)
-        .write_image(bytes, camera.width(), camera.height(), color)
-        .map_err(|source| FormatError::EntryPicture {
-            name: name.to_owned(),
-            source,
-        })?;
-    Ok(coded)
+    let name = name.to_owned();
+    image_codec::encode_png(bytes, (camera.width(), camera.height()), color)
+        .map_err(|source| FormatError::EntryPicture { name, source })
 }
 
 /// A picture as a JPEG file of `quality` 1 to 100.

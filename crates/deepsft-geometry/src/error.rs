@@ -196,7 +196,10 @@ pub enum GeometryError {
 }
 
 /// Refuses pictures and maps of a size that is not the `expected` one, both (width, height).
-pub(crate) fn check_size(actual: (usize, usize), expected: (usize, usize)) -> Result<(), GeometryError> {
+///
+/// # Errors
+/// [`GeometryError::MapSize`].
+pub fn check_size(actual: (usize, usize), expected: (usize, usize)) -> Result<(), GeometryError> {
     if actual == expected {
         Ok(())
     } else {

@@ -35,7 +35,7 @@ pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,
 };
-pub use error::GeometryError;
+pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
 pub use glam;
 pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma};

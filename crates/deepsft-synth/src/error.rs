@@ -32,22 +32,6 @@ pub enum SynthError {
         /// Vertices of the template.
         expected: usize,
     },
-    /// A file of an RGB-D recording cannot be used.
-    #[error("{reason}: {path}")]
-    Recording {
-        /// What is wrong with it.
-        reason: String,
-        /// The file.
-        path: PathBuf,
-    },
-    /// A photograph of the user's cannot be used.
-    #[error("cannot use image {path}: {reason}")]
-    Photograph {
-        /// What is wrong with it.
-        reason: String,
-        /// The file.
-        path: PathBuf,
-    },
     /// The beginning of another data set is in the way.
     #[error("{folder} holds the beginning of another data set ({difference}): ask for that one, or remove it")]
     OtherDataset {
@@ -56,7 +40,8 @@ pub enum SynthError {
         /// Where it is.
         folder: PathBuf,
     },
-    /// A file was refused.
+    /// A file was refused: one of a recording ([`FormatError::File`]), a photograph ([`FormatError::Unusable`]), or a data
+    /// set's.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A camera, mesh, map or picture was refused.
@@ -65,11 +50,19 @@ pub enum SynthError {
 }
 
 impl SynthError {
-    /// The error of a file of a recording.
-    pub(crate) fn recording(reason: impl Into<String>, path: &Path) -> Self {
-        Self::Recording {
-            reason: reason.into(),
-            path: path.to_path_buf(),
+    /// The error of a setting out of its range.
+    pub(crate) fn setting(parameter: &'static str, actual: impl ToString, expected: &'static str) -> Self {
+        let actual = actual.to_string();
+        Self::Setting {
+            parameter,
+            actual,
+            expected,
         }
+    }
+
+    /// The error of a file of a recording.
+    pub(crate) fn recording(reason: impl ToString, path: &Path) -> Self {
+        let (reason, path) = (reason.to_string(), path.to_path_buf());
+        FormatError::File { reason, path }.into()
     }
 }

@@ -5,6 +5,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod canonical_truth;
 mod clip;
 mod dataset;
 mod deform;
@@ -15,6 +16,7 @@ mod recording;
 mod render;
 mod scene;
 
+pub use canonical_truth::canonical_truth;
 pub use clip::{
     CLIP_FILE, ClipConfig, ClipDescription, ClipEvent, ClipFolder, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED,
     TRUTH_FOLDER, frame_name,

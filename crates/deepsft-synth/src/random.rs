@@ -43,6 +43,20 @@ pub(crate) fn uniform<R: Rng + ?Sized>(rng: &mut R, range: [f64; 2]) -> f32 {
     between(range, rng) as f32
 }
 
+/// What `draw` draws with the given probability, else `otherwise`.
+pub(crate) fn draw_or<R: Rng + ?Sized, T>(
+    rng: &mut R,
+    probability: f64,
+    otherwise: T,
+    draw: impl FnOnce(&mut R) -> T,
+) -> T {
+    if rng.random_bool(probability) {
+        draw(rng)
+    } else {
+        otherwise
+    }
+}
+
 /// A uniform unit vector of the image plane.
 pub(crate) fn unit_vector<R: Rng + ?Sized>(rng: &mut R) -> Vec2 {
     Vec2::from_angle(rng.random_range(0.0..std::f32::consts::TAU))
@@ -68,23 +82,4 @@ pub(crate) fn chance<R: Rng + ?Sized>(probability: f64, rng: &mut R) -> bool {
 /// -1 or 1, equally often.
 pub fn sign<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     if chance(0.5, rng) { -1.0 } else { 1.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn streams_of_neighbouring_samples_differ() {
-        let draw = |seed, index, stream| generator(seed, index, stream).random::<u64>();
-        assert_eq!(draw(1, 2, Stream::Scene), draw(1, 2, Stream::Scene));
-        let all = [
-            draw(1, 2, Stream::Scene),
-            draw(1, 3, Stream::Scene),
-            draw(2, 2, Stream::Scene),
-            draw(2, 1, Stream::Scene),
-            draw(1, 2, Stream::Shape),
-        ];
-        assert!((0..all.len()).all(|i| (0..i).all(|j| all[i] != all[j])));
-    }
 }

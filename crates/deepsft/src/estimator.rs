@@ -7,7 +7,7 @@ use crate::photo_consistency::TemplateLuminance;
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft_geometry::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, GeometryError, Maps, Picture, remove_islands,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, check_size, remove_islands,
 };
 
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
@@ -126,12 +126,7 @@ impl Estimator {
     }
 
     fn check_canonical(&self, picture: &Picture) -> Result<(), DeepSftError> {
-        let expected = (self.canonical.width() as usize, self.canonical.height() as usize);
-        let actual = (picture.width(), picture.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected }.into());
-        }
-        Ok(())
+        Ok(check_size(picture.size(), self.canonical.size())?)
     }
 
     /// Stage 3: is the template there, and do the maps explain the image?
@@ -139,12 +134,8 @@ impl Estimator {
     /// # Errors
     /// [`DeepSftError::Geometry`] when image and maps differ in size.
     pub fn judge(&self, canonical: &Picture, maps: &Maps) -> Result<Judgement, DeepSftError> {
-        let expected = (canonical.width(), canonical.height());
-        let actual = (maps.width(), maps.height());
-        if actual != expected {
-            return Err(GeometryError::MapSize { actual, expected }.into());
-        }
-        let area = maps.area() as f64 / (actual.0 * actual.1) as f64;
+        check_size(maps.size(), canonical.size())?;
+        let area = maps.area() as f64 / (maps.width() * maps.height()) as f64;
         let confidence = self
             .template
             .consistency(canonical, maps)

@@ -135,10 +135,8 @@ pub fn replace_folder(beside: &Path, place: &Path, kind: &FolderKind) -> Result<
 /// # Errors
 /// [`FormatError::ForeignFolder`] when it would not, [`FormatError::File`] when it cannot be told.
 pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
-    let unreadable = |error: io::Error| FormatError::File {
-        reason: format!("could not look into the folder: {error}"),
-        path: path.to_path_buf(),
-    };
+    let unreadable =
+        |error: io::Error| FormatError::unreadable(path, format!("could not look into the folder: {error}"));
     let mut entries = match fs::read_dir(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         entries => entries.map_err(unreadable)?,
@@ -150,6 +148,24 @@ pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
         });
     }
     Ok(())
+}
+
+/// Waits until the names of the files in `folder` are on the disk. It does nothing where a folder cannot be opened as a file
+/// (outside of Unix) or its file system cannot wait for folders.
+///
+/// # Errors
+/// What the system says.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    let here = folder.as_os_str().is_empty();
+    let folder = fs::File::open(if here { Path::new(".") } else { folder })?;
+    folder.sync_all().or_else(|error| match error.kind() {
+        // EINVAL and EOPNOTSUPP of file systems that do not offer it, as some of the network.
+        ErrorKind::InvalidInput | ErrorKind::Unsupported => Ok(()),
+        _ => Err(error),
+    })
 }
 
 /// Puts the files of `place` that are not of `kind` into `beside` too: by another link to the same file, or as a copy.
@@ -202,112 +218,4 @@ fn let_all_read(path: &Path, mode: u32) -> io::Result<()> {
 #[cfg(not(unix))]
 fn let_all_read(_path: &Path, _mode: u32) -> io::Result<()> {
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const KIND: FolderKind = FolderKind {
-        known_by: &["mark"],
-        files: &["mark", "old", "sub/deep", "shard-#.tar"],
-    };
-
-    fn files(names: &[&str]) -> BTreeMap<String, Vec<u8>> {
-        names
-            .iter()
-            .map(|&name| (name.to_owned(), name.as_bytes().to_vec()))
-            .collect()
-    }
-
-    /// Every file of a folder by its path inside it.
-    fn read_folder(path: &Path) -> BTreeMap<String, Vec<u8>> {
-        let mut files = BTreeMap::new();
-        let mut folders = vec![path.to_path_buf()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-                if entry.is_dir() {
-                    folders.push(entry);
-                } else {
-                    let name = entry.strip_prefix(path).unwrap().to_str().unwrap().to_owned();
-                    files.insert(name, fs::read(&entry).unwrap());
-                }
-            }
-        }
-        files
-    }
-
-    #[test]
-    fn a_folder_is_replaced_whole_and_leaves_nothing_beside_it() {
-        let above = tempfile::tempdir().unwrap();
-        let path = above.path().join("new/bundle");
-        write_folder(&path, &KIND, &files(&["mark", "old", "sub/deep"])).unwrap();
-        assert_eq!(read_folder(&path), files(&["mark", "old", "sub/deep"]));
-        write_folder(&path, &KIND, &files(&["mark", "new"])).unwrap();
-        assert_eq!(read_folder(&path), files(&["mark", "new"]));
-        assert_eq!(fs::read_dir(above.path().join("new")).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn a_folder_of_another_kind_is_left_alone() {
-        let above = tempfile::tempdir().unwrap();
-        let path = above.path().join("mine");
-        fs::create_dir(&path).unwrap();
-        fs::write(path.join("thesis"), "thesis").unwrap();
-        let error = write_folder(&path, &KIND, &files(&["mark"])).unwrap_err();
-        assert!(error.to_string().contains("holds no mark"), "{error}");
-        assert_eq!(read_folder(&path), files(&["thesis"]));
-    }
-
-    #[test]
-    fn files_that_are_not_ours_stay_in_a_folder_that_is_replaced() {
-        let above = tempfile::tempdir().unwrap();
-        let path = above.path().join("cover");
-        write_folder(&path, &KIND, &files(&["mark", "old", "shard-000001.tar"])).unwrap();
-        fs::create_dir_all(path.join("sub/mine")).unwrap();
-        for name in ["art.jpg", "sub/mine/notes.txt", "shard-a.tar", "sub/deep"] {
-            fs::write(path.join(name), name).unwrap();
-        }
-        write_folder(&path, &KIND, &files(&["mark"])).unwrap();
-        assert_eq!(
-            read_folder(&path),
-            files(&["art.jpg", "mark", "shard-a.tar", "sub/mine/notes.txt"])
-        );
-        assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn the_newest_file_that_is_not_ours_is_kept() {
-        let above = tempfile::tempdir().unwrap();
-        let (beside, place) = (above.path().join("set.partial"), above.path().join("set"));
-        // A replacement that was killed has left an older version of the notes beside.
-        for (folder, notes) in [(&beside, "old"), (&place, "new")] {
-            fs::create_dir(folder).unwrap();
-            fs::write(folder.join("mark"), notes).unwrap();
-            fs::write(folder.join("notes.txt"), notes).unwrap();
-        }
-        replace_folder(&beside, &place, &KIND).unwrap();
-        assert_eq!(fs::read_to_string(place.join("notes.txt")).unwrap(), "new");
-        assert_eq!(fs::read_to_string(place.join("mark")).unwrap(), "old");
-    }
-
-    #[test]
-    fn a_folder_that_is_not_finished_leaves_nothing() {
-        let above = tempfile::tempdir().unwrap();
-        let staged = StagedFolder::new(&above.path().join("shards"), &KIND).unwrap();
-        fs::write(staged.path().join("half"), "half").unwrap();
-        drop(staged);
-        assert_eq!(fs::read_dir(above.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn a_file_is_replaced_and_leaves_nothing_beside_it() {
-        let above = tempfile::tempdir().unwrap();
-        let path = above.path().join("a/report.json");
-        for content in [b"one", b"two"] {
-            write_file(&path, content).unwrap();
-            assert_eq!(fs::read(&path).unwrap(), content);
-        }
-        assert_eq!(fs::read_dir(above.path().join("a")).unwrap().count(), 1);
-    }
 }

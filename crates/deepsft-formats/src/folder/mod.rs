@@ -8,7 +8,7 @@ mod lock;
 mod scan;
 mod template;
 
-pub use atomic::{StagedFolder, check_folder, replace_folder, write_file, write_folder};
+pub use atomic::{StagedFolder, check_folder, replace_folder, sync_folder, write_file, write_folder};
 pub use camera::read_camera;
 pub use kind::FolderKind;
 pub use lock::FolderLock;
@@ -35,8 +35,5 @@ fn read(path: &Path) -> Result<Vec<u8>, FormatError> {
         }
         fs::read(path)
     };
-    read().map_err(|error| FormatError::File {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    })
+    read().map_err(|error| FormatError::unreadable(path, error))
 }

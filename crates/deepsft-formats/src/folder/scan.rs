@@ -16,8 +16,5 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
 }
 
 fn read_picture(path: &Path) -> Result<deepsft_geometry::Picture, FormatError> {
-    decode_picture(&read(path)?).map_err(|error| FormatError::File {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    })
+    decode_picture(&read(path)?).map_err(|error| FormatError::unreadable(path, error))
 }

@@ -160,7 +160,7 @@ impl DatasetDescription {
     /// Reads the text of `dataset.json`.
     ///
     /// # Errors
-    /// [`FormatError::Json`] when it is not such a text, [`FormatError::EntryContent`] when its version or its units are
+    /// [`FormatError::Json`] when it is not such a text, [`FormatError::Entry`] when its version or its units are
     /// not ours.
     pub fn from_json(text: &str) -> Result<Self, FormatError> {
         let name = || "dataset.json".to_owned();
@@ -179,11 +179,8 @@ impl DatasetDescription {
             ..description.clone()
         };
         if units(&description) != units(&ours) {
-            return Err(FormatError::EntryContent {
-                name: name(),
-                actual: units(&description),
-                expected: units(&ours),
-            });
+            let reason = format!("is {}, expected {}", units(&description), units(&ours));
+            return Err(FormatError::entry(name(), reason));
         }
         Ok(description)
     }

@@ -72,7 +72,7 @@ impl IndexedShards {
     }
 
     fn add_shard(&mut self, path: PathBuf, described: Option<(u64, u64)>) -> Result<u64, FormatError> {
-        let samples = positions(&path).map_err(|error| blamed(&error, &path))?;
+        let samples = positions(&path).map_err(|error| FormatError::unreadable(&path, error))?;
         let (first, count) = (self.samples(), samples.len() as u64);
         if count > 0 {
             self.shards.push(IndexedShard {
@@ -112,18 +112,16 @@ impl IndexedShards {
         let samples = self.samples();
         let (shard, bytes) = found.ok_or(FormatError::NoSuchSample { number, samples })?;
         let path = &shard.path;
-        let record = read(path, bytes).map_err(|error| blamed(&error, path))?;
+        let record = read(path, bytes).map_err(|error| FormatError::unreadable(path, error))?;
         if let Some((seed, first)) = shard.described {
             record
                 .check_described(seed, first + (number - shard.first))
-                .map_err(|error| blamed(&error, path))?;
+                .map_err(|error| FormatError::unreadable(path, error))?;
         }
         if record.sample.camera != self.camera {
             let index = record.index;
-            return Err(FormatError::File {
-                reason: format!("sample {index} was taken by another camera than the one expected"),
-                path: path.clone(),
-            });
+            let reason = format!("sample {index} was taken by another camera than the one expected");
+            return Err(FormatError::unreadable(path, reason));
         }
         Ok(record)
     }
@@ -141,7 +139,7 @@ fn positions(path: &Path) -> Result<Vec<Range<u64>>, FormatError> {
             let (content, expected) = (entry.raw_file_position(), entry.size());
             let actual = length.saturating_sub(content);
             if actual < expected {
-                return Err(FormatError::TruncatedEntry { name, actual, expected });
+                return Err(FormatError::truncated(name, actual, expected));
             }
             Ok(entry.raw_header_position()..content + expected)
         })?;
@@ -164,12 +162,4 @@ fn read(path: &Path, bytes: &Range<u64>) -> Result<SampleRecord, FormatError> {
     let record = reader.records()?.next();
     // Nothing is there when the file has become shorter.
     record.unwrap_or_else(|| Err(std::io::Error::from(std::io::ErrorKind::UnexpectedEof).into()))
-}
-
-/// An error of the shard at `path`, which names it.
-fn blamed(error: &FormatError, path: &Path) -> FormatError {
-    FormatError::File {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    }
 }

@@ -97,7 +97,7 @@ impl<T> PendingSample<T> {
         read: impl FnOnce(tar::Entry<'_, R>, String) -> Result<T, FormatError>,
     ) -> Result<Option<(String, [T; 4])>, FormatError> {
         let name = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
-        let foreign = || FormatError::ForeignEntry { name: name.clone() };
+        let foreign = || FormatError::entry(&name, "is not NNNNNN.rgb.png, .depth.png, .uv.png or .json");
         let (key, part) = name.split_once('.').ok_or_else(foreign)?;
         let part = PARTS.iter().position(|known| *known == part).ok_or_else(foreign)?;
         let numbered = !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_digit());
@@ -109,7 +109,7 @@ impl<T> PendingSample<T> {
         }
         key.clone_into(&mut self.key);
         if self.parts[part].is_some() {
-            return Err(FormatError::RepeatedEntry { name });
+            return Err(FormatError::entry(name, "is there twice"));
         }
         self.parts[part] = Some(read(entry, name)?);
         match std::mem::take(&mut self.parts) {
@@ -146,8 +146,8 @@ impl<T> PendingSample<T> {
 fn content<R: Read>(mut entry: tar::Entry<'_, R>, name: String) -> Result<Vec<u8>, FormatError> {
     let expected = entry.size();
     if expected > LARGEST_ENTRY {
-        let (actual, expected) = (format!("{expected} bytes"), format!("at most {LARGEST_ENTRY} bytes"));
-        return Err(FormatError::EntryContent { name, actual, expected });
+        let reason = format!("is {expected} bytes, expected at most {LARGEST_ENTRY} bytes");
+        return Err(FormatError::entry(name, reason));
     }
     let mut content = Vec::new();
     let read = entry.read_to_end(&mut content);
@@ -155,6 +155,6 @@ fn content<R: Read>(mut entry: tar::Entry<'_, R>, name: String) -> Result<Vec<u8
     match read {
         Ok(_) if actual == expected => Ok(content),
         Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => Err(error.into()),
-        _ => Err(FormatError::TruncatedEntry { name, actual, expected }),
+        _ => Err(FormatError::truncated(name, actual, expected)),
     }
 }

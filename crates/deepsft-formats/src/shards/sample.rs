@@ -1,16 +1,11 @@
 //! A sample, and its entries in a shard.
 
 use super::{DEPTH_UNITS_PER_MM, PARTS, UV_ONE};
-use crate::{CameraFile, FormatError};
+use crate::{CameraFile, FormatError, image_codec};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture};
-use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ExtendedColorType, ImageFormat};
 use serde::{Deserialize, Serialize};
-use std::io::Cursor;
-
-/// Longest side of a picture that is decoded, pixels.
-const LONGEST_SIDE: u32 = 8192;
 
 /// One synthetic picture with its ground truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,7 +95,6 @@ impl SampleRecord {
 /// The contents of the entries of [`PARTS`].
 fn encode(record: &SampleRecord) -> Result<[Vec<u8>; 4], FormatError> {
     let SampleRecord { sample, index, seed } = record;
-    let (width, height) = (sample.truth.width() as u32, sample.truth.height() as u32);
     let (mut depth, mut uv) = (Vec::new(), Vec::new());
     for (&depth_mm, &coordinates) in sample.truth.depth().iter().zip(sample.truth.registration()) {
         let inside = depth_mm > OUTSIDE;
@@ -117,17 +111,16 @@ fn encode(record: &SampleRecord) -> Result<[Vec<u8>; 4], FormatError> {
             uv.extend(value.to_ne_bytes());
         }
     }
-    let png = |part: usize, bytes: &[u8], width: u32, height: u32, color: ExtendedColorType| {
-        let mut coded = Vec::new();
-        match PngEncoder::new(&mut coded).write_image(bytes, width, height, color) {
-            Ok(()) => Ok(coded),
-            Err(source) => Err(FormatError::EntryPicture {
-                name: format!("{} of sample {index}", PARTS[part]),
+    let name = |part: usize| format!("{} of sample {index}", PARTS[part]);
+    let png = |part: usize, bytes: &[u8], (width, height): (usize, usize), color: ExtendedColorType| {
+        image_codec::encode_png(bytes, (width as u32, height as u32), color).map_err(|source| {
+            FormatError::EntryPicture {
+                name: name(part),
                 source,
-            }),
-        }
+            }
+        })
     };
-    let image = &sample.image;
+    let (image, size) = (&sample.image, sample.truth.size());
     let json = SampleJson {
         seed: *seed,
         index: *index,
@@ -137,19 +130,10 @@ fn encode(record: &SampleRecord) -> Result<[Vec<u8>; 4], FormatError> {
         vertices_camera: sample.vertices_camera.iter().map(DVec3::to_array).collect(),
     };
     Ok([
-        png(
-            0,
-            image.rgb(),
-            image.width() as u32,
-            image.height() as u32,
-            ExtendedColorType::Rgb8,
-        )?,
-        png(1, &depth, width, height, ExtendedColorType::L16)?,
-        png(2, &uv, width, height, ExtendedColorType::Rgb16)?,
-        serde_json::to_vec(&json).map_err(|source| FormatError::Json {
-            name: format!("{} of sample {index}", PARTS[3]),
-            source,
-        })?,
+        png(0, image.rgb(), image.size(), ExtendedColorType::Rgb8)?,
+        png(1, &depth, size, ExtendedColorType::L16)?,
+        png(2, &uv, size, ExtendedColorType::Rgb16)?,
+        serde_json::to_vec(&json).map_err(|source| FormatError::Json { name: name(3), source })?,
     ])
 }
 
@@ -160,25 +144,22 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
         serde_json::from_slice(&parts[3]).map_err(|source| FormatError::Json { name: name(3), source })?;
     let camera = json.camera.camera()?;
     let picture = |part: usize| {
-        let image = decode_png(&parts[part]).map_err(|source| FormatError::EntryPicture {
-            name: name(part),
-            source,
-        })?;
-        if (image.width(), image.height()) != (camera.width(), camera.height()) {
-            let actual = format!("{} x {} pixels", image.width(), image.height());
-            let expected = format!("the camera's {} x {}", camera.width(), camera.height());
-            return Err(FormatError::EntryContent {
+        let image =
+            image_codec::decode(&parts[part], Some(ImageFormat::Png)).map_err(|source| FormatError::EntryPicture {
                 name: name(part),
-                actual,
-                expected,
-            });
+                source,
+            })?;
+        let (actual, expected) = ([image.width(), image.height()], [camera.width(), camera.height()]);
+        if actual != expected {
+            let [[width, height], [expected_width, expected_height]] = [actual, expected];
+            let reason =
+                format!("is {width} x {height} pixels, expected the camera's {expected_width} x {expected_height}");
+            return Err(FormatError::entry(name(part), reason));
         }
         Ok(image)
     };
-    let wrong = |part: usize, image: &DynamicImage, expected: &str| FormatError::EntryContent {
-        name: name(part),
-        actual: format!("{:?}", image.color()),
-        expected: expected.into(),
+    let wrong = |part: usize, image: &DynamicImage, expected: &str| {
+        FormatError::entry(name(part), format!("is {:?}, expected {expected}", image.color()))
     };
     let (rgb, depth, uv) = match (picture(0)?, picture(1)?, picture(2)?) {
         (DynamicImage::ImageRgb8(rgb), DynamicImage::ImageLuma16(depth), DynamicImage::ImageRgb16(uv)) => {
@@ -193,12 +174,8 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
     for (pixel, (depth, uv)) in depth.pixels().zip(uv.pixels()).enumerate() {
         if (depth.0[0] > 0) != (uv.0[2] > 0) {
             let actual = format!("inside and outside the object at pixel {pixel}");
-            let expected = "the same mask as the depth".into();
-            return Err(FormatError::EntryContent {
-                name: name(2),
-                actual,
-                expected,
-            });
+            let reason = format!("is {actual}, expected the same mask as the depth");
+            return Err(FormatError::entry(name(2), reason));
         }
         if depth.0[0] > 0 {
             let uv = [uv.0[0], uv.0[1]].map(|c| f32::from(c) / UV_ONE);
@@ -207,11 +184,10 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
     }
     if json.has_template != (truth.area() > 0) {
         let actual = format!("has_template {} with {} pixels of it", json.has_template, truth.area());
-        return Err(FormatError::EntryContent {
-            name: name(3),
-            actual,
-            expected: "the maps' own".into(),
-        });
+        return Err(FormatError::entry(
+            name(3),
+            format!("is {actual}, expected the maps' own"),
+        ));
     }
     let sample = Sample {
         image: Picture::new(width, height, rgb.into_raw())?,
@@ -226,13 +202,4 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
         index: json.index,
         sample,
     })
-}
-
-fn decode_png(bytes: &[u8]) -> image::ImageResult<DynamicImage> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LONGEST_SIDE);
-    limits.max_image_height = Some(LONGEST_SIDE);
-    reader.limits(limits);
-    reader.decode()
 }

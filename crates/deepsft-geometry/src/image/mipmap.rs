@@ -96,38 +96,3 @@ impl GreyLevel {
         top * (1.0 - b) + bottom * b
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_edge_stays_where_it_is_on_every_level_also_of_an_odd_size() {
-        // Black up to u = 0.8. A level of 46.4 texels that is taken for one of 46 has its edge 0.3 texels off.
-        let picture = Picture::from_fn(1485, 1050, |x, _| [if x < 1188 { 0 } else { 255 }; 3]);
-        for level in &GreyMipmap::new(&picture, 8).levels[..6] {
-            let mut u = 0.0;
-            while level.sample([u, 0.5]) < 127.5 {
-                u += 1e-4;
-            }
-            let off = (u - 0.8) * level.extent[0];
-            // An edge within a texel makes it grey: interpolation finds the edge to a quarter of a texel.
-            assert!(off.abs() < 0.26, "{off} texels of {}", level.extent[0]);
-        }
-    }
-
-    #[test]
-    fn the_levels_end_at_the_shortest_side_or_at_a_single_pixel() {
-        let picture = Picture::from_fn(40, 9, |_, _| [7; 3]);
-        let sides = |shortest| {
-            let levels = GreyMipmap::new(&picture, shortest).levels;
-            levels
-                .iter()
-                .map(|l| (l.image.width, l.image.height))
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(sides(9), [(40, 9)]);
-        assert_eq!(sides(8), [(40, 9), (20, 4)]);
-        assert_eq!(sides(0), [(40, 9), (20, 4), (10, 2), (5, 1), (2, 1), (1, 1)]);
-    }
-}

@@ -5,6 +5,7 @@ use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle, start_device};
 use deepsft_cli::synthesis::{self, Preset, SynthesisOptions};
 use deepsft_geometry::Template;
+use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SampleRecord, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
@@ -104,7 +105,7 @@ fn sample_time(synthesizer: &Synthesizer, template: &'static str, preset: &'stat
     let mut times = [const { Vec::new() }; 4];
     for index in 0..SAMPLES_PER_THREAD {
         let mut clock = Clock::start();
-        let vertices = synthesizer.random_vertices(SEED, index);
+        let vertices = synthesizer.sample_vertices(&mut generator(SEED, index, Stream::Shape));
         times[0].push(clock.lap_ms());
         let scene = synthesizer.scene(SEED, index);
         times[1].push(clock.lap_ms());

@@ -6,4 +6,5 @@ mod story;
 
 pub use folder::{CLIP_FILE, ClipDescription, ClipFolder, TRUTH_FOLDER, frame_name};
 pub use motion::{ClipConfig, ClipMotion, FIRST_CLIP_SEED};
+pub(crate) use story::LOOP_S;
 pub use story::{ClipEvent, ClipLength, ClipStory};

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::str::FromStr;
 
 /// Seconds after which a [`ClipMotion`] comes back to where it began: a hand in no hurry, up to 0.6 m/s.
-const LOOP_S: f64 = 8.0;
+pub(crate) const LOOP_S: f64 = 8.0;
 
 /// Index of the generator of what happens; index 0 is the motion's.
 const EVENT_INDEX: u64 = 1;
@@ -156,7 +156,7 @@ impl<'a> ClipStory<'a> {
         event: ClipEvent,
         seed: u64,
     ) -> Result<Self, SynthError> {
-        length.check()?;
+        length.check(["clip.frames", "clip.frames_per_s", "clip.exposure_s"])?;
         let camera = &synthesizer.config().camera;
         let motion = |seed| ClipMotion::new(synthesizer.template(), camera, ClipConfig::default(), seed);
         let mut rng = generator(seed, EVENT_INDEX, Stream::Motion);
@@ -340,22 +340,17 @@ impl<'a> ClipStory<'a> {
 }
 
 impl ClipLength {
-    fn check(&self) -> Result<(), SynthError> {
-        let setting = |parameter, actual: String, expected| SynthError::Setting {
-            parameter,
-            actual,
-            expected,
-        };
+    /// Checks the three fields, which errors call by `names`.
+    pub(crate) fn check(&self, names: [&'static str; 3]) -> Result<(), SynthError> {
         if self.frames == 0 {
-            return Err(setting("clip.frames", "0".into(), "at least 1"));
+            return Err(SynthError::setting(names[0], 0, "at least 1"));
         }
         if !(self.frames_per_s > 0.0 && self.frames_per_s.is_finite()) {
-            let actual = self.frames_per_s.to_string();
-            return Err(setting("clip.frames_per_s", actual, "a positive number"));
+            return Err(SynthError::setting(names[1], self.frames_per_s, "a positive number"));
         }
         if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
-            let actual = self.exposure_s.to_string();
-            return Err(setting("clip.exposure_s", actual, "0 to the time between two frames"));
+            let expected = "0 to the time between two frames";
+            return Err(SynthError::setting(names[2], self.exposure_s, expected));
         }
         Ok(())
     }

@@ -308,7 +308,6 @@ fn difference(found: &DatasetPlan, asked: &DatasetPlan) -> String {
 mod tests {
     use super::*;
     use crate::SynthConfig;
-    use deepsft_formats::DatasetFolder;
     use deepsft_geometry::{Picture, Template};
 
     fn plan(samples: u64) -> DatasetPlan {
@@ -321,12 +320,9 @@ mod tests {
         }
     }
 
-    fn template() -> Template {
-        Template::thin_shell(Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]), 200.0, 150.0).unwrap()
-    }
-
     fn sample(index: u64) -> Result<CountedSample, SynthError> {
-        let synthesizer = Synthesizer::new(&template(), SynthConfig::default())?;
+        let texture = Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]);
+        let synthesizer = Synthesizer::new(&Template::thin_shell(texture, 200.0, 150.0)?, SynthConfig::default())?;
         let sample = synthesizer.sample(3, index);
         let record = SampleRecord { seed: 3, index, sample };
         Ok(CountedSample {
@@ -358,17 +354,6 @@ mod tests {
     }
 
     #[test]
-    fn a_set_that_is_being_made_is_left_to_the_process_that_makes_it() {
-        let above = tempfile::tempdir().unwrap();
-        let place = above.path().join("set");
-        let set = UnfinishedDataset::open(&place, plan(3)).unwrap();
-        let error = UnfinishedDataset::open(&place, plan(3)).err().unwrap();
-        assert!(error.to_string().contains("another process"), "{error}");
-        drop(set);
-        UnfinishedDataset::open(&place, plan(3)).unwrap();
-    }
-
-    #[test]
     fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
@@ -395,49 +380,5 @@ mod tests {
         assert!(set.write_shard(failing.into_iter()).is_err());
         drop(set);
         assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
-    }
-
-    #[test]
-    fn the_beginning_of_another_set_and_foreign_folders_are_left_alone() {
-        let above = tempfile::tempdir().unwrap();
-        let place = above.path().join("set");
-        drop(UnfinishedDataset::open(&place, plan(3)).unwrap());
-        let message = |result: Result<UnfinishedDataset, SynthError>| result.err().unwrap().to_string();
-        let other = message(UnfinishedDataset::open(&place, plan(4)));
-        assert!(
-            other.contains("set.partial") && other.contains("number of samples 3, not 4"),
-            "{other}"
-        );
-        let foreign = above.path().join("mine.partial");
-        fs::create_dir(&foreign).unwrap();
-        fs::write(foreign.join("thesis.txt"), "").unwrap();
-        assert!(message(UnfinishedDataset::open(&above.path().join("mine"), plan(3))).contains("mine.partial"));
-    }
-
-    #[test]
-    fn a_finished_set_stands_in_its_place_with_nothing_beside_it() {
-        let above = tempfile::tempdir().unwrap();
-        let place = above.path().join("set");
-        let synthesizer = Synthesizer::new(&template(), SynthConfig::default()).unwrap();
-        let plan = DatasetPlan::new(&synthesizer, 3, 4..7, 2);
-        let mut made = 0;
-        let set = UnfinishedDataset::open(&place, plan.clone()).unwrap();
-        set.make(&synthesizer, None, || made += 1).unwrap();
-        let names = |folder: &Path| {
-            let entries = fs::read_dir(folder).unwrap();
-            let mut names: Vec<_> = entries
-                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-                .collect();
-            names.sort();
-            names
-        };
-        assert_eq!(made, 3);
-        assert_eq!(names(&place), [DATASET_FILE, "shard-000000.tar", "shard-000001.tar"]);
-        assert_eq!(names(above.path()), ["set"]);
-        let set = DatasetFolder::open(&place).unwrap();
-        assert!(plan.is_of(set.description()));
-        set.check_hashes().unwrap();
-        let samples: Vec<_> = set.samples(synthesizer.config().camera).map(Result::unwrap).collect();
-        assert!(samples[2].image == synthesizer.sample(3, 6).image);
     }
 }

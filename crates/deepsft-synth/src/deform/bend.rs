@@ -52,8 +52,8 @@ impl Rulings {
         }
     }
 
-    /// Motion of that frame, in itself, over a step of constant curvature: an arc of a circle, or of
-    /// a circle on the sphere around the apex.
+    /// Motion of that frame, in its own coordinates, over a step of constant curvature: an arc of a
+    /// circle, or of a circle on the sphere around the apex.
     fn advance(&self, curvature: f64, step: f64) -> DAffine3 {
         let across = self.across().0.extend(0.0);
         let axis = across.cross(DVec3::Z);
@@ -103,15 +103,14 @@ impl Bend {
         }
     }
 
-    /// The same bend with all angles multiplied by `factor`.
+    /// Multiplies all angles by `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
         for curvature in &mut self.curvatures {
             *curvature *= factor;
         }
     }
 
-    /// Angle in radians, without sign, by which the sheet at a rest point is turned against the
-    /// fixed ruling.
+    /// Unsigned angle in radians between the bent sheet at a rest point and at the fixed ruling.
     pub(crate) fn turned(&self, point: DVec2) -> f64 {
         (self.angle(self.rulings.coordinate(point)) - self.angle(self.fixed)).abs()
     }
@@ -129,9 +128,8 @@ impl Bend {
         self.fixed > start || self.rulings.coordinate(point) > start
     }
 
-    /// Moves each vertex by the rigid motion of the ruling through its rest position. Exact (each
-    /// vertex then lies on the bent sheet) where the vertex has not left the rest plane before or
-    /// lies beyond the last knot.
+    /// Moves each vertex by the rigid motion of the ruling through its rest position. The vertex then
+    /// lies exactly on the bent sheet, if it was in the rest plane before or is beyond the last knot.
     pub(crate) fn apply(&self, rest: &[DVec3], vertices: &mut [DVec3]) {
         let (Some(&first), Some(&last)) = (self.knots.first(), self.knots.last()) else {
             return;
@@ -164,8 +162,8 @@ impl Bend {
         }
     }
 
-    /// Whether the strips that two bends curve do not meet inside the rectangle with corners
-    /// +-`half`; bends whose strips are apart compose exactly.
+    /// Whether the curved strips of two bends stay apart inside the rectangle with corners +-`half`.
+    /// Such bends compose exactly.
     pub(crate) fn apart(&self, other: &Self, half: DVec2) -> bool {
         let strip = other.strip(half);
         let [(n0, c0), (n1, c1)] = self.sides();

@@ -7,12 +7,12 @@
 //! * stretch: the length of every edge of a cell;
 //! * shear: the length of both diagonals of every cell, a little softer;
 //! * bending: the second differences along rows and columns and the twist of every cell. Where a sheet keeps its
-//!   lengths its second derivatives point along the normal, so the sum of their squares is the squared curvature of plate
-//!   theory, in whatever direction the sheet is rolled; it is quadratic and needs no angles (isometric bending, after
-//!   Bergou et al., "A quadratic bending model for inextensible surfaces", 2006).
+//!   lengths, its second derivatives point along the normal. The sum of their squares is then the squared curvature of
+//!   plate theory, in whatever direction the sheet is rolled. This energy is quadratic and needs no angles (isometric
+//!   bending, after Bergou et al., "A quadratic bending model for inextensible surfaces", 2006).
 //!
-//! Lengths are in mm and times in seconds; areal density is 1, so that a mass is an area (mm^2) and all that matters,
-//! stiffness per density, remains.
+//! Lengths are in mm and times in seconds. Areal density is 1, so that a mass is an area (mm^2): only stiffness per
+//! density matters.
 
 use crate::deform::xpbd::{Bend, Link};
 use deepsft_geometry::catmull_rom;
@@ -21,15 +21,15 @@ use deepsft_geometry::glam::{DVec2, DVec3};
 /// Acceleration of free fall, mm/s^2.
 pub(crate) const FREE_FALL: f64 = 9806.65;
 
-/// Cells along the sheet's diagonal. Bends of paper in a hand are wider than three of them; a finer grid would cost
-/// the square of it and need more steps, because a step carries a pull only some cells far.
+/// Cells along the sheet's diagonal. A bend of paper in a hand is wider than three of them. Twice as many would cost
+/// four times as much and need more steps, because a step carries a pull only some cells far.
 const CELLS_ALONG_DIAGONAL: f64 = 18.0;
 
-/// Distance on the sheet, cells, from which on two parts should not meet.
+/// Distance on the sheet, in cells, beyond which two parts must not meet.
 const APART_CELLS: f64 = 4.0;
 
-/// Strain of a strip that hangs by its own weight over the length of the sheet's diagonal, along the edges: paper and
-/// woven cloth are all but inextensible.
+/// Strain along the edges of cells when a strip as long as the sheet's diagonal hangs by its own weight. Paper and woven
+/// cloth hardly stretch.
 const STRETCH_UNDER_WEIGHT: f64 = 1e-4;
 
 /// The same along the diagonals of cells.
@@ -116,15 +116,15 @@ impl Cloth {
         }
     }
 
-    /// Makes the sheet resist bending. `stiffness` is the bending stiffness per areal density, mm^4/s^2, of an energy of
-    /// half of it times x_ss^2 + x_tt^2 + 2 x_st^2 an area.
+    /// Makes the sheet resist bending. `stiffness` is the bending stiffness D per areal density, mm^4/s^2. The energy
+    /// per area is D / 2 (x_ss^2 + x_tt^2 + 2 x_st^2).
     fn stiffen(&mut self, cell: DVec2, stiffness: f64) {
         let columns = self.columns;
         for k in 0..self.rest.len() {
             let (i, j) = (k % columns, k / columns);
             let mut bend = |step: usize, spacing: f64| {
-                // The particle's fraction of the sheet. No bend is left for the half cell along the outline beyond the last
-                // ones: it resists none across the outline.
+                // A bend stands for its particle's part of the sheet. The half cell along the outline has no bend across
+                // the outline and does not resist one.
                 self.curvatures.push(Bend {
                     particles: [k - step, k, k + step],
                     weights: [1.0, -2.0, 1.0],
@@ -187,7 +187,7 @@ impl Cloth {
         (0..self.positions.len()).map(normal).collect()
     }
 
-    /// One step of `seconds` under `accelerations` (mm/s^2, one a particle); velocities keep `kept` of themselves.
+    /// One step of `seconds` under `accelerations` (mm/s^2, one per particle). Velocities keep the fraction `kept`.
     pub(crate) fn step(&mut self, seconds: f64, accelerations: &[DVec3], kept: f64) {
         for (k, acceleration) in accelerations.iter().enumerate() {
             if self.inverse_masses[k] > 0.0 {
@@ -199,30 +199,19 @@ impl Cloth {
         let scale = 1.0 / (seconds * seconds);
         let (positions, inverse_masses) = (&mut self.positions, &self.inverse_masses);
         // Every second sweep runs backwards, so that a pull travels both ways alike.
-        if self.steps.is_multiple_of(2) {
-            self.curvatures
-                .iter()
-                .for_each(|bend| bend.solve(positions, inverse_masses, scale));
-            self.twists
-                .iter()
-                .for_each(|bend| bend.solve(positions, inverse_masses, scale));
-            self.links
-                .iter()
-                .for_each(|link| link.solve(positions, inverse_masses, scale));
-        } else {
-            self.twists
-                .iter()
-                .rev()
-                .for_each(|bend| bend.solve(positions, inverse_masses, scale));
-            self.curvatures
-                .iter()
-                .rev()
-                .for_each(|bend| bend.solve(positions, inverse_masses, scale));
-            self.links
-                .iter()
-                .rev()
-                .for_each(|link| link.solve(positions, inverse_masses, scale));
+        let backwards = !self.steps.is_multiple_of(2);
+        if backwards {
+            sweep(&self.twists, true, |bend| bend.solve(positions, inverse_masses, scale));
         }
+        sweep(&self.curvatures, backwards, |bend| {
+            bend.solve(positions, inverse_masses, scale)
+        });
+        if !backwards {
+            sweep(&self.twists, false, |bend| bend.solve(positions, inverse_masses, scale));
+        }
+        sweep(&self.links, backwards, |link| {
+            link.solve(positions, inverse_masses, scale)
+        });
         self.steps += 1;
         for k in 0..self.positions.len() {
             if self.inverse_masses[k] > 0.0 {
@@ -231,8 +220,8 @@ impl Cloth {
         }
     }
 
-    /// Lets go of all particles and takes out what strain is left: `sweeps` steps of `seconds` without forces, each
-    /// from rest. The sheet hardly unbends in that time, its lengths are what gives way fastest.
+    /// Lets go of all particles and takes out the strain that is left, in `sweeps` steps of `seconds` without forces,
+    /// each from rest. Lengths recover fastest: the sheet hardly unbends in that time.
     pub(crate) fn settle(&mut self, sweeps: usize, seconds: f64) {
         self.inverse_masses = self.areas.iter().map(|area| 1.0 / area).collect();
         let forces = vec![DVec3::ZERO; self.rest.len()];
@@ -241,8 +230,8 @@ impl Cloth {
         }
     }
 
-    /// Whether parts that are [`APART_CELLS`] or more from each other on the sheet are within a cell in space: nothing
-    /// keeps them from passing through each other.
+    /// Whether two parts more than [`APART_CELLS`] apart on the sheet are within a cell of each other in space. The
+    /// simulation does not keep them from passing through each other.
     pub(crate) fn touches_itself(&self) -> bool {
         let cell2 = (self.diagonal() / CELLS_ALONG_DIAGONAL).powi(2);
         (0..self.rest.len()).any(|k| {
@@ -253,28 +242,19 @@ impl Cloth {
         })
     }
 
-    /// The surface at a point of the texture ((u, v) in the unit square): Catmull-Rom through the particles, so that
-    /// it is smooth whatever mesh is laid on it.
+    /// The surface at a point of the texture ((u, v) in the unit square): a Catmull-Rom surface through the particles,
+    /// which is smooth whatever mesh is laid on it.
     pub(crate) fn surface(&self, uv: DVec2) -> DVec3 {
         let (i, across) = neighbours(uv.x, self.columns);
         let (j, down) = neighbours(uv.y, self.rows);
-        // Beyond the outline the row or column before it is mirrored through it.
         let row = |j: isize| -> DVec3 {
             let at = |i: isize| -> DVec3 {
                 let [i, j] = [i as usize, j as usize];
                 self.positions[j * self.columns + i]
             };
-            extended(at, i, self.columns)
-                .iter()
-                .zip(across)
-                .map(|(p, weight)| *p * weight)
-                .sum()
+            weighted(extended(at, i, self.columns), across)
         };
-        extended(row, j, self.rows)
-            .iter()
-            .zip(down)
-            .map(|(p, weight)| *p * weight)
-            .sum()
+        weighted(extended(row, j, self.rows), down)
     }
 
     /// Bending energy of the sheet as it is, per areal density.
@@ -286,6 +266,15 @@ impl Cloth {
     }
 }
 
+/// Solves the constraints in turn, the last one first if `backwards`.
+fn sweep<C>(constraints: &[C], backwards: bool, solve: impl FnMut(&C)) {
+    if backwards {
+        constraints.iter().rev().for_each(solve);
+    } else {
+        constraints.iter().for_each(solve);
+    }
+}
+
 /// The first of the four neighbours (it may be -1) of a fraction of `count` - 1 intervals, and their weights.
 fn neighbours(fraction: f64, count: usize) -> (isize, [f64; 4]) {
     let x = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
@@ -293,7 +282,11 @@ fn neighbours(fraction: f64, count: usize) -> (isize, [f64; 4]) {
     (cell as isize - 1, catmull_rom(x - cell as f64))
 }
 
-/// Four values from `first` on; the ones before the first and after the last of `count` go on in a straight line.
+fn weighted(points: [DVec3; 4], weights: [f64; 4]) -> DVec3 {
+    points.into_iter().zip(weights).map(|(p, weight)| p * weight).sum()
+}
+
+/// The four values from `first` on. Before the first and after the last of `count` values the line goes on straight.
 fn extended(at: impl Fn(isize) -> DVec3, first: isize, count: usize) -> [DVec3; 4] {
     let last = count as isize - 1;
     std::array::from_fn(|k| match first + k as isize {

@@ -9,16 +9,16 @@ use std::ops::Range;
 /// averaged: a dozen times the noise of a time-of-flight sensor, and less than a hand before a sheet.
 const SAME_SURFACE: f64 = 0.03;
 
-/// Brings the depth pictures of a sensor into the image of a camera that stands where the colour camera does (the
-/// canonical camera: the colour camera with other intrinsics and without distortion).
+/// Brings the depth pictures of a sensor into the image of a target camera that stands where the colour camera does. The
+/// target is the canonical camera: it has other intrinsics and no distortion.
 ///
-/// Every depth pixel that measured something is a small square of the surface at its depth. The square is moved into the
-/// target's frame and laid over the target's image, where it covers the pixels whose centres it holds; one that holds no
-/// centre (the depth camera is finer) counts for the pixel in which it lies. Of all squares over a pixel the nearest
-/// surface wins (z-test), and those of that surface are averaged.
+/// Every depth pixel that measured something is a small square of the surface at its depth. The square is projected into
+/// the target's image, where it covers the pixels whose centres it holds. Where the depth camera is finer, a square can
+/// hold no centre; it then covers the pixel in which it lies. Of all squares over a pixel the nearest surface wins
+/// (z-test), and the squares of that surface are averaged.
 ///
-/// A pixel over which no square lies is a hole: the depth camera did not see it, or measured nothing. Holes stay holes;
-/// nothing is filled in, since a made-up depth would be learnt.
+/// A pixel without a square is a hole: the depth camera did not see it, or measured nothing. Holes stay holes, because a
+/// network would learn a made-up depth.
 #[derive(Clone, Debug)]
 pub struct DepthAlignment {
     sensor: RgbdSensor,
@@ -93,7 +93,7 @@ impl DepthAlignment {
     }
 }
 
-/// The pixels of a row of `length` whose centres lie between two positions; the pixel between them where there is none.
+/// The pixels of a row of `length` whose centres lie between two positions; if there are none, the pixel between them.
 fn covered(a: f64, b: f64, length: usize) -> Range<usize> {
     let (low, high) = (a.min(b), a.max(b));
     // Negative positions become 0, the first pixel that is there.
@@ -111,82 +111,6 @@ fn covered(a: f64, b: f64, length: usize) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use deepsft_geometry::glam::DAffine3;
-    use deepsft_geometry::training_camera;
-
-    /// A depth picture of `sensor`, in its units.
-    fn picture(sensor: &RgbdSensor, depth_mm: impl Fn(f64, f64) -> f64) -> Vec<u16> {
-        let (width, height) = (sensor.depth.width(), sensor.depth.height());
-        let at = |i: u32| (f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
-        (0..width * height)
-            .map(|i| {
-                let (x, y) = at(i);
-                (depth_mm(x, y) / 1000.0 * sensor.depth_scale).round() as u16
-            })
-            .collect()
-    }
-
-    #[test]
-    fn depth_of_the_target_camera_itself_is_copied_and_holes_stay() {
-        let sensor = RgbdSensor::registered(training_camera());
-        let mut raw = picture(&sensor, |x, y| 500.0 + x.floor() + y.floor());
-        raw[7] = 0;
-        let aligned = DepthAlignment::new(&sensor, &training_camera()).apply(&raw);
-        assert!(aligned.iter().zip(&raw).all(|(&a, &r)| a == f32::from(r)));
-        assert_eq!(aligned[7], 0.0);
-    }
-
-    #[test]
-    fn four_times_as_fine_a_picture_is_averaged_over_the_surface_that_is_seen() {
-        let color = training_camera().resized(1920, 1080).unwrap();
-        let sensor = RgbdSensor {
-            depth_scale: 5000.0,
-            ..RgbdSensor::registered(color)
-        };
-        // 600 mm with noise of +-5 in turns; the left half of the image holds a post at 400 mm in every fourth column.
-        let raw = picture(&sensor, |x, y| match (x as u32, y as u32) {
-            (x, _) if x < 960 && x % 4 == 0 => 400.0,
-            (x, y) => 600.0 + if (x + y).is_multiple_of(2) { 5.0 } else { -5.0 },
-        });
-        let aligned = DepthAlignment::new(&sensor, &training_camera()).apply(&raw);
-        assert!(
-            (aligned[100 * 480 + 100] - 400.0).abs() < 1e-3,
-            "the nearest surface wins"
-        );
-        assert!((aligned[100 * 480 + 400] - 600.0).abs() < 1e-3, "noise is averaged");
-        assert!(aligned.iter().all(|&d| d > 0.0), "no holes");
-    }
-
-    #[test]
-    fn a_depth_camera_beside_sees_the_same_plane_and_leaves_a_hole_where_it_cannot_look() {
-        // The depth camera is 50 mm to the right, half as fine. A wall at 800 mm, a screen at 400 mm before it in the
-        // colour image's columns 240 to 300: X from 0 to 60 * 400 / 380 mm.
-        let depth = training_camera().resized(240, 135).unwrap();
-        let sensor = RgbdSensor {
-            depth,
-            color_from_depth: DAffine3::from_translation(DVec3::new(50.0, 0.0, 0.0)),
-            ..RgbdSensor::registered(training_camera())
-        };
-        let right = 60.0 * 400.0 / 380.0;
-        let raw = picture(&sensor, |x, _| {
-            let ray = (x - 120.0) / 190.0;
-            let at_screen = ray * 400.0 + 50.0;
-            if (0.0..right).contains(&at_screen) {
-                400.0
-            } else {
-                800.0
-            }
-        });
-        let aligned = DepthAlignment::new(&sensor, &training_camera()).apply(&raw);
-        let row = &aligned[135 * 480..136 * 480];
-        // Squares are two pixels wide in the target: the edges are right to one of them.
-        assert!(row[243..297].iter().all(|&d| d == 400.0), "{:?}", &row[235..305]);
-        assert!(row[304..400].iter().all(|&d| d == 800.0));
-        // The depth camera sees the wall left of the screen's left edge from x = 50 mm: the line through (0, 400) meets
-        // the wall at X = -50, which is 50 / 800 * 380 = 24 px left of the colour image's middle.
-        assert!(row[219..237].iter().all(|&d| d == 0.0), "{:?}", &row[210..245]);
-        assert!(row[100..213].iter().all(|&d| d == 800.0));
-    }
 
     #[test]
     fn squares_without_a_centre_count_where_they_lie_and_nothing_counts_outside() {

@@ -22,7 +22,7 @@ impl Pair {
     }
 }
 
-/// The pairs of the recording in `folder`: those of `associations.txt`, or else pictures of one name.
+/// The pairs of the recording in `folder`: those of `associations.txt` or, without it, pictures of the same name.
 pub(super) fn pairs(folder: &Path) -> Result<Vec<Pair>, SynthError> {
     let list = folder.join(ASSOCIATIONS_FILE);
     let pairs = match fs::read_to_string(&list) {

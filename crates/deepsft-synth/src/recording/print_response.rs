@@ -6,14 +6,15 @@ use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec3;
 use rand::Rng;
 
-/// Size of a print, as a fraction of the template's: on both sides of 1, so that nothing can be gained by shrinking alone.
+/// Size of a print, as a fraction of the template's. It lies on both sides of 1, so that nothing is gained by shrinking
+/// alone.
 const SCALE: [f64; 2] = [0.95, 1.05];
 
 /// The response of a print, on linear light: reflectance = black + (white - black) mix(colour ^ gain).
 ///
-/// Training images show the template's picture as it is; this one was "printed": its black is grey, its colours are
-/// duller and pulled to one side, its middle tones darker (dot gain). It is a little smaller or larger than the template
-/// says: printers fit pages into their margins or scale them up to the paper.
+/// Training images show the template's picture as it is. This one was "printed": black is grey, colours are duller and
+/// have a cast, middle tones are darker (dot gain). Its size differs a little from the template's, because printers fit
+/// pages into their margins or scale them up to the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintResponse {
     /// Reflectance of the darkest ink, by colour.
@@ -68,24 +69,5 @@ mod tests {
         // A fair coin thrown 400 times: 200 +- 10; five standard deviations.
         let larger = scales.iter().filter(|&&scale| scale > 1.0).count();
         assert!((150..250).contains(&larger), "{larger}");
-    }
-
-    #[test]
-    fn black_turns_grey_white_turns_to_paper_and_colours_pale() {
-        let response = PrintResponse {
-            black: [0.05, 0.04, 0.03],
-            white: [0.95, 1.0, 0.9],
-            gain: 1.2,
-            saturation: 0.5,
-            scale: 1.0,
-        };
-        let colors = [[0; 3], [255; 3], [255, 0, 0]];
-        let print = response.apply(&Picture::from_fn(3, 1, |x, _| colors[x]));
-        let expected = |light: [f32; 3]| srgb8_from_linear(Vec3::from_array(light));
-        assert_eq!(print.pixel(0, 0), expected([0.05, 0.04, 0.03]));
-        assert_eq!(print.pixel(1, 0), expected([0.95, 1.0, 0.9]));
-        // Grey 0.2126; half way to it: 0.6063, 0.1063, 0.1063 of the span above black.
-        let red = [0.05 + 0.9 * 0.6063, 0.04 + 0.96 * 0.1063, 0.03 + 0.87 * 0.1063];
-        assert_eq!(print.pixel(2, 0), expected(red));
     }
 }

@@ -1,4 +1,4 @@
-//! RGB-D recordings: what training steps 2 and 3 learn from.
+//! Reads RGB-D recordings, from which training steps 2 and 3 learn.
 
 use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
@@ -10,7 +10,7 @@ use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From which value on a pixel of a mask counts as the object.
+/// Least value of a mask's pixel that counts as the object.
 const MASK_THRESHOLD: u8 = 128;
 
 /// A recording in a folder, in the layout of TUM and Open3D.
@@ -48,7 +48,7 @@ impl Recording {
     /// Opens the recording in `folder` and pairs its pictures, which are read later.
     ///
     /// # Errors
-    /// [`SynthError::Recording`] names the file and what is wrong with it: no camera file or a wrong one, a picture
+    /// [`FormatError::File`] names the file and what is wrong with it: no camera file or a wrong one, a picture
     /// without its partner, no pictures at all.
     pub fn open(folder: &Path) -> Result<Self, SynthError> {
         let camera = folder.join(CAMERA_FILE);
@@ -94,12 +94,11 @@ impl Recording {
         self.has_masks
     }
 
-    /// Reads frame `index` as `canonical`, a camera without distortion that stands where the colour camera does, would
-    /// have taken it: the colour picture and the mask through the [`CanonicalWarp`], the depth through the
-    /// [`DepthAlignment`].
+    /// Reads frame `index` as `canonical` would have taken it, a camera without distortion that stands where the colour
+    /// camera does. Colour and mask go through the [`CanonicalWarp`], depth through the [`DepthAlignment`].
     ///
     /// # Errors
-    /// [`SynthError::Recording`] names the file and what is wrong with it: broken, of another size than its camera, depth
+    /// [`FormatError::File`] names the file and what is wrong with it: broken, of another size than its camera, depth
     /// that is not 16-bit grey, no such frame.
     pub fn frame(&self, index: usize, canonical: &Camera) -> Result<RecordedFrame, SynthError> {
         let Some(pair) = self.pairs.get(index) else {

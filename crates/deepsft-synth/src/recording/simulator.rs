@@ -1,7 +1,8 @@
-//! Simulated RGB-D recordings: a second renderer setting, on which training steps 2 and 3 can run and be measured without
-//! a sensor. Every result on them must be called simulated.
+//! Simulated RGB-D recordings, made in a second renderer setting. Training steps 2 and 3 can run on them and be measured
+//! without a sensor. Every result on them must be called simulated.
 
-use crate::clip::{ClipConfig, ClipMotion};
+use crate::canonical_truth::canonical_truth;
+use crate::clip::{ClipConfig, ClipLength, ClipMotion, LOOP_S};
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix, uniform};
 use crate::recording::depth_camera::{DepthNoise, SeenDepth};
@@ -13,7 +14,7 @@ use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::{Moment, Scene};
 use crate::scene::{SynthConfig, Synthesizer};
 use deepsft_formats::Sample;
-use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec3};
 use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
 use rand::RngExt;
 
@@ -25,8 +26,6 @@ const DEPTH_CAMERA: (u32, u32, [f64; 4]) = (512, 424, [365.5, 365.5, 257.0, 206.
 const DEPTH_PLACE_MM: DVec3 = DVec3::new(52.0, -0.5, -1.5);
 const DEPTH_TURN: f64 = 0.006;
 
-/// Seconds after which a motion would begin again: a hand in no hurry.
-const LOOP_S: f64 = 8.0;
 /// Instants of an exposure.
 const INSTANTS: usize = 3;
 /// Thickness of a hand on either side of the sheet, mm.
@@ -72,9 +71,9 @@ impl Default for SimulationConfig {
 }
 
 impl SynthConfig {
-    /// The second renderer setting, of simulated recordings seen by `camera`: harder and more coloured light from one
-    /// side, shadows, glossy paper, a duller camera with more noise, JPEG, other sheets behind and hands before. Where the
-    /// training distribution has such values too, they are at its end.
+    /// The second renderer setting, for simulated recordings seen by `camera`. Light is harder and more coloured and
+    /// comes from one side, paper is glossy, the camera is duller and noisier. Shadows fall, other sheets lie behind,
+    /// and hands are before the sheet. Values that the training distribution has too are at its end.
     pub fn for_simulated_recordings(camera: Camera) -> Self {
         Self {
             distractor_probability: 0.6,
@@ -205,7 +204,7 @@ impl RecordingSimulator {
             scene,
             motion: ClipMotion::new(
                 self.synthesizer.template(),
-                // Its view is narrower than the colour camera's: what it sees is what counts.
+                // Its view is narrower than the colour camera's, and what it sees is what counts.
                 &training_camera(),
                 self.config.motion.clone(),
                 mix(mix(self.seed) ^ index),
@@ -220,13 +219,8 @@ impl RecordingSimulator {
         let camera = &self.sensor.depth;
         let (width, height) = (camera.width() as usize, camera.height() as usize);
         let wall = f64::from(uniform(&mut rng, WALL_MM));
-        let mut room = vec![
-            SeenDepth {
-                depth_mm: wall,
-                cosine: 1.0
-            };
-            width * height
-        ];
+        let facing = |depth_mm| SeenDepth { depth_mm, cosine: 1.0 };
+        let mut room = vec![facing(wall); width * height];
         for _ in 0..rng.random_range(0..=MOST_CLUTTER) {
             let depth_mm = wall * f64::from(uniform(&mut rng, CLUTTER));
             let [x, y] = [0; 2].map(|_| rng.random::<f64>());
@@ -271,16 +265,10 @@ impl Take<'_> {
 
     /// The depth camera's picture of the sheet at `vertices_camera`, in the colour camera's frame.
     fn depth(&self, vertices_camera: &[DVec3], number: u64) -> Vec<u16> {
-        let RgbdSensor {
-            depth: camera,
-            color_from_depth,
-            ..
-        } = &self.simulator.sensor;
-        let depth_from_color = color_from_depth.inverse();
-        let vertices: Vec<DVec3> = vertices_camera
-            .iter()
-            .map(|&p| depth_from_color.transform_point3(p))
-            .collect();
+        let camera = &self.simulator.sensor.depth;
+        let depth_from_color = self.simulator.sensor.color_from_depth.inverse();
+        let vertices = vertices_camera.iter().map(|&p| depth_from_color.transform_point3(p));
+        let vertices: Vec<DVec3> = vertices.collect();
         let middle = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
         let (width, height) = (camera.width() as usize, camera.height() as usize);
         let bodies = self.scene.bodies(camera, &vertices);
@@ -301,31 +289,13 @@ impl Take<'_> {
         self.simulator.config.depth.measure(&seen, width, &mut rng)
     }
 
-    /// The colour camera's frame in the training camera's image: exact maps there, in the mask of what the colour camera
-    /// saw.
+    /// The colour camera's frame as the training camera would have taken it, with exact maps of what the colour
+    /// camera saw.
     fn truth(&self, color: &Sample) -> Result<Sample, SynthError> {
         let canonical = training_camera();
-        let warp = CanonicalWarp::new(&color.camera, &canonical);
-        let sheet = ProjectedMesh::new(
-            self.simulator.synthesizer.template().mesh(),
-            &color.vertices_camera,
-            &canonical,
-        );
-        let mut truth = sheet.maps();
-        for pixel in 0..truth.depth().len() {
-            let centre = Vec2::new(
-                (pixel % truth.width()) as f32 + 0.5,
-                (pixel / truth.width()) as f32 + 0.5,
-            );
-            let at = warp.source_from_canonical(centre.as_dvec2()).floor();
-            let (width, height) = (color.truth.width(), color.truth.height());
-            let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f64 && at.y < height as f64;
-            if !(inside && color.truth.inside(at.y as usize * width + at.x as usize)) {
-                truth.clear(pixel);
-            }
-        }
+        let truth = canonical_truth(color, self.simulator.synthesizer.template().mesh(), &canonical);
         Ok(Sample {
-            image: warp.apply(&color.image)?,
+            image: CanonicalWarp::new(&color.camera, &canonical).apply(&color.image)?,
             has_template: truth.area() > 0,
             truth,
             camera: canonical,
@@ -357,26 +327,15 @@ fn sensor() -> Result<RgbdSensor, SynthError> {
 
 impl SimulationConfig {
     fn check(&self) -> Result<(), SynthError> {
-        let setting = |parameter, actual: String, expected| SynthError::Setting {
-            parameter,
-            actual,
-            expected,
+        let take = ClipLength {
+            frames: self.frames_per_take,
+            frames_per_s: self.frames_per_s,
+            exposure_s: self.exposure_s,
         };
-        if !(self.frames_per_s > 0.0 && self.frames_per_s.is_finite()) {
-            let actual = self.frames_per_s.to_string();
-            return Err(setting("recording.frames_per_s", actual, "a positive number"));
-        }
-        if self.frames_per_take == 0 {
-            return Err(setting("recording.frames_per_take", "0".into(), "at least 1"));
-        }
-        if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
-            let actual = self.exposure_s.to_string();
-            return Err(setting(
-                "recording.exposure_s",
-                actual,
-                "0 to the time between two frames",
-            ));
-        }
-        Ok(())
+        take.check([
+            "recording.frames_per_take",
+            "recording.frames_per_s",
+            "recording.exposure_s",
+        ])
     }
 }

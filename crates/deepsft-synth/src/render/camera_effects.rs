@@ -1,6 +1,6 @@
 //! Camera effects: from the light of a scene to the 8-bit picture a camera delivers.
 
-use crate::random::{mix, uniform, unit_vector};
+use crate::random::{draw_or, mix, uniform, unit_vector};
 use crate::render::color::srgb_from_linear;
 use crate::render::frame::Frame;
 use deepsft_geometry::Picture;
@@ -126,16 +126,8 @@ impl CameraEffects {
             contrast: uniform(rng, config.contrast),
             saturation: uniform(rng, config.saturation),
             defocus_px: uniform(rng, config.defocus_px),
-            motion_px: if rng.random_bool(config.motion_probability) {
-                motion
-            } else {
-                Vec2::ZERO
-            },
-            sharpening: if rng.random_bool(config.sharpening_probability) {
-                uniform(rng, [0.2, 1.0])
-            } else {
-                0.0
-            },
+            motion_px: draw_or(rng, config.motion_probability, Vec2::ZERO, |_| motion),
+            sharpening: draw_or(rng, config.sharpening_probability, 0.0, |rng| uniform(rng, [0.2, 1.0])),
             noise_levels: noise_levels as f32,
             vignetting: uniform(rng, config.vignetting),
             jpeg_quality: {

@@ -17,22 +17,29 @@ pub(crate) enum Figure {
 }
 
 impl Figure {
+    /// [`Figure::Capsule`].
+    pub(crate) fn capsule(ends: [Vec2; 2], radii: [f32; 2]) -> Self {
+        Self::Capsule { ends, radii }
+    }
+
+    /// [`Figure::Ellipse`].
+    pub(crate) fn ellipse(centre: Vec2, axis: Vec2, radii: Vec2) -> Self {
+        Self::Ellipse { centre, axis, radii }
+    }
+
+    /// [`Figure::Rectangle`].
+    pub(crate) fn rectangle(centre: Vec2, axis: Vec2, half: Vec2) -> Self {
+        Self::Rectangle { centre, axis, half }
+    }
+
     /// A disc.
     pub(crate) fn disc(centre: Vec2, radius: f32) -> Self {
-        Self::Ellipse {
-            centre,
-            axis: Vec2::X,
-            radii: Vec2::splat(radius),
-        }
+        Self::ellipse(centre, Vec2::X, Vec2::splat(radius))
     }
 
     /// A rectangle along the image's axes.
     pub(crate) fn upright(low: Vec2, high: Vec2) -> Self {
-        Self::Rectangle {
-            centre: (low + high) / 2.0,
-            axis: Vec2::X,
-            half: (high - low) / 2.0,
-        }
+        Self::rectangle((low + high) / 2.0, Vec2::X, (high - low) / 2.0)
     }
 
     /// Distance to the outline, negative inside. For ellipses it is a first-order approximation, exact on
@@ -135,10 +142,7 @@ mod tests {
 
     #[test]
     fn distances_of_a_capsule_a_rectangle_and_a_polygon_are_those_of_a_ruler() {
-        let capsule = Figure::Capsule {
-            ends: [Vec2::ZERO, Vec2::new(10.0, 0.0)],
-            radii: [2.0, 2.0],
-        };
+        let capsule = Figure::capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
         assert_eq!(capsule.distance(Vec2::new(5.0, 5.0)), 3.0);
         assert_eq!(capsule.distance(Vec2::new(13.0, 4.0)), 3.0);
         let rectangle = Figure::upright(Vec2::ZERO, Vec2::new(4.0, 2.0));
@@ -152,11 +156,7 @@ mod tests {
     #[test]
     fn an_ellipse_is_exact_on_its_outline_and_a_disc_everywhere() {
         let axis = Vec2::from_angle(0.4);
-        let ellipse = Figure::Ellipse {
-            centre: Vec2::new(3.0, 1.0),
-            axis,
-            radii: Vec2::new(6.0, 2.0),
-        };
+        let ellipse = Figure::ellipse(Vec2::new(3.0, 1.0), axis, Vec2::new(6.0, 2.0));
         for angle in [0.0_f32, 0.7, 2.0, 4.0] {
             let p = Vec2::new(3.0, 1.0) + axis * 6.0 * angle.cos() + axis.perp() * 2.0 * angle.sin();
             assert!(ellipse.distance(p).abs() < 1e-4);
@@ -168,10 +168,7 @@ mod tests {
 
     #[test]
     fn a_finger_is_round_and_its_middle_faces_the_viewer() {
-        let capsule = Figure::Capsule {
-            ends: [Vec2::ZERO, Vec2::new(10.0, 0.0)],
-            radii: [2.0, 2.0],
-        };
+        let capsule = Figure::capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
         assert_eq!(capsule.normal(Vec2::new(5.0, 0.0)), Vec3::NEG_Z);
         assert!(capsule.normal(Vec2::new(5.0, 1.9)).y > 0.9);
     }

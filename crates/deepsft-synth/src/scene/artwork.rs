@@ -1,13 +1,13 @@
-//! Printed sheets that are not the template: procedural artworks, so that "a sheet with some art" is not
-//! enough to be found.
+//! Procedural artworks for printed sheets that are not the template. They teach a network that a sheet with some art on
+//! it need not be the template.
 
-use crate::random::{uniform, unit_vector};
+use crate::random::{draw_or, uniform, unit_vector};
 use crate::render::color::{any_color, vivid_color};
 use crate::render::figure::Figure;
 use crate::render::frame::Frame;
 use crate::render::value_noise::ValueNoise;
 use deepsft_geometry::Picture;
-use deepsft_geometry::glam::{Vec2, Vec3};
+use deepsft_geometry::glam::{DVec2, Vec2, Vec3};
 use rand::{Rng, RngExt};
 
 /// Longest side of an artwork, pixels.
@@ -15,7 +15,7 @@ const LONG_SIDE: f64 = 560.0;
 
 type Painter<R> = fn(&mut Frame, Vec2, Vec2, &mut R);
 
-/// Artwork number `number` of a stream: the number chooses the kind, the generator everything else.
+/// Artwork number `number`. The number chooses the kind of picture, the generator everything else.
 pub(crate) fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
     let painters: [Painter<R>; 10] = [
         collage,
@@ -39,11 +39,7 @@ pub(crate) fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
     let paper = Vec3::splat(uniform(rng, [0.8, 1.0]));
     let mut frame = Frame::filled(width, height, paper);
     let side = Vec2::new(width as f32, height as f32);
-    let margin = if rng.random_bool(0.75) {
-        uniform(rng, [0.02, 0.09]) * side.min_element()
-    } else {
-        0.0
-    };
+    let margin = draw_or(rng, 0.75, 0.0, |rng| uniform(rng, [0.02, 0.09]) * side.min_element());
     let (low, high) = (Vec2::splat(margin), side - margin);
     painters[number % painters.len()](&mut frame, low, high, rng);
     if rng.random_bool(0.5) {
@@ -70,7 +66,7 @@ fn pick<R: Rng + ?Sized>(colors: &[Vec3], rng: &mut R) -> Vec3 {
     colors[rng.random_range(0..colors.len())]
 }
 
-/// Keeps what was painted outside the margins off the paper.
+/// Paints the margins in the paper's colour again, over whatever reached into them.
 fn restore_margins(frame: &mut Frame, low: Vec2, high: Vec2) {
     let paper = frame.color(0);
     let side = Vec2::new(frame.width as f32, frame.height as f32);
@@ -104,14 +100,8 @@ fn mosaic<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut R
                 second = distance;
             }
         }
-        (
-            if second - nearest.0 < joint {
-                joint_color
-            } else {
-                nearest.1
-            },
-            1.0,
-        )
+        let in_joint = second - nearest.0 < joint;
+        (if in_joint { joint_color } else { nearest.1 }, 1.0)
     });
 }
 
@@ -129,16 +119,9 @@ fn geometric_poster<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, r
         };
         let shape = match rng.random_range(0..4) {
             0 => Figure::disc(centre, size),
-            1 => Figure::Rectangle {
-                centre,
-                axis,
-                half: Vec2::new(size, uniform(rng, [2.0, 20.0])),
-            },
+            1 => Figure::rectangle(centre, axis, Vec2::new(size, uniform(rng, [2.0, 20.0]))),
             2 => Figure::Polygon((0..3).map(|_| centre + unit_vector(rng) * size).collect()),
-            _ => Figure::Capsule {
-                ends: [centre, centre + axis * size * 2.0],
-                radii: [uniform(rng, [1.0, 9.0]); 2],
-            },
+            _ => Figure::capsule([centre, centre + axis * size * 2.0], [uniform(rng, [1.0, 9.0]); 2]),
         };
         frame.fill(&shape, pick(&colors, rng));
         if rng.random_bool(0.3) {
@@ -171,20 +154,9 @@ fn collage<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut 
         let edge = uniform(rng, [0.6, 2.0]);
         let figure = |grown: f32, kind: u32, slim: f32| match kind {
             0 => Figure::disc(centre, size + grown),
-            1 => Figure::Rectangle {
-                centre,
-                axis,
-                half: Vec2::new(size, size * slim) + grown,
-            },
-            2 => Figure::Ellipse {
-                centre,
-                axis,
-                radii: Vec2::new(size, size * slim) + grown,
-            },
-            3 => Figure::Capsule {
-                ends: [centre, centre + axis * size * 3.0],
-                radii: [size * 0.3 + grown; 2],
-            },
+            1 => Figure::rectangle(centre, axis, Vec2::new(size, size * slim) + grown),
+            2 => Figure::ellipse(centre, axis, Vec2::new(size, size * slim) + grown),
+            3 => Figure::capsule([centre, centre + axis * size * 3.0], [size * 0.3 + grown; 2]),
             _ => {
                 let reach = size * 1.2 + grown * 2.0;
                 let corner = |k: f32| centre + Vec2::from_angle(k * 2.094).rotate(axis) * reach;
@@ -197,10 +169,8 @@ fn collage<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut 
         }
         frame.fill(&figure(0.0, kind, slim), pick(&colors, rng));
         if size > 6.0 {
-            frame.fill(
-                &figure(-size * slim * uniform(rng, [0.3, 0.7]), kind, slim),
-                pick(&colors, rng),
-            );
+            let inner = figure(-size * slim * uniform(rng, [0.3, 0.7]), kind, slim);
+            frame.fill(&inner, pick(&colors, rng));
         }
     }
     restore_margins(frame, low, high);
@@ -229,11 +199,7 @@ fn text_page<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
     while y < high.y - margin {
         let heading = rng.random_bool(0.08);
         let height = if heading { line * 1.4 } else { line * 0.55 };
-        let end = if rng.random_bool(0.15) {
-            uniform(rng, [0.2, 0.9])
-        } else {
-            1.0
-        };
+        let end = draw_or(rng, 0.15, 1.0, |rng| uniform(rng, [0.2, 0.9]));
         let mut x = low.x + margin;
         while x < low.x + (high.x - low.x) * end - margin {
             x = letter(frame, Vec2::new(x, y), height, ink, rng);
@@ -257,21 +223,11 @@ fn text_page<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
 /// A letter-like mark of two or three strokes with its upper left corner at `at`; returns where the next begins.
 fn letter<R: Rng + ?Sized>(frame: &mut Frame, at: Vec2, height: f32, ink: Vec3, rng: &mut R) -> f32 {
     let width = height * uniform(rng, [0.35, 0.75]);
-    let mut corner = || {
-        at + Vec2::new(
-            width * rng.random_range(0..3) as f32 / 2.0,
-            height * rng.random_range(0..3) as f32 / 2.0,
-        )
-    };
+    let mut halves = |side: f32| side * rng.random_range(0..3) as f32 / 2.0;
+    let mut corner = || at + Vec2::new(halves(width), halves(height));
     let strokes = [[corner(), corner()], [corner(), corner()], [corner(), corner()]];
     for ends in strokes {
-        frame.fill(
-            &Figure::Capsule {
-                ends,
-                radii: [(height * 0.08).max(0.5); 2],
-            },
-            ink,
-        );
+        frame.fill(&Figure::capsule(ends, [(height * 0.08).max(0.5); 2]), ink);
     }
     at.x + width + height * 0.22
 }
@@ -282,10 +238,8 @@ fn title<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut R)
     let y = low.y + (high.y - low.y - height * 1.4) * rng.random::<f32>();
     let ink = any_color(rng);
     if rng.random_bool(0.5) {
-        frame.fill(
-            &Figure::upright(Vec2::new(low.x, y), Vec2::new(high.x, y + height * 1.4)),
-            Vec3::ONE - ink,
-        );
+        let band = Figure::upright(Vec2::new(low.x, y), Vec2::new(high.x, y + height * 1.4));
+        frame.fill(&band, Vec3::ONE - ink);
     }
     let mut x = low.x + height * 0.4;
     while x < high.x - height {
@@ -328,13 +282,7 @@ fn scribble<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut
         for _ in 0..rng.random_range(10..60) {
             direction = Vec2::from_angle(uniform(rng, [-0.9, 0.9])).rotate(direction);
             let next = (p + direction * uniform(rng, [4.0, 24.0])).clamp(low, high);
-            frame.fill(
-                &Figure::Capsule {
-                    ends: [p, next],
-                    radii: [radius; 2],
-                },
-                color,
-            );
+            frame.fill(&Figure::capsule([p, next], [radius; 2]), color);
             p = next;
         }
     }
@@ -345,7 +293,7 @@ fn landscape<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
     let colors = palette(rng);
     let (sky, horizon) = (pick(&colors, rng), any_color(rng));
     let size = high - low;
-    let sun = (
+    let (sun, radius, shine) = (
         point(low, high, rng),
         uniform(rng, [10.0, 60.0]),
         vivid_color(rng, 0.6, 1.0),
@@ -354,8 +302,9 @@ fn landscape<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
         .map(|k| {
             let base = low.y + size.y * (0.35 + 0.1 * k as f32);
             let (height, scale) = (uniform(rng, [10.0, 90.0]), uniform(rng, [0.006, 0.04]));
+            let noise = ValueNoise::new(rng);
             (
-                ValueNoise::new(rng),
+                noise,
                 base,
                 height,
                 scale,
@@ -365,8 +314,8 @@ fn landscape<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
         .collect();
     frame.paint(&Figure::upright(low, high), |p| {
         let mut color = sky.lerp(horizon, (p.y - low.y) / size.y);
-        if p.distance(sun.0) < sun.1 {
-            color = sun.2;
+        if p.distance(sun) < radius {
+            color = shine;
         }
         for (noise, base, height, scale, hill) in &layers {
             if p.y > base + height * noise.fractal(Vec2::new(p.x * scale, 0.5), 3) {
@@ -377,66 +326,47 @@ fn landscape<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
     });
 }
 
-/// A smooth random colour field, posterised or not: like a photograph without its things.
+/// A smooth random colour field, half the time posterised: like a photograph of nothing in particular.
 fn colored_noise<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut R) {
     let noises = [ValueNoise::new(rng), ValueNoise::new(rng), ValueNoise::new(rng)];
     let scale = uniform(rng, [0.008, 0.05]);
     let octaves = rng.random_range(2..6);
-    let steps = if rng.random_bool(0.5) {
-        rng.random_range(3..7) as f32
-    } else {
-        0.0
-    };
+    let steps = draw_or(rng, 0.5, 0.0, |rng| rng.random_range(3..7) as f32);
     frame.paint(&Figure::upright(low, high), |p| {
         let value = |k: usize| {
             let value = 0.5 + 0.6 * noises[k].fractal(p * scale, octaves);
-            let value = if steps > 0.0 {
+            let posterised = if steps > 0.0 {
                 (value * steps).round() / steps
             } else {
                 value
             };
-            value.clamp(0.0, 1.0).powi(2)
+            posterised.clamp(0.0, 1.0).powi(2)
         };
         (Vec3::new(value(0), value(1), value(2)), 1.0)
     });
 }
 
-/// A sheet made of a photograph: a piece of it with its colours exchanged, perhaps cut into tiles that are shuffled.
+/// Art made from a photograph: a piece of it with its colours exchanged, sometimes cut into tiles in random order.
 pub(crate) fn photograph_sheet<R: Rng + ?Sized>(photograph: &Picture, rng: &mut R) -> Picture {
-    let fraction = uniform(rng, [0.4, 1.0]) as f64;
-    let (width, height) = (
-        photograph.width() as f64 * fraction,
-        photograph.height() as f64 * fraction,
-    );
-    let (x0, y0) = (
-        (photograph.width() as f64 - width) * rng.random::<f64>(),
-        (photograph.height() as f64 - height) * rng.random::<f64>(),
-    );
-    let scale = LONG_SIDE / width.max(height);
-    let (columns, rows) = ((width * scale).ceil() as usize, (height * scale).ceil() as usize);
+    let whole = DVec2::new(photograph.width() as f64, photograph.height() as f64);
+    let size = whole * uniform(rng, [0.4, 1.0]) as f64;
+    let corner = (whole - size) * DVec2::new(rng.random(), rng.random());
+    let sheet = (size * (LONG_SIDE / size.max_element())).ceil();
+    let (columns, rows) = (sheet.x as usize, sheet.y as usize);
     let margin = (LONG_SIDE as f32 * uniform(rng, [0.0, 0.06])) as usize;
     let turn = rng.random_range(0..3);
     let negative = rng.random_bool(0.15);
-    let tiles = if rng.random_bool(0.4) {
-        rng.random_range(2..6)
-    } else {
-        1
-    };
+    let tiles = draw_or(rng, 0.4, 1, |rng| rng.random_range(2..6));
     let order: Vec<usize> = (0..tiles * tiles).map(|_| rng.random_range(0..tiles * tiles)).collect();
     Picture::from_fn(columns, rows, |x, y| {
         if x < margin || y < margin || x + margin >= columns || y + margin >= rows {
             return [250; 3];
         }
-        let (u, v) = (
-            x as f64 / columns as f64 * tiles as f64,
-            y as f64 / rows as f64 * tiles as f64,
-        );
-        let tile = order[v as usize * tiles + u as usize];
-        let (u, v) = (
-            (u.fract() + (tile % tiles) as f64) / tiles as f64,
-            (v.fract() + (tile / tiles) as f64) / tiles as f64,
-        );
-        let color = photograph.sample(x0 + u * width, y0 + v * height);
+        let place = DVec2::new(x as f64, y as f64) / sheet * tiles as f64;
+        let tile = order[place.y as usize * tiles + place.x as usize];
+        let from = DVec2::new((tile % tiles) as f64, (tile / tiles) as f64);
+        let at = corner + (place.fract() + from) / tiles as f64 * size;
+        let color = photograph.sample(at.x, at.y);
         let color: [u8; 3] = std::array::from_fn(|k| color[(k + turn) % 3] as u8);
         if negative { color.map(|c| 255 - c) } else { color }
     })

@@ -1,7 +1,7 @@
-//! What stands behind the sheet: procedural rooms, surfaces and clutter, and the user's photographs, each placed
-//! differently in every sample.
+//! Backgrounds: procedural rooms, surfaces and clutter, and the user's photographs. Every sample places its background
+//! differently.
 
-use crate::random::{Stream, generator, uniform, unit_vector};
+use crate::random::{Stream, draw_or, generator, uniform, unit_vector};
 use crate::render::color::{any_color, vivid_color};
 use crate::render::figure::Figure;
 use crate::render::frame::Frame;
@@ -21,8 +21,8 @@ const BACKGROUNDS: usize = 48;
 
 const ARTWORKS: usize = 40;
 
-/// Seed of the procedural pictures, the same for every data set: a sample depends on its own seed through where
-/// and how it uses them.
+/// Seed of the procedural pictures, the same for every data set. A sample's own seed decides which picture it uses, and
+/// how.
 const POOL_SEED: u64 = 0x5f7d_ee95;
 
 static PROCEDURAL: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
@@ -50,8 +50,7 @@ static ARTWORK: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
 
 /// Procedural backgrounds and artworks, shared by the whole process and painted on first use (about a second).
 pub(crate) fn procedural_backgrounds() -> &'static [Arc<Texture>] {
-    // Backgrounds show artworks: were these first asked for by parallel painters, the painters could wait for each
-    // other.
+    // Backgrounds show artworks. Parallel painters that were the first to ask for them could wait for each other.
     procedural_artworks();
     &PROCEDURAL
 }
@@ -82,20 +81,12 @@ pub(crate) struct Placement {
 impl Placement {
     /// Draws a placement of `texture` in a frame of `frame_side` pixels.
     pub(crate) fn sample<R: Rng + ?Sized>(texture: &Texture, frame_side: Vec2, rng: &mut R) -> Self {
-        // 1 shows as much of the picture as fits the frame, more shows it larger.
+        // Zoom 1 shows as much of the picture as the frame can hold. A higher zoom shows it larger.
         let zoom = uniform(rng, [0.8, 1.0]) * 2.0_f32.powf(uniform(rng, [0.0, 1.8]));
         let texels = (texture.size() / frame_side).min_element() / zoom;
-        let angle = if rng.random_bool(0.6) {
-            uniform(rng, [-0.25, 0.25])
-        } else {
-            uniform(rng, [-3.1, 3.1])
-        };
-        let right = Vec2::from_angle(angle) * texels;
-        let down = if rng.random_bool(0.5) {
-            right.perp()
-        } else {
-            -right.perp()
-        };
+        let most = if rng.random_bool(0.6) { 0.25 } else { 3.1 };
+        let right = Vec2::from_angle(uniform(rng, [-most, most])) * texels;
+        let down = right.perp() * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
         let centre = texture.size() * Vec2::new(uniform(rng, [0.2, 0.8]), uniform(rng, [0.2, 0.8]));
         let origin = centre - (right * frame_side.x + down * frame_side.y) / 2.0;
         let (color, offset) = color_jitter(rng);
@@ -108,7 +99,7 @@ impl Placement {
         }
     }
 
-    /// The middle of `texture` as it is, as large as fills a frame of `frame_side` pixels.
+    /// The middle of `texture` unchanged, just large enough to fill a frame of `frame_side` pixels.
     pub(crate) fn filling(texture: &Texture, frame_side: Vec2) -> Self {
         let texels = (texture.size() / frame_side).min_element();
         Self {
@@ -120,7 +111,7 @@ impl Placement {
         }
     }
 
-    /// The frame that shows `texture` so placed; beyond its edges it is mirrored.
+    /// Draws `texture` at this place into a frame of the given size. Beyond its edges the texture is mirrored.
     pub(crate) fn frame(&self, texture: &Texture, width: usize, height: usize) -> Frame {
         let mut frame = Frame::filled(width, height, Vec3::ZERO);
         let size = texture.size();
@@ -136,22 +127,19 @@ impl Placement {
     }
 }
 
-/// The unit square repeated by reflection: 0 to 1 to 0.
+/// Reflects coordinates back into the unit square: from 0 to 1 and back to 0.
 fn mirrored(uv: Vec2) -> Vec2 {
     Vec2::ONE - (uv - 2.0 * floor(uv / 2.0) - 1.0).abs()
 }
 
-/// A random change of exposure, tint and saturation, seldom with red, green and blue exchanged.
+/// A random change of exposure, tint and saturation, as a matrix and an offset on linear light. It seldom exchanges red,
+/// green and blue.
 pub(crate) fn color_jitter<R: Rng + ?Sized>(rng: &mut R) -> (Mat3, Vec3) {
     let level = 2.0_f32.powf(uniform(rng, [-1.6, 0.7]));
     let gains = Vec3::new(uniform(rng, [0.8, 1.2]), 1.0, uniform(rng, [0.8, 1.2])) * level;
     let saturation = uniform(rng, [0.2, 1.3]);
     let grey = Mat3::from_cols(Vec3::splat(0.3), Vec3::splat(0.59), Vec3::splat(0.11));
-    let turn = if rng.random_bool(0.3) {
-        rng.random_range(0..3)
-    } else {
-        0
-    };
+    let turn = draw_or(rng, 0.3, 0, |rng| rng.random_range(0..3));
     let columns = [Vec3::X, Vec3::Y, Vec3::Z];
     let exchange = Mat3::from_cols(columns[turn % 3], columns[(turn + 1) % 3], columns[(turn + 2) % 3]);
     let color = Mat3::from_diagonal(gains) * (exchange * saturation + grey * (1.0 - saturation));
@@ -174,7 +162,7 @@ fn anywhere<R: Rng + ?Sized>(frame: &Frame, rng: &mut R) -> Vec2 {
     )
 }
 
-/// A quiet colour as walls, floors and furniture have.
+/// A quiet colour, like that of walls, floors and furniture.
 fn quiet_color<R: Rng + ?Sized>(rng: &mut R) -> Vec3 {
     let (saturation, value) = (uniform(rng, [0.0, 0.45]), uniform(rng, [0.05, 0.9]));
     vivid_color(rng, saturation, value)
@@ -195,10 +183,8 @@ fn room<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
             floor * falloff * (0.6 + 0.4 * (p.y - horizon) / (SIDE.y - horizon))
         }
     });
-    frame.fill(
-        &Figure::upright(Vec2::new(0.0, horizon - 5.0), Vec2::new(SIDE.x, horizon)),
-        wall * 0.5,
-    );
+    let skirting = Figure::upright(Vec2::new(0.0, horizon - 5.0), Vec2::new(SIDE.x, horizon));
+    frame.fill(&skirting, wall * 0.5);
     for _ in 0..rng.random_range(1..5) {
         let corner = anywhere(frame, rng) * Vec2::new(0.9, 0.5);
         let size = Vec2::new(uniform(rng, [40.0, 180.0]), uniform(rng, [40.0, 160.0]));
@@ -208,23 +194,16 @@ fn room<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
             hang(frame, &ARTWORK[rng.random_range(0..ARTWORKS)], corner, size, Vec2::X);
             continue;
         }
-        let (a, b) = (
-            any_color(rng),
-            if rng.random_bool(0.4) {
-                Vec3::splat(0.95)
-            } else {
-                any_color(rng)
-            },
-        );
+        let a = any_color(rng);
+        let white = rng.random_bool(0.4);
+        let b = if white { Vec3::splat(0.95) } else { any_color(rng) };
         frame.paint(&Figure::upright(corner, corner + size), |p| {
             (a.lerp(b, ((p - corner) / size).element_sum() / 2.0), 1.0)
         });
         for bar in 1..rng.random_range(1..4) {
             let x = corner.x + size.x * bar as f32 / 3.0;
-            frame.fill(
-                &Figure::upright(Vec2::new(x - 2.0, corner.y), Vec2::new(x + 2.0, corner.y + size.y)),
-                rim,
-            );
+            let bar = Figure::upright(Vec2::new(x - 2.0, corner.y), Vec2::new(x + 2.0, corner.y + size.y));
+            frame.fill(&bar, rim);
         }
     }
     for _ in 0..rng.random_range(2..8) {
@@ -240,25 +219,19 @@ fn furniture<R: Rng + ?Sized>(frame: &mut Frame, horizon: f32, rng: &mut R) {
     let color = quiet_color(rng);
     let depth = Vec2::new(uniform(rng, [-25.0, 25.0]), -uniform(rng, [5.0, 20.0]));
     let (right, bottom) = (Vec2::new(size.x, 0.0), Vec2::new(0.0, size.y));
-    frame.fill(
-        &Figure::Polygon(vec![low, low + depth, low + right + depth, low + right]),
-        color * 1.3,
-    );
-    let side = if depth.x > 0.0 { low + right } else { low };
-    frame.fill(
-        &Figure::Polygon(vec![side, side + depth, side + depth + bottom, side + bottom]),
-        color * 0.5,
-    );
+    let top = Figure::Polygon(vec![low, low + depth, low + right + depth, low + right]);
+    frame.fill(&top, color * 1.3);
+    let near = if depth.x > 0.0 { low + right } else { low };
+    let side = Figure::Polygon(vec![near, near + depth, near + depth + bottom, near + bottom]);
+    frame.fill(&side, color * 0.5);
     frame.fill(&Figure::upright(low, low + size), color);
     let shelves = rng.random_range(0..5);
     for shelf in 0..shelves {
         let y = low.y + size.y * (shelf as f32 + 0.1) / shelves as f32;
         let height = size.y * 0.8 / shelves as f32;
         let inner = color * uniform(rng, [0.3, 0.9]);
-        frame.fill(
-            &Figure::upright(Vec2::new(low.x + 4.0, y), Vec2::new(low.x + size.x - 4.0, y + height)),
-            inner,
-        );
+        let opening = Figure::upright(Vec2::new(low.x + 4.0, y), Vec2::new(low.x + size.x - 4.0, y + height));
+        frame.fill(&opening, inner);
         let mut x = low.x + 6.0;
         while x < low.x + size.x - 16.0 && inner.x < color.x * 0.6 {
             let book = Vec2::new(uniform(rng, [4.0, 14.0]), height * uniform(rng, [0.5, 0.95]));
@@ -276,30 +249,19 @@ fn surface<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
     let scale = Vec2::new(uniform(rng, [0.005, 0.1]), uniform(rng, [0.005, 0.1]));
     let grain = uniform(rng, [0.0, 0.5]);
     let octaves = rng.random_range(2..7);
-    let weave = if rng.random_bool(0.4) {
-        uniform(rng, [0.4, 2.5])
-    } else {
-        0.0
-    };
+    let weave = draw_or(rng, 0.4, 0.0, |rng| uniform(rng, [0.4, 2.5]));
     frame.map(|p, _| {
         let t = (0.5 + 0.8 * coarse.fractal(p * scale, octaves)).clamp(0.0, 1.0);
-        let threads = if weave > 0.0 {
-            1.0 + 0.25 * (p.x * weave).sin() * (p.y * weave).sin()
-        } else {
-            1.0
-        };
+        // Without a weave both sines are zero.
+        let threads = 1.0 + 0.25 * (p.x * weave).sin() * (p.y * weave).sin();
         a.lerp(b, t) * (1.0 + grain * fine.at(p * 0.9)) * threads
     });
 }
 
 /// Boards of wood.
 fn planks<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
-    let wood = Vec3::new(uniform(rng, [0.15, 0.7]), 0.0, 0.0);
-    let wood = Vec3::new(
-        wood.x,
-        wood.x * uniform(rng, [0.45, 0.8]),
-        wood.x * uniform(rng, [0.15, 0.6]),
-    );
+    let red = uniform(rng, [0.15, 0.7]);
+    let wood = Vec3::new(red, red * uniform(rng, [0.45, 0.8]), red * uniform(rng, [0.15, 0.6]));
     let grain = ValueNoise::new(rng);
     let board = uniform(rng, [30.0, 220.0]);
     let lines = uniform(rng, [0.06, 0.35]);
@@ -317,14 +279,14 @@ fn planks<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
     }
 }
 
-/// Large and middling things on each other.
+/// Large and medium things on top of each other.
 fn clutter<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
     for _ in 0..rng.random_range(40..140) {
         thing(frame, [6.0, 140.0], rng);
     }
 }
 
-/// Things of all sizes, small ones by far the most: the "dead leaves" whose statistics are those of natural pictures.
+/// Things of all sizes, most of them small. Such "dead leaves" have the statistics of natural pictures.
 fn leaves<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
     clutter(frame, rng);
     for _ in 0..rng.random_range(500..2000) {
@@ -358,38 +320,26 @@ fn hang(frame: &mut Frame, texture: &Texture, corner: Vec2, size: Vec2, axis: Ve
     });
 }
 
-/// A random polygon, ellipse, box or stroke with a shade across it, or a line of marks like text; its size in pixels
-/// is of even density in the logarithm.
+/// A random polygon, ellipse, box or stroke with a shade across it, or a line of marks like text. The logarithm of its
+/// size in pixels is uniform.
 fn thing<R: Rng + ?Sized>(frame: &mut Frame, [smallest, largest]: [f64; 2], rng: &mut R) {
     let centre = anywhere(frame, rng);
     let size = smallest as f32 * 2.0_f32.powf(uniform(rng, [0.0, (largest / smallest).log2()]));
     let axis = unit_vector(rng);
     let shape = match rng.random_range(0..5) {
-        0 => Figure::Ellipse {
-            centre,
-            axis,
-            radii: Vec2::new(size, size * uniform(rng, [0.2, 1.0])),
-        },
-        1 => Figure::Rectangle {
-            centre,
-            axis,
-            half: Vec2::new(size, size * uniform(rng, [0.1, 1.0])),
-        },
+        0 => Figure::ellipse(centre, axis, Vec2::new(size, size * uniform(rng, [0.2, 1.0]))),
+        1 => Figure::rectangle(centre, axis, Vec2::new(size, size * uniform(rng, [0.1, 1.0]))),
         2 => {
             let corners = rng.random_range(3..8);
             let start = uniform(rng, [0.0, 6.0]);
-            let corner =
-                |k: usize, reach: f32| centre + Vec2::from_angle(start + k as f32 * TAU / corners as f32) * reach;
-            Figure::Polygon(
-                (0..corners)
-                    .map(|k| corner(k, size * uniform(rng, [0.4, 1.0])))
-                    .collect(),
-            )
+            let direction = |k: usize| Vec2::from_angle(start + k as f32 * TAU / corners as f32);
+            let outline = (0..corners).map(|k| centre + direction(k) * (size * uniform(rng, [0.4, 1.0])));
+            Figure::Polygon(outline.collect())
         }
-        3 => Figure::Capsule {
-            ends: [centre, centre + axis * size * 4.0],
-            radii: [size * 0.1, size * uniform(rng, [0.02, 0.3])],
-        },
+        3 => Figure::capsule(
+            [centre, centre + axis * size * 4.0],
+            [size * 0.1, size * uniform(rng, [0.02, 0.3])],
+        ),
         _ => return marks(frame, centre, size * 0.2 + 1.5, rng),
     };
     let (color, slope) = (any_color(rng), unit_vector(rng) * uniform(rng, [0.0, 0.6]) / size);
@@ -406,13 +356,7 @@ fn marks<R: Rng + ?Sized>(frame: &mut Frame, at: Vec2, height: f32, rng: &mut R)
             let mut end =
                 || foot + (along * rng.random_range(0..2) as f32 + along.perp() * rng.random_range(0..3) as f32) * 0.5;
             let ends = [end(), end()];
-            frame.fill(
-                &Figure::Capsule {
-                    ends,
-                    radii: [(height * 0.08).max(0.6); 2],
-                },
-                ink,
-            );
+            frame.fill(&Figure::capsule(ends, [(height * 0.08).max(0.6); 2]), ink);
         }
     }
 }

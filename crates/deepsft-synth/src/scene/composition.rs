@@ -247,14 +247,7 @@ impl<'a> Scene<'a> {
         let mut light = light.unwrap_or_else(|| self.background.clone());
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
-        let image = self.develop(light, noise_seed);
-        Ok(Sample::new(
-            image,
-            truth,
-            vertices_camera,
-            camera,
-            self.light.towards_light.as_dvec3(),
-        ))
+        Ok(self.sample(light, truth, vertices_camera, noise_seed))
     }
 
     /// Light, paper and camera settings.
@@ -291,33 +284,34 @@ impl<'a> Scene<'a> {
 
     /// The picture of the template as `sheet`, whose vertices are `vertices_camera`, in this scene.
     pub(crate) fn compose(&self, vertices_camera: Vec<DVec3>, sheet: &ProjectedMesh, noise_seed: u64) -> Sample {
-        let (image, truth) = self.image_and_truth(&vertices_camera, sheet, Some(&self.ingredients.texture), noise_seed);
+        let art = Some(&self.ingredients.texture);
+        let (light, truth) = self.light_and_truth(&vertices_camera, sheet, art, None);
+        self.sample(light, truth, vertices_camera, noise_seed)
+    }
+
+    /// The picture of the scene without the template.
+    pub(crate) fn compose_without_template(&self, noise_seed: u64) -> Sample {
+        let (vertices_camera, art) = match &self.stand_in {
+            Some(StandIn { vertices_camera, art }) => (vertices_camera.as_slice(), art.as_deref()),
+            None => ([].as_slice(), None),
+        };
+        let mesh = self.ingredients.template.mesh();
+        let sheet = ProjectedMesh::new(mesh, vertices_camera, &self.ingredients.config.camera);
+        let (light, truth) = self.light_and_truth(vertices_camera, &sheet, art, None);
+        let nothing = Maps::empty(truth.width(), truth.height());
+        self.sample(light, nothing, Vec::new(), noise_seed)
+    }
+
+    /// The sample of this light: the picture that the camera makes of it, with what is true of it.
+    fn sample(&self, light: Frame, truth: Maps, vertices_camera: Vec<DVec3>, noise_seed: u64) -> Sample {
+        let image = self.develop(light, noise_seed);
+        let towards_light = self.light.towards_light.as_dvec3();
         Sample::new(
             image,
             truth,
             vertices_camera,
             self.ingredients.config.camera,
-            self.light.towards_light.as_dvec3(),
-        )
-    }
-
-    /// The picture of the scene without the template.
-    pub(crate) fn compose_without_template(&self, noise_seed: u64) -> Sample {
-        let camera = self.ingredients.config.camera;
-        let nothing = StandIn {
-            vertices_camera: Vec::new(),
-            art: None,
-        };
-        let StandIn { vertices_camera, art } = self.stand_in.as_ref().unwrap_or(&nothing);
-        let mesh = self.ingredients.template.mesh();
-        let sheet = ProjectedMesh::new(mesh, vertices_camera, &camera);
-        let (image, truth) = self.image_and_truth(vertices_camera, &sheet, art.as_deref(), noise_seed);
-        Sample::new(
-            image,
-            Maps::empty(truth.width(), truth.height()),
-            Vec::new(),
-            camera,
-            self.light.towards_light.as_dvec3(),
+            towards_light,
         )
     }
 
@@ -329,19 +323,8 @@ impl<'a> Scene<'a> {
         truth
     }
 
-    /// The picture with a sheet that carries `art` (`None`: it is not painted), and what is seen of the sheet.
-    fn image_and_truth(
-        &self,
-        vertices_camera: &[DVec3],
-        sheet: &ProjectedMesh,
-        art: Option<&Texture>,
-        noise_seed: u64,
-    ) -> (Picture, Maps) {
-        let (frame, truth) = self.light_and_truth(vertices_camera, sheet, art, None);
-        (self.develop(frame, noise_seed), truth)
-    }
-
-    /// The light of such a picture with what passes before everything, and what is seen of the sheet.
+    /// The light of the scene with a sheet that carries `art` (`None`: it is not painted) and with what passes before
+    /// everything, and what is seen of the sheet.
     fn light_and_truth(
         &self,
         vertices_camera: &[DVec3],

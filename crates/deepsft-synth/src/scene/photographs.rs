@@ -5,7 +5,7 @@ use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
 use crate::render::texture::Texture;
 use crate::scene::artwork::photograph_sheet;
-use deepsft_formats::{decode_picture, sha256};
+use deepsft_formats::{FormatError, decode_picture, sha256};
 use deepsft_geometry::Picture;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use std::collections::VecDeque;
@@ -57,7 +57,7 @@ impl Photographs {
         };
         let hashes: Result<Vec<String>, SynthError> = (files.par_iter().enumerate())
             .map(|(number, path)| {
-                let (picture, hash) = read(path).map_err(|reason| refused(path, reason))?;
+                let (picture, hash) = read(path).map_err(|reason| refused(path, &reason))?;
                 photographs.remember(number, Photograph::new(number, picture));
                 Ok(hash)
             })
@@ -108,7 +108,7 @@ impl Photographs {
     /// Fails when a file could not be read again.
     pub(crate) fn check(&self) -> Result<(), SynthError> {
         match self.failure.get() {
-            Some((path, reason)) => Err(refused(path, reason.clone())),
+            Some((path, reason)) => Err(refused(path, reason)),
             None => Ok(()),
         }
     }
@@ -153,11 +153,8 @@ fn read(path: &Path) -> Result<(Picture, String), String> {
     Ok((picture, sha256(&bytes)))
 }
 
-fn refused(path: &Path, reason: String) -> SynthError {
-    SynthError::Photograph {
-        reason,
-        path: path.to_path_buf(),
-    }
+fn refused(path: &Path, reason: &str) -> SynthError {
+    FormatError::unusable("image", path, reason).into()
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Synthesizer {
     /// those used last: at most 512 MiB of photographs stay decoded.
     ///
     /// # Errors
-    /// [`SynthError::Photograph`] names the file that cannot be read.
+    /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that cannot be read.
     pub fn with_photographs(self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
         if files.is_empty() {
             return Ok(self);
@@ -79,7 +79,7 @@ impl Synthesizer {
     /// backgrounds than they should: ask after making samples that are to be kept.
     ///
     /// # Errors
-    /// [`SynthError::Photograph`] names the file that has gone or changed.
+    /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that has gone or changed.
     pub fn check_photographs(&self) -> Result<(), SynthError> {
         self.ingredients
             .photographs
@@ -170,13 +170,6 @@ impl Synthesizer {
     /// [`SynthError::Geometry`] when one is not finite.
     pub fn render_clean(&self, vertices_camera: Vec<DVec3>) -> Result<Sample, SynthError> {
         Scene::clean(&self.ingredients).render(vertices_camera, 0)
-    }
-
-    /// The template's vertices in a random shape and pose, mm, camera frame: a function of seed and index like a
-    /// sample, but whatever is seen of it.
-    pub fn random_vertices(&self, seed: u64, index: u64) -> Vec<DVec3> {
-        self.ingredients
-            .sample_vertices(&mut generator(seed, index, Stream::Shape))
     }
 
     /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.

@@ -4,7 +4,7 @@ use crate::TrainError;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, CanonicalWarp, Maps, Template};
+use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::Sample;
 
 /// A frame counts as tracked with a registration RMSE of at most this, pixels of the 480 x 270 image.
@@ -22,27 +22,15 @@ pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera)
     if sample.camera == *canonical {
         return Ok(sample.truth.clone());
     }
-    let (width, height) = (canonical.width() as usize, canonical.height() as usize);
     if !sample.has_template {
-        return Ok(Maps::empty(width, height));
+        return Ok(Maps::empty(canonical.width() as usize, canonical.height() as usize));
     }
     let expected = template.mesh().vertices().len();
     if sample.vertices_camera.len() != expected {
         let actual = sample.vertices_camera.len();
         return Err(TrainError::VertexCount { actual, expected });
     }
-    let mut maps = VisibleSurface::new(template.mesh(), &sample.vertices_camera, canonical).maps();
-    let warp = CanonicalWarp::new(&sample.camera, canonical);
-    let own = &sample.truth;
-    for pixel in 0..width * height {
-        let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-        let at = warp.source_from_canonical(centre).floor();
-        let inside = at.cmpge(DVec2::ZERO).all() && at.x < own.width() as f64 && at.y < own.height() as f64;
-        if !(inside && own.inside(at.y as usize * own.width() + at.x as usize)) {
-            maps.clear(pixel);
-        }
-    }
-    Ok(maps)
+    Ok(deepsft_synth::canonical_truth(sample, template.mesh(), canonical))
 }
 
 /// The errors of a mesh at `vertices_camera` (mm) against `truth`, maps of `camera`.

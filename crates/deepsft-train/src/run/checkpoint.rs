@@ -209,7 +209,7 @@ impl CheckpointFolder {
             path: path.clone(),
         })?;
         write(&path, &json)?;
-        sync_folder(&fresh)?;
+        sync(&fresh)?;
         if is_whole(&self.folder) {
             remove_if_there(&old)?;
             fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
@@ -218,7 +218,7 @@ impl CheckpointFolder {
             remove_if_there(&self.folder)?;
         }
         fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))?;
-        sync_folder(self.folder.parent().unwrap_or(Path::new("")))
+        sync(self.folder.parent().unwrap_or(Path::new("")))
     }
 
     /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
@@ -305,18 +305,9 @@ fn has_finite_weights(network: &Network) -> bool {
     finite.0
 }
 
-/// Waits until the names of the files in `folder` are on the disk, where a folder can be opened as a file (on Unix).
-fn sync_folder(folder: &Path) -> Result<(), TrainError> {
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    if cfg!(unix) {
-        let synced = fs::File::open(folder).and_then(|folder| folder.sync_all());
-        synced.map_err(|e| failure("cannot write", &e, folder))?;
-    }
-    Ok(())
+/// Waits until the names of the files in `folder` are on the disk.
+fn sync(folder: &Path) -> Result<(), TrainError> {
+    deepsft_formats::sync_folder(folder).map_err(|e| failure("cannot write", &e, folder))
 }
 
 fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {

@@ -4,7 +4,7 @@ use crate::TrainError;
 use crate::evaluation::{comparable_depth, eroded, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{Network, pictures_to_tensor};
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture, mipmap_level};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, check_size, mipmap_level};
 use deepsft_synth::{RecordedFrame, Recording};
 
 /// Fewest pixels of the object in a frame that is used.
@@ -88,11 +88,10 @@ impl TrainingFrame {
     /// # Errors
     /// [`GeometryError::MapSize`] when the truth is not of the image's size.
     pub fn measured_region(&self, truth: Option<&Maps>) -> Result<Vec<bool>, GeometryError> {
-        let expected = (self.image.width(), self.image.height());
-        match truth.map(|truth| (truth.width(), truth.height())) {
-            Some(actual) if actual != expected => Err(GeometryError::MapSize { actual, expected }),
-            _ => Ok(truth.map_or_else(|| self.object.clone(), Maps::mask)),
+        if let Some(truth) = truth {
+            check_size(truth.size(), self.image.size())?;
         }
+        Ok(truth.map_or_else(|| self.object.clone(), Maps::mask))
     }
 
     /// The measured depth as maps with no registration, inside where it is compared with that of networks: in `region`, two

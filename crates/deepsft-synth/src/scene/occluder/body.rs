@@ -31,6 +31,12 @@ pub(crate) struct Part {
     pub(crate) surface: Surface,
 }
 
+impl Part {
+    pub(crate) fn new(figure: Figure, surface: Surface) -> Self {
+        Self { figure, surface }
+    }
+}
+
 /// An occluder's parts laid into the image: figures in pixels.
 pub(crate) struct ImageOccluder {
     pub(super) behind: Vec<Part>,
@@ -101,10 +107,8 @@ impl ImageOccluder {
                     .fold(f32::INFINITY, f32::min);
                 let t = (0.5 - 0.5 * distance / self.shadow_softness).clamp(0.0, 1.0);
                 if t > 0.0 {
-                    frame.set(
-                        pixel,
-                        frame.color(pixel) * (1.0 - self.shadow_strength * t * t * (3.0 - 2.0 * t)),
-                    );
+                    let left = 1.0 - self.shadow_strength * t * t * (3.0 - 2.0 * t);
+                    frame.set(pixel, frame.color(pixel) * left);
                 }
             }
         }

@@ -63,15 +63,8 @@ impl Build {
     }
 
     fn palm(&self, centre: Vec2, radii: Vec2) -> Part {
-        let figure = Figure::Ellipse {
-            centre,
-            axis: Vec2::X,
-            radii: radii * self.size,
-        };
-        Part {
-            figure,
-            surface: Surface::Skin(self.skin),
-        }
+        let figure = Figure::ellipse(centre, Vec2::X, radii * self.size);
+        Part::new(figure, Surface::Skin(self.skin))
     }
 
     /// The wrist and the arm behind it, bare or in a sleeve.
@@ -81,21 +74,9 @@ impl Build {
             None => (wrist, [26.0, 38.0], Surface::Skin(self.skin)),
             Some(cloth) => (wrist - self.at(25.0, 0.0), [36.0, 52.0], Surface::Cloth(cloth)),
         };
-        let wrist = Figure::Capsule {
-            ends: [wrist, wrist - self.at(30.0, 0.0)],
-            radii: [27.0 * self.size; 2],
-        };
-        let arm = Figure::Capsule {
-            ends: [start, elbow],
-            radii: radii.map(|radius| radius * self.size),
-        };
-        [
-            Part {
-                figure: wrist,
-                surface: Surface::Skin(self.skin),
-            },
-            Part { figure: arm, surface },
-        ]
+        let wrist = Figure::capsule([wrist, wrist - self.at(30.0, 0.0)], [27.0 * self.size; 2]);
+        let arm = Figure::capsule([start, elbow], radii.map(|radius| radius * self.size));
+        [Part::new(wrist, Surface::Skin(self.skin)), Part::new(arm, surface)]
     }
 
     /// A finger from its root to its tip with its radius in the middle hand: two slightly bent segments, and a nail
@@ -104,26 +85,13 @@ impl Build {
         let radius = radius * self.size;
         let middle = root.lerp(tip, 0.5) + (tip - root).perp().normalize_or_zero() * radius * 0.15;
         for (ends, widths) in [([root, middle], [1.12, 1.02]), ([middle, tip], [1.02, 0.86])] {
-            let figure = Figure::Capsule {
-                ends,
-                radii: widths.map(|width| width * radius),
-            };
-            parts.push(Part {
-                figure,
-                surface: Surface::Skin(self.skin),
-            });
+            let figure = Figure::capsule(ends, widths.map(|width| width * radius));
+            parts.push(Part::new(figure, Surface::Skin(self.skin)));
         }
         if self.nails {
             let axis = (tip - middle).normalize_or(Vec2::X);
-            let figure = Figure::Ellipse {
-                centre: tip + axis * radius * 0.12,
-                axis,
-                radii: Vec2::new(0.68, 0.55) * radius,
-            };
-            parts.push(Part {
-                figure,
-                surface: Surface::Nail(self.skin.lerp(NAIL, 0.45)),
-            });
+            let figure = Figure::ellipse(tip + axis * radius * 0.12, axis, Vec2::new(0.68, 0.55) * radius);
+            parts.push(Part::new(figure, Surface::Nail(self.skin.lerp(NAIL, 0.45))));
         }
     }
 }
@@ -169,24 +137,14 @@ impl Hand {
         for (number, length) in FINGERS.into_iter().enumerate() {
             let y = (number as f32 - 1.5) * 19.0;
             let length = if number < stretched { length } else { BENT_FINGER };
-            build.finger(
-                build.at(knuckles, y),
-                build.at(knuckles + length, y * spread),
-                8.6,
-                &mut front,
-            );
+            let tip = build.at(knuckles + length, y * spread);
+            build.finger(build.at(knuckles, y), tip, 8.6, &mut front);
         }
         if rng.random_bool(0.5) {
-            build.finger(
-                build.at(knuckles - 45.0, -34.0),
-                build.at(knuckles + 5.0, -62.0),
-                10.0,
-                &mut front,
-            );
+            let (root, tip) = (build.at(knuckles - 45.0, -34.0), build.at(knuckles + 5.0, -62.0));
+            build.finger(root, tip, 10.0, &mut front);
         }
-        Self {
-            behind: Vec::new(),
-            front,
-        }
+        let behind = Vec::new();
+        Self { behind, front }
     }
 }

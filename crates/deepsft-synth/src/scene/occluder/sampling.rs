@@ -1,6 +1,6 @@
 //! Random occluders of a scene.
 
-use crate::random::{uniform, unit_vector};
+use crate::random::{draw_or, uniform, unit_vector};
 use crate::render::color::any_color;
 use crate::render::figure::Figure;
 use crate::render::value_noise::ValueNoise;
@@ -10,6 +10,7 @@ use crate::scene::occluder::body::{Part, Surface};
 use crate::scene::occluder::hand::{Hand, skin_color};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::{Rng, RngExt};
+use std::f32::consts::TAU;
 
 /// Most discs among hands and things and their radii in pixels; the paper's own discs have half the size.
 const MOST_DISCS: usize = 4;
@@ -74,11 +75,7 @@ fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> O
 
 /// A shadow's displacement and softness in mm and its strength, often none.
 fn shadow<R: Rng + ?Sized>(rng: &mut R) -> (Vec2, f32, f32) {
-    let strength = if rng.random_bool(0.7) {
-        uniform(rng, [0.15, 0.65])
-    } else {
-        0.0
-    };
+    let strength = draw_or(rng, 0.7, 0.0, |rng| uniform(rng, [0.15, 0.65]));
     (
         unit_vector(rng) * uniform(rng, [2.0, 18.0]),
         uniform(rng, [2.0, 14.0]),
@@ -93,44 +90,24 @@ fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     let long = size * uniform(rng, [1.0, 3.0]);
     let (figure, surface) = match rng.random_range(0..4) {
         0 => (
-            Figure::Ellipse {
-                centre: Vec2::ZERO,
-                axis: Vec2::X,
-                radii: Vec2::new(long, size) * 0.6,
-            },
+            Figure::ellipse(Vec2::ZERO, Vec2::X, Vec2::new(long, size) * 0.6),
             Surface::Cloth(a),
         ),
         1 => (
-            Figure::Rectangle {
-                centre: Vec2::ZERO,
-                axis: Vec2::X,
-                half: Vec2::new(long, size) * 0.6,
-            },
+            Figure::rectangle(Vec2::ZERO, Vec2::X, Vec2::new(long, size) * 0.6),
             Surface::Flat(a, b),
         ),
         2 => {
             // A pen or stick.
             let ends = [Vec2::ZERO, Vec2::new(uniform(rng, [60.0, 160.0]), 0.0)];
-            (
-                Figure::Capsule {
-                    ends,
-                    radii: [uniform(rng, [2.5, 6.0]), uniform(rng, [2.0, 6.0])],
-                },
-                Surface::Cloth(a),
-            )
+            let radii = [uniform(rng, [2.5, 6.0]), uniform(rng, [2.0, 6.0])];
+            (Figure::capsule(ends, radii), Surface::Cloth(a))
         }
         _ => {
             let corners = rng.random_range(3..7);
-            let corner =
-                |k: usize, reach: f32| Vec2::from_angle(k as f32 * std::f32::consts::TAU / corners as f32) * reach;
-            (
-                Figure::Polygon(
-                    (0..corners)
-                        .map(|k| corner(k, size * uniform(rng, [0.5, 1.3])))
-                        .collect(),
-                ),
-                Surface::Flat(a, b),
-            )
+            let direction = |k: usize| Vec2::from_angle(k as f32 * TAU / corners as f32);
+            let outline = (0..corners).map(|k| direction(k) * (size * uniform(rng, [0.5, 1.3])));
+            (Figure::Polygon(outline.collect()), Surface::Flat(a, b))
         }
     };
     Occluder {
@@ -139,7 +116,7 @@ fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
             direction: unit_vector(rng),
         },
         behind: Vec::new(),
-        front: vec![Part { figure, surface }],
+        front: vec![Part::new(figure, surface)],
         noise: ValueNoise::new(rng),
         shadow: shadow(rng),
         in_pixels: false,
@@ -163,10 +140,10 @@ fn disc<R: Rng + ?Sized>(color: Vec3, radius_px: f32, anchor: Anchor, rng: &mut 
     Occluder {
         anchor,
         behind: Vec::new(),
-        front: vec![Part {
-            figure: Figure::disc(Vec2::ZERO, radius_px),
-            surface: Surface::Flat(color, color),
-        }],
+        front: vec![Part::new(
+            Figure::disc(Vec2::ZERO, radius_px),
+            Surface::Flat(color, color),
+        )],
         noise: ValueNoise::new(rng),
         shadow: (Vec2::ZERO, 1.0, 0.0),
         in_pixels: true,
@@ -201,11 +178,8 @@ mod tests {
         };
         let mut seen = 0;
         for index in 0..40 {
-            for occluder in sample_occluders(
-                1.0,
-                OccluderKind::HandsAndThings,
-                &mut generator(1, index, Stream::Scene),
-            ) {
+            let mut rng = generator(1, index, Stream::Scene);
+            for occluder in sample_occluders(1.0, OccluderKind::HandsAndThings, &mut rng) {
                 let mut frame = Frame::filled(480, 270, Vec3::ONE);
                 let mut truth = Maps::new(480, 270, vec![500.0; 480 * 270], vec![[0.5; 2]; 480 * 270]).unwrap();
                 let placed = occluder.place(&sheet).unwrap();

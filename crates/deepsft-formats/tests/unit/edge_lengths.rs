@@ -1,0 +1,38 @@
+//! Percentiles of changes of edge lengths.
+
+use deepsft_formats::{EdgeLengthChange, EdgeLengthHistogram};
+
+#[test]
+fn a_histogram_of_parts_finds_the_percentiles_of_the_whole() {
+    let changes: Vec<f64> = (0..4000).map(|k| 1e-4 * (1.0 + 0.05 * f64::from(k))).collect();
+    let (mut first, mut second) = (EdgeLengthHistogram::default(), EdgeLengthHistogram::default());
+    for (k, some) in changes.chunks(500).enumerate() {
+        let part = if k % 3 == 0 { &mut first } else { &mut second };
+        part.count(some.iter().copied());
+    }
+    first.add(&second);
+    assert_eq!(first.samples, 8);
+    let (found, exact) = (first.change(), EdgeLengthChange::of(changes));
+    assert!(
+        (found.median / exact.median - 1.0).abs() < 0.01,
+        "{found:?}, exact {exact:?}"
+    );
+    assert!((found.p95 / exact.p95 - 1.0).abs() < 0.01, "{found:?}, exact {exact:?}");
+    assert_eq!(EdgeLengthHistogram::default().change().p95, 0.0);
+}
+
+#[test]
+fn the_95th_of_a_hundred_changes_is_the_nearest_rank() {
+    let change = EdgeLengthChange::of((1..=100).rev().map(f64::from).collect());
+    assert_eq!(
+        change,
+        EdgeLengthChange {
+            median: 50.0,
+            p95: 95.0
+        }
+    );
+    assert_eq!(
+        EdgeLengthChange::of(Vec::new()),
+        EdgeLengthChange { median: 0.0, p95: 0.0 }
+    );
+}

@@ -1,0 +1,105 @@
+//! Pictures that are well made, odd, too large or cut.
+
+use deepsft_formats::{FormatError, decode_picture, encode_png};
+use deepsft_geometry::Picture;
+use image::{DynamicImage, ImageFormat, Rgba};
+use std::io::Cursor;
+
+fn encoded(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+/// A PNG file that claims to be `width` x `height` and has no pixels: signature and header chunk.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let small = encode_png(&Picture::from_fn(1, 1, |_, _| [0; 3])).unwrap();
+    let mut header = small[12..29].to_vec();
+    header[4..8].copy_from_slice(&width.to_be_bytes());
+    header[8..12].copy_from_slice(&height.to_be_bytes());
+    let mut bytes = [&small[..12], &header, &small[29..]].concat();
+    checked(&mut bytes);
+    bytes
+}
+
+/// Writes the checksum of a PNG file's header chunk: the specification's CRC-32 (reflected polynomial), over the
+/// chunk's type and content.
+fn checked(png: &mut [u8]) {
+    let crc = !png[12..29].iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
+            if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 }
+        })
+    });
+    png[29..33].copy_from_slice(&crc.to_be_bytes());
+}
+
+#[test]
+fn a_png_comes_back_as_it_was() {
+    let picture = Picture::from_fn(5, 3, |x, y| [x as u8 * 40, y as u8 * 80, 7]);
+    assert_eq!(decode_picture(&encode_png(&picture).unwrap()).unwrap(), picture);
+}
+
+#[test]
+fn a_file_of_no_bytes_is_called_empty() {
+    assert!(matches!(decode_picture(&[]), Err(FormatError::PictureFileEmpty)));
+}
+
+#[test]
+fn a_picture_of_20000_by_20000_pixels_is_refused_before_it_is_decoded() {
+    let refusal = |png: &[u8]| match decode_picture(png).unwrap_err() {
+        error @ FormatError::PictureTooLarge { .. } => error.to_string(),
+        other => panic!("{other}"),
+    };
+    assert_eq!(
+        refusal(&png_header(20_000, 20_000)),
+        "picture of 20000 x 20000 pixels is too large: a side has at most 16384 pixels"
+    );
+    // 15,000 x 15,000 RGB has short enough sides but 675 million bytes. So has a grey picture of one bit per pixel, whose
+    // file and whose decoded bytes are smaller.
+    let mut one_bit = png_header(15_000, 15_000);
+    one_bit[24..26].copy_from_slice(&[1, 0]);
+    checked(&mut one_bit);
+    for png in [one_bit, png_header(15_000, 15_000)] {
+        assert_eq!(
+            refusal(&png),
+            "picture of 15000 x 15000 pixels is too large: decoded it takes 644 MiB, at most 512 are read"
+        );
+    }
+}
+
+#[test]
+fn a_text_and_a_cut_file_are_refused_with_a_reason() {
+    let error = decode_picture(b"not a picture at all").unwrap_err();
+    assert!(error.to_string().contains("neither PNG nor JPEG"), "{error}");
+    let png = encode_png(&Picture::from_fn(64, 64, |x, y| [(x * y) as u8; 3])).unwrap();
+    assert!(matches!(
+        decode_picture(&png[..png.len() / 2]),
+        Err(FormatError::PictureFile { .. })
+    ));
+}
+
+#[test]
+fn transparent_parts_become_white_and_half_transparent_ones_are_mixed() {
+    let rgba = image::RgbaImage::from_fn(2, 1, |x, _| Rgba([0, 100, 200, if x == 0 { 0 } else { 51 }]));
+    let picture = decode_picture(&encoded(&DynamicImage::ImageRgba8(rgba), ImageFormat::Png)).unwrap();
+    // 51 / 255 = 1/5: 0.2 c + 0.8 * 255.
+    assert_eq!([picture.pixel(0, 0), picture.pixel(1, 0)], [[255; 3], [204, 224, 244]]);
+}
+
+#[test]
+fn a_jpeg_with_an_exif_orientation_is_turned_upright() {
+    // 16 x 8, left half dark; orientation 6: the stored image is to be rotated clockwise by 90
+    // degrees, so that its left side comes to the top.
+    let stored = image::GrayImage::from_fn(16, 8, |x, _| image::Luma([if x < 8 { 20 } else { 220 }]));
+    let jpeg = encoded(&DynamicImage::ImageLuma8(stored), ImageFormat::Jpeg);
+    let tiff = [
+        b"MM\0*".as_slice(),
+        &[0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, 6, 0, 0, 0, 0, 0, 0],
+    ];
+    let exif = [b"Exif\0\0".as_slice(), &tiff.concat()].concat();
+    let length = (exif.len() as u16 + 2).to_be_bytes();
+    let turned = [&jpeg[..2], &[0xFF, 0xE1], &length, &exif, &jpeg[2..]].concat();
+    let picture = decode_picture(&turned).unwrap();
+    assert_eq!((picture.width(), picture.height()), (8, 16));
+    assert!(picture.pixel(4, 2)[0] < 40 && picture.pixel(4, 13)[0] > 200);
+}

@@ -1,0 +1,177 @@
+//! A mesh fitted to a drawn sheet whose true maps are known.
+
+use crate::sheet::{bent, image, template};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::metrics::frame_metrics;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
+
+/// The maps with a registration up to 5 mm and a depth 4 % and a tilt off, as a network might say.
+fn mistaken(truth: &Maps) -> Maps {
+    let mut maps = truth.clone();
+    for pixel in (0..truth.depth().len()).filter(|&p| truth.inside(p)) {
+        let (x, y) = ((pixel % truth.width()) as f32, (pixel / truth.width()) as f32);
+        let [u, v] = truth.registration()[pixel];
+        let du = 0.012 * (x / 60.0).sin() + 0.005 * (y / 9.0).cos();
+        let dv = 0.015 * (x / 80.0 + y / 50.0).cos();
+        let depth = truth.depth()[pixel] * (1.04 + 0.02 * (x - 240.0) / 240.0);
+        maps.set(pixel, depth, [(u + du).clamp(0.0, 1.0), (v + dv).clamp(0.0, 1.0)]);
+    }
+    maps
+}
+
+/// The sheet with its right fifth folded away by 57 degrees over a strip of 20 mm, turned to the left by 11: an isometry.
+fn folded(template: &Template) -> Vec<DVec3> {
+    let (begin, radius, angle, turn) = (90.0, 20.0, 1.0_f64, 0.2_f64);
+    let place = |p: &DVec3| {
+        let along = p.x - begin;
+        let bent = (along / radius).clamp(0.0, angle);
+        let straight = (along - angle * radius).max(0.0);
+        let x = begin + along.min(0.0) + radius * bent.sin() + straight * angle.cos();
+        let z = radius * (1.0 - bent.cos()) + straight * angle.sin();
+        let (x, z) = (x * turn.cos() + z * turn.sin(), z * turn.cos() - x * turn.sin());
+        DVec3::new(x, p.y, z + 450.0)
+    };
+    template.mesh().vertices().iter().map(place).collect()
+}
+
+struct Scene {
+    template: Template,
+    camera: Camera,
+    truth: Maps,
+    image: Picture,
+}
+
+fn scene() -> Scene {
+    let template = template();
+    let camera = training_camera();
+    let truth = VisibleSurface::new(template.mesh(), &bent(&template, 0.0), &camera).maps();
+    let image = image(&template, &truth);
+    Scene {
+        template,
+        camera,
+        truth,
+        image,
+    }
+}
+
+#[test]
+fn maps_that_are_a_little_wrong_become_exact() {
+    let Scene {
+        template,
+        camera,
+        truth,
+        image,
+    } = scene();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let start = mistaken(&truth);
+    let fitted = fitter.fit(&image, &camera, &start, None).unwrap().unwrap();
+    assert!(fitted.accepted, "{:?}", fitted.photo_consistency_cost);
+    let error = |maps: &Maps| frame_metrics(maps, &truth, &camera, template.size_mm()).unwrap();
+    let (before, after) = (error(&start), error(&fitted.maps));
+    let [before_px, after_px] = [before, after].map(|m| m.registration_rmse_px.unwrap());
+    let [before_mm, after_mm] = [before, after].map(|m| m.depth_rmse_mm.unwrap());
+    assert!(before_px > 2.0 && before_mm > 15.0, "{before_px} px, {before_mm} mm");
+    assert!(after_px < 0.6 && after_mm < 3.0, "{after_px} px, {after_mm} mm");
+    // The sheet has kept its lengths.
+    let rest = template.mesh().vertices();
+    for [a, b] in template.mesh().edges() {
+        let length = fitted.vertices_camera[a].distance(fitted.vertices_camera[b]);
+        assert!((length / rest[a].distance(rest[b]) - 1.0).abs() < 0.02);
+    }
+}
+
+#[test]
+fn a_sharp_fold_goes_where_the_network_sees_it() {
+    let (template, camera) = (template(), training_camera());
+    let truth = VisibleSurface::new(template.mesh(), &folded(&template), &camera).maps();
+    let image = image(&template, &truth);
+    let start = mistaken(&truth);
+    let error = |options: FitOptions| {
+        let mut fitter = FrameFitter::new(&template, options).unwrap();
+        let fitted = fitter.fit(&image, &camera, &start, None).unwrap().unwrap();
+        assert!(fitted.accepted, "{:?}", fitted.photo_consistency_cost);
+        let metrics = frame_metrics(&fitted.maps, &truth, &camera, template.size_mm()).unwrap();
+        (metrics.registration_rmse_px.unwrap(), metrics.points_rmse_mm.unwrap())
+    };
+    let (px, mm) = error(FitOptions::default());
+    assert!(px < 0.5 && mm < 2.5, "{px} px, {mm} mm");
+    // With no more trust in the registration than beside the image, bending wins over the fold.
+    let timid = FitOptions {
+        settling_registrations: FitOptions::default().independent_registrations,
+        ..FitOptions::default()
+    };
+    let (timid_px, timid_mm) = error(timid);
+    assert!(
+        timid_px > 2.0 * px && timid_mm > 1.5 * mm,
+        "{timid_px} px, {timid_mm} mm"
+    );
+}
+
+#[test]
+fn a_mesh_that_explains_the_image_worse_leaves_the_networks_maps() {
+    let Scene {
+        template,
+        camera,
+        truth,
+        image,
+    } = scene();
+    // So stiff against bending that the bent sheet cannot be fitted.
+    let options = FitOptions {
+        bending: 1e6,
+        ..FitOptions::default()
+    };
+    let mut fitter = FrameFitter::new(&template, options).unwrap();
+    let fitted = fitter.fit(&image, &camera, &truth, None).unwrap().unwrap();
+    assert!(!fitted.accepted, "{:?}", fitted.photo_consistency_cost);
+    assert_eq!(fitted.maps, truth);
+}
+
+#[test]
+fn an_image_that_shows_nothing_does_not_drag_the_sheet_away() {
+    let Scene {
+        template,
+        camera,
+        truth,
+        ..
+    } = scene();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let grey = Picture::from_fn(480, 270, |x, y| [((x * 7919 + y * 104_729) % 200) as u8; 3]);
+    let fitted = fitter.fit(&grey, &camera, &truth, None).unwrap().unwrap();
+    let metrics = frame_metrics(&fitted.maps, &truth, &camera, template.size_mm()).unwrap();
+    assert!(metrics.registration_rmse_px.unwrap() < 3.0, "{metrics:?}");
+}
+
+#[test]
+fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
+    let Scene {
+        template,
+        camera,
+        image,
+        ..
+    } = scene();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let nothing = Maps::empty(480, 270);
+    assert!(fitter.fit(&image, &camera, &nothing, None).unwrap().is_none());
+    let short = [DVec3::Z; 3];
+    assert!(matches!(
+        fitter.fit(&image, &camera, &nothing, Some(&short)),
+        Err(GeometryError::StartLength { actual: 3, .. })
+    ));
+    for blurs in [vec![], vec![f32::NAN], vec![1.0, -1.0]] {
+        let options = FitOptions {
+            blurs,
+            ..FitOptions::default()
+        };
+        assert!(matches!(
+            FrameFitter::new(&template, options),
+            Err(GeometryError::Weight { term: "blur", .. })
+        ));
+    }
+    let small = Maps::empty(48, 27);
+    assert!(matches!(
+        fitter.fit(&image, &camera, &small, None),
+        Err(GeometryError::MapSize { .. })
+    ));
+}

@@ -1,0 +1,238 @@
+//! A swaying, bending sheet is followed from one late answer of a network.
+
+use crate::sheet::{bent, image, template};
+use deepsft_geometry::metrics::frame_metrics;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
+
+const FRAME_S: f64 = 1.0 / 30.0;
+
+struct Video {
+    template: Template,
+    camera: Camera,
+    tracker: Tracker,
+}
+
+impl Video {
+    fn new() -> Self {
+        let template = template();
+        let tracker = Tracker::new(&template, TrackingOptions::default()).unwrap();
+        Self {
+            template,
+            camera: training_camera(),
+            tracker,
+        }
+    }
+
+    fn truth(&self, frame: u64) -> Maps {
+        let vertices = bent(&self.template, frame as f64 * FRAME_S);
+        VisibleSurface::new(self.template.mesh(), &vertices, &self.camera).maps()
+    }
+
+    fn picture(&self, frame: u64) -> Picture {
+        image(&self.template, &self.truth(frame))
+    }
+
+    fn follow(&mut self, frame: u64, picture: &Picture) -> bool {
+        let time_s = frame as f64 * FRAME_S;
+        self.tracker.follow(frame, time_s, picture, &self.camera).unwrap().found
+    }
+
+    /// Registration error of the track in `frame`, pixels.
+    fn error_px(&mut self, frame: u64) -> f64 {
+        let (truth, size) = (self.truth(frame), self.template.size_mm());
+        let metrics = frame_metrics(&self.tracker.maps(), &truth, &self.camera, size).unwrap();
+        metrics.registration_rmse_px.unwrap()
+    }
+}
+
+#[test]
+fn a_track_starts_from_an_answer_four_frames_late_and_stays_within_a_pixel() {
+    let mut video = Video::new();
+    for frame in 0..5 {
+        let picture = video.picture(frame);
+        assert!(!video.follow(frame, &picture), "nothing has been found yet");
+    }
+    let answer = video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    assert_eq!(answer, TrackUpdate::Started);
+    for frame in 5..40 {
+        let picture = video.picture(frame);
+        assert!(video.follow(frame, &picture), "lost in frame {frame}");
+        let error = video.error_px(frame);
+        assert!(error < 0.7, "{error} px in frame {frame}");
+        assert!(video.tracker.current().agreement > 0.8);
+    }
+    assert_eq!(
+        video.tracker.update(36, Some(&video.truth(36))).unwrap(),
+        TrackUpdate::Confirmed
+    );
+    let seen = video.tracker.current().confidence.iter().filter(|&&c| c > 0.7).count();
+    assert!(
+        2 * seen > video.template.mesh().vertices().len(),
+        "{seen} vertices are confirmed"
+    );
+}
+
+#[test]
+fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
+    let mut video = Video::new();
+    let picture = video.picture(0);
+    video.follow(0, &picture);
+    video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    let wall = Picture::from_fn(480, 270, |x, y| [if (x / 12 + y / 9) % 2 == 0 { 60 } else { 150 }; 3]);
+    assert!(video.follow(1, &wall), "one frame without it is not the end");
+    for frame in 2..5 {
+        video.follow(frame, &wall);
+    }
+    assert!(!video.tracker.current().found && video.tracker.current().vertices_camera.is_empty());
+    assert_eq!(video.tracker.maps().area(), 0);
+    assert_eq!(video.tracker.update(4, None).unwrap(), TrackUpdate::Ignored);
+    // An answer on a frame that does not show it starts nothing.
+    assert_eq!(
+        video.tracker.update(4, Some(&video.truth(4))).unwrap(),
+        TrackUpdate::Ignored
+    );
+    let picture = video.picture(5);
+    video.follow(5, &picture);
+    assert_eq!(
+        video.tracker.update(5, Some(&video.truth(5))).unwrap(),
+        TrackUpdate::Started
+    );
+    assert!(video.error_px(5) < 1.0);
+}
+
+#[test]
+fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
+    // 42 mm a frame are 37 pixels: no speed is known yet, and the widest blur reaches a third of that.
+    let Video {
+        template,
+        camera,
+        mut tracker,
+    } = Video::new();
+    let truth = |frame: u64| {
+        let mut vertices = bent(&template, 0.0);
+        vertices
+            .iter_mut()
+            .for_each(|p| p.x += 42.0 * (frame as f64 - 4.0) - 20.0);
+        VisibleSurface::new(template.mesh(), &vertices, &camera).maps()
+    };
+    for frame in 0..5 {
+        let picture = image(&template, &truth(frame));
+        tracker
+            .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
+            .unwrap();
+    }
+    assert_eq!(tracker.update(0, Some(&truth(0))).unwrap(), TrackUpdate::Started);
+    let mut error_px = || {
+        let metrics = frame_metrics(&tracker.maps(), &truth(4), &camera, template.size_mm()).unwrap();
+        metrics.registration_rmse_px.unwrap()
+    };
+    // A search finds the place, not every bend.
+    assert!(error_px() < 8.0, "{} px", error_px());
+    tracker.update(4, Some(&truth(4))).unwrap();
+    let metrics = frame_metrics(&tracker.maps(), &truth(4), &camera, template.size_mm()).unwrap();
+    assert!(metrics.registration_rmse_px.unwrap() < 1.0, "{metrics:?}");
+}
+
+#[test]
+fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
+    let Video {
+        template,
+        camera,
+        mut tracker,
+    } = Video::new();
+    let show = |frame: u64, shift_mm: f64, tracker: &mut Tracker| {
+        let mut vertices = bent(&template, 0.0);
+        vertices.iter_mut().for_each(|p| p.x += shift_mm);
+        let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+        let picture = image(&template, &truth);
+        tracker
+            .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
+            .unwrap();
+        truth
+    };
+    let truth = show(0, 0.0, &mut tracker);
+    tracker.update(0, Some(&truth)).unwrap();
+    show(1, 1.0, &mut tracker);
+    assert!(tracker.current().agreement > 0.8);
+    // The image shows it clearly: the network has overlooked it.
+    assert_eq!(tracker.update(1, None).unwrap(), TrackUpdate::Confirmed);
+    // 60 mm are some 50 pixels: only a search finds it again.
+    show(2, 61.0, &mut tracker);
+    assert!(tracker.current().found && tracker.current().agreement > 0.5);
+    assert_eq!(
+        tracker.update(1, None).unwrap(),
+        TrackUpdate::Confirmed,
+        "that was before the search"
+    );
+    assert_eq!(tracker.update(2, None).unwrap(), TrackUpdate::Dropped);
+    assert!(!tracker.current().found);
+}
+
+#[test]
+fn after_a_jump_the_next_answer_puts_the_track_right() {
+    let mut video = Video::new();
+    let picture = video.picture(0);
+    video.follow(0, &picture);
+    video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    // The sheet of another time: elsewhere, and bent more.
+    let jumped = video.picture(12);
+    video.follow(1, &jumped);
+    let found = video.tracker.update(1, Some(&video.truth(12))).unwrap();
+    assert!(
+        matches!(
+            found,
+            TrackUpdate::Restarted | TrackUpdate::Started | TrackUpdate::Confirmed
+        ),
+        "{found:?}"
+    );
+    let error = video.error_px(12);
+    assert!(error < 1.0, "{found:?}, {error} px");
+}
+
+#[test]
+fn a_sheet_that_rushes_at_the_camera_and_is_predicted_behind_it_is_no_error() {
+    let mut video = Video::new();
+    let nearer = |fraction: f64| -> Maps {
+        let vertices: Vec<_> = bent(&video.template, 0.0).into_iter().map(|p| p * fraction).collect();
+        VisibleSurface::new(video.template.mesh(), &vertices, &video.camera).maps()
+    };
+    let truths = [nearer(1.0), nearer(0.6)];
+    for (frame, truth) in truths.iter().enumerate() {
+        let picture = image(&video.template, truth);
+        video.follow(frame as u64, &picture);
+        video.tracker.update(frame as u64, Some(truth)).unwrap();
+    }
+    // After a pause twice as long as the step before, it would be a tenth of a metre behind the camera.
+    let picture = image(&video.template, &truths[0]);
+    for frame in 3..8 {
+        video.follow(frame, &picture);
+    }
+    let answer = video.tracker.update(7, Some(&truths[0])).unwrap();
+    assert!(video.tracker.current().found, "{answer:?}");
+}
+
+#[test]
+fn a_forgotten_frame_is_ignored_and_wrong_sizes_are_refused() {
+    let mut video = Video::new();
+    assert_eq!(
+        video.tracker.update(0, None).unwrap(),
+        TrackUpdate::Ignored,
+        "no frame yet"
+    );
+    let picture = video.picture(0);
+    video.follow(7, &picture);
+    assert_eq!(
+        video.tracker.update(3, Some(&video.truth(0))).unwrap(),
+        TrackUpdate::Ignored
+    );
+    let small = Maps::empty(48, 27);
+    assert!(matches!(
+        video.tracker.update(7, Some(&small)),
+        Err(GeometryError::MapSize { .. })
+    ));
+    let little = Picture::from_fn(48, 27, |_, _| [0; 3]);
+    let refused = video.tracker.follow(8, 1.0, &little, &video.camera);
+    assert!(matches!(refused, Err(GeometryError::MapSize { .. })));
+}

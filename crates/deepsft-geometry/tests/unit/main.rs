@@ -1,0 +1,19 @@
+//! One module for each file of the crate whose public items it tests.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod canonical;
+mod color_response;
+mod disjoint_sets;
+mod islands;
+mod measurements;
+mod metrics;
+mod mipmap;
+mod one_euro;
+mod photo_consistency;
+mod pinhole;
+mod rigid_motion;
+mod surface_locator;
+mod template;
+mod topology;
+mod visible_surface;
+mod welding;

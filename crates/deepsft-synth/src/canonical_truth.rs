@@ -1,0 +1,23 @@
+//! The truth of a sample in the image of the canonical camera.
+
+use deepsft_formats::Sample;
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, TriangleMesh};
+
+/// Exact maps of `sample`, a sample of the template with the mesh `mesh`, in the image of `canonical`, a camera that
+/// stands where the sample's own does. They leave out what the sample's own mask leaves out.
+pub fn canonical_truth(sample: &Sample, mesh: &TriangleMesh, canonical: &Camera) -> Maps {
+    let mut maps = VisibleSurface::new(mesh, &sample.vertices_camera, canonical).maps();
+    let warp = CanonicalWarp::new(&sample.camera, canonical);
+    let (own, width) = (&sample.truth, maps.width());
+    for pixel in 0..maps.depth().len() {
+        let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
+        let at = warp.source_from_canonical(centre).floor();
+        let inside = at.cmpge(DVec2::ZERO).all() && at.x < own.width() as f64 && at.y < own.height() as f64;
+        if !(inside && own.inside(at.y as usize * own.width() + at.x as usize)) {
+            maps.clear(pixel);
+        }
+    }
+    maps
+}

@@ -1,0 +1,110 @@
+//! How a sheet moves in a clip.
+
+use deepsft_geometry::glam::{DAffine3, DVec3};
+use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, edge_length_change, fraction_in_view};
+
+/// Eight seconds at twenty frames per second.
+const FRAMES: usize = 160;
+
+fn sheet() -> Template {
+    Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0).unwrap()
+}
+
+fn seeds() -> impl Iterator<Item = u64> {
+    FIRST_CLIP_SEED..FIRST_CLIP_SEED + 6
+}
+
+fn frames(template: &Template, seed: u64, count: usize) -> Vec<Vec<DVec3>> {
+    let motion = ClipMotion::new(template, &training_camera(), ClipConfig::default(), seed);
+    (0..count)
+        .map(|k| motion.vertices_camera(k as f64 / count as f64))
+        .collect()
+}
+
+/// The longest way of a vertex from a frame to the next, the last frame's next being the first.
+fn longest_step(frames: &[Vec<DVec3>]) -> f64 {
+    let next = frames.iter().cycle().skip(1);
+    let steps = frames
+        .iter()
+        .zip(next)
+        .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.distance(*b)));
+    steps.fold(0.0, f64::max)
+}
+
+/// Unit normal of the front, the mean over the sheet's area.
+fn mean_normal(template: &Template, vertices: &[DVec3]) -> DVec3 {
+    let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+    template.mesh().faces().iter().map(area).sum::<DVec3>().normalize()
+}
+
+#[test]
+fn edges_keep_their_length_in_every_frame() {
+    let template = sheet();
+    for seed in seeds() {
+        for (k, vertices) in frames(&template, seed, FRAMES / 4).iter().enumerate() {
+            let change = edge_length_change(template.mesh(), vertices);
+            assert!(
+                change.median < 0.01 && change.p95 < 0.03,
+                "seed {seed}, frame {k}: {change:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn nothing_jumps_also_not_where_the_clip_begins_again() {
+    // A hand in no hurry moves at up to 0.6 m/s, which is 30 mm in a twentieth of a second. Where a motion is
+    // smooth, half the time makes half the step; a jump would stay as long as it is.
+    let template = sheet();
+    for seed in seeds() {
+        let step = longest_step(&frames(&template, seed, FRAMES));
+        assert!(step < 30.0, "seed {seed}: {step} mm a frame");
+        let half = longest_step(&frames(&template, seed, 2 * FRAMES));
+        assert!(half < 0.55 * step, "seed {seed}: {half} of {step} mm");
+    }
+}
+
+#[test]
+fn the_sheet_stays_in_view_at_its_distance_and_turns_its_front_to_the_camera() {
+    let (template, camera) = (sheet(), training_camera());
+    let [near, far] = ClipConfig::default().distance_mm;
+    for seed in seeds() {
+        let mut in_view = 0.0;
+        for vertices in frames(&template, seed, FRAMES / 4) {
+            let centroid = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+            assert!(
+                (near - 1e-9..far + 1e-9).contains(&centroid.z),
+                "seed {seed}: {centroid}"
+            );
+            let fraction = fraction_in_view(&camera, &vertices, &DAffine3::IDENTITY);
+            assert!(fraction > 0.75, "seed {seed}: {fraction}");
+            in_view += fraction / (FRAMES / 4) as f64;
+            let tilt = mean_normal(&template, &vertices).dot(DVec3::NEG_Z).acos().to_degrees();
+            assert!(tilt < ClipConfig::default().max_tilt_deg + 1e-6, "seed {seed}: {tilt}");
+        }
+        assert!(in_view > 0.95, "seed {seed}: {in_view}");
+    }
+}
+
+#[test]
+fn the_sheet_bends_both_ways_and_passes_through_flat_seldom() {
+    // How far the sheet's middle column lies behind its outer ones, along the mean normal, tells the side of the bend;
+    // 5 mm of relief is a bend of some 15 degrees.
+    let template = sheet();
+    let (columns, rows) = template.grid().unwrap();
+    for seed in seeds() {
+        let relief = |vertices: &Vec<DVec3>| {
+            let mean = |i: usize| (0..rows).map(|j| vertices[j * columns + i]).sum::<DVec3>() / rows as f64;
+            let middle_from_sides = mean(columns / 2) - (mean(0) + mean(columns - 1)) / 2.0;
+            -middle_from_sides.dot(mean_normal(&template, vertices))
+        };
+        let reliefs: Vec<f64> = frames(&template, seed, FRAMES / 4).iter().map(relief).collect();
+        let bent = reliefs.iter().filter(|relief| relief.abs() > 5.0).count();
+        assert!(bent > 24, "seed {seed}: bent in {bent} of 40 frames: {reliefs:.1?}");
+        assert!(
+            reliefs.iter().any(|r| *r > 5.0) && reliefs.iter().any(|r| *r < -5.0),
+            "seed {seed}: {reliefs:.1?}"
+        );
+    }
+}
