@@ -5,6 +5,8 @@
 //! ROBUSfT, Shetab-Bushehri et al. 2022, use the same idea on positions alone.)
 
 use crate::matching::Match;
+use deepsft_geometry::DisjointSets;
+use deepsft_geometry::glam::Vec2;
 use std::f32::consts::{PI, TAU};
 
 /// How far the place of a neighbour may lie from where a match's similarity puts it, as a fraction of their distance: a tilt of
@@ -18,6 +20,9 @@ const PLACE_MM: f32 = 2.5;
 const TURN: f32 = 0.6;
 const SCALING: f32 = 0.6;
 
+/// Matches nearer than this to each other may be of one corner, pixels.
+const SAME_PX: f32 = 3.0;
+
 /// Fewest neighbours that confirm a match.
 const FEWEST: usize = 3;
 
@@ -28,44 +33,30 @@ const MOST_MATCHES: usize = 1500;
 /// neighbours, pixels.
 pub(crate) fn groups(matches: &[Match], reach: f32) -> Vec<Vec<Match>> {
     let matches = &matches[..matches.len().min(MOST_MATCHES)];
-    let similarities: Vec<[f32; 2]> = matches
-        .iter()
-        .map(|m| {
-            let (sin, cos) = m.angle.sin_cos();
-            [cos, sin].map(|x| x * m.log_scale.exp())
-        })
-        .collect();
+    let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
     let explains = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
-        let [x, y] = [b.pixel[0] - a.pixel[0], b.pixel[1] - a.pixel[1]];
-        let [c, s] = similarities[i];
-        let expected = [c * x - s * y, s * x + c * y];
-        let off = (b.place[0] - a.place[0] - expected[0]).hypot(b.place[1] - a.place[1] - expected[1]);
-        off <= DISTORTION * expected[0].hypot(expected[1]) + PLACE_MM
+        let expected = similarities[i].rotate(b.pixel - a.pixel);
+        let off = (b.place - a.place).distance(expected);
+        off <= DISTORTION * expected.length() + PLACE_MM
     };
     let agree = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
         let turn = (a.angle - b.angle + PI).rem_euclid(TAU) - PI;
-        (a.log_scale - b.log_scale).abs() < SCALING && turn.abs() < TURN && explains(i, j) && explains(j, i)
+        (a.scale / b.scale).ln().abs() < SCALING && turn.abs() < TURN && explains(i, j) && explains(j, i)
     };
     let mut order: Vec<usize> = (0..matches.len()).collect();
-    order.sort_by(|&i, &j| matches[i].pixel[0].total_cmp(&matches[j].pixel[0]));
+    order.sort_by(|&i, &j| matches[i].pixel.x.total_cmp(&matches[j].pixel.x));
     let mut pairs = Vec::new();
     let mut confirmed = vec![0_usize; matches.len()];
     for (k, &i) in order.iter().enumerate() {
         for &j in &order[k + 1..] {
-            let [x, y] = [
-                matches[j].pixel[0] - matches[i].pixel[0],
-                matches[j].pixel[1] - matches[i].pixel[1],
-            ];
-            if x > reach {
+            let apart = matches[j].pixel - matches[i].pixel;
+            if apart.x > reach {
                 break;
             }
             // Matches of one corner at two sizes say nothing of each other.
-            if x * x + y * y > reach * reach || x * x + y * y < 9.0 {
-                continue;
-            }
-            if agree(i, j) {
+            if (SAME_PX..=reach).contains(&apart.length()) && agree(i, j) {
                 pairs.push([i, j]);
                 confirmed[i] += 1;
                 confirmed[j] += 1;
@@ -77,7 +68,7 @@ pub(crate) fn groups(matches: &[Match], reach: f32) -> Vec<Vec<Match>> {
 
 /// The connected groups of confirmed matches.
 fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<Vec<Match>> {
-    let mut sets = deepsft_geometry::DisjointSets::new(matches.len());
+    let mut sets = DisjointSets::new(matches.len());
     for &[i, j] in pairs {
         if confirmed[i] >= FEWEST && confirmed[j] >= FEWEST {
             sets.join(i, j);
@@ -92,4 +83,52 @@ fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<
     groups.retain(|g| !g.is_empty());
     groups.sort_by_key(|g| std::cmp::Reverse(g.len()));
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_matches_nine_tenths_wrong_those_on_a_bent_sheet_are_kept() {
+        let mut state = 5_u64;
+        let mut random = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1_u64 << 24) as f32
+        };
+        // A sheet of 200 x 150 mm around a cylinder of radius 70 mm seen from far away, turned by 2 radians, 2 pixels per mm:
+        // x = 70 sin(u / 70), so lengths across shrink by cos(u / 70), down to 0.14 at the edges.
+        let turn = 2.0_f32;
+        let mut matches = Vec::new();
+        for k in 0..1000 {
+            let place = Vec2::new(200.0 * random(), 150.0 * random());
+            let bend = (place.x - 100.0) / 70.0;
+            let flat = Vec2::new(70.0 * bend.sin(), place.y - 75.0) * 2.0;
+            let m = Match {
+                pixel: Vec2::from_angle(turn).rotate(flat) + 500.0,
+                place,
+                // Corners tell angle and scale roughly.
+                angle: -turn + 0.3 * (random() - 0.5),
+                scale: 0.5 * (0.5 * (random() - 0.5)).exp(),
+            };
+            let wrong = Match {
+                pixel: Vec2::new(1000.0 * random(), 1000.0 * random()),
+                place,
+                angle: TAU * random(),
+                scale: random() + 0.2,
+            };
+            matches.push(if k % 10 == 0 { m } else { wrong });
+        }
+        let right = |m: &&Match| {
+            let bend = (m.place.x - 100.0) / 70.0;
+            let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
+            m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
+        };
+        let groups = groups(&matches, 116.0);
+        let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
+        assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
+        assert!(groups.get(1).is_none_or(|second| second.len() < 8));
+    }
 }

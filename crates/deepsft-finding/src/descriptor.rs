@@ -33,9 +33,8 @@ impl Descriptor {
         let turn = (corner.angle / std::f32::consts::TAU * TURNS as f32).round() as i32;
         let pattern = &PATTERNS[turn.rem_euclid(TURNS as i32) as usize];
         let centre = usize::from(corner.y) * level.width + usize::from(corner.x);
-        let value = |[x, y]: [i8; 2]| {
-            level.smooth[centre.wrapping_add_signed(y as isize * level.width as isize + x as isize)]
-        };
+        let value =
+            |[x, y]: [i8; 2]| level.smooth[centre.wrapping_add_signed(y as isize * level.width as isize + x as isize)];
         let mut words = [0; WORDS];
         for (word, pairs) in words.iter_mut().zip(pattern.as_chunks::<64>().0) {
             for (bit, [a, b]) in pairs.iter().enumerate() {

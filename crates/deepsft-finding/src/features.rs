@@ -4,6 +4,10 @@ use crate::corners::corners;
 use crate::descriptor::Descriptor;
 use crate::pyramid::pyramid;
 use deepsft_geometry::Picture;
+use deepsft_geometry::glam::Vec2;
+
+/// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
+const SHORTEST_SIDE: usize = 48;
 
 /// How features are looked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +34,7 @@ impl Default for FeatureOptions {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Feature {
     /// Position in the whole picture, pixels, pixel centres at half integers.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Direction, radians.
     pub angle: f32,
     /// Pixels of the whole picture per pixel of the level that has the corner.
@@ -45,9 +49,10 @@ pub struct Features {
 }
 
 impl Features {
-    /// Finds the features of `picture`.
+    /// Finds the features of `picture`. Finer detail than a pixel of an image with 960 columns helps little: see
+    /// [`crate::feature_image`].
     pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
-        let levels = pyramid(picture, 48, options.levels);
+        let levels = pyramid(picture, SHORTEST_SIDE, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
         let mut all = Vec::new();
         for level in &levels {
@@ -55,7 +60,7 @@ impl Features {
             let budget = (part * options.corners as f32).ceil() as usize;
             for corner in corners(level, options.threshold, budget) {
                 all.push(Feature {
-                    position: level.position(f32::from(corner.x), f32::from(corner.y)),
+                    position: level.position(corner.x, corner.y),
                     angle: corner.angle,
                     scale: level.scale,
                     descriptor: Descriptor::of(level, &corner),

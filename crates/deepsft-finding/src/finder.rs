@@ -1,48 +1,65 @@
-//! The finder: a picture in an image.
+//! The finder: one picture in images.
 
 use crate::consensus::groups;
-use crate::descriptor::BITS;
-use crate::features::{FeatureOptions, Features};
+use crate::features::Features;
+use crate::guided_matching::guided_matches;
 use crate::matching::{Match, matches};
-use crate::sheet_pose::SheetSolver;
-use crate::target::{PictureTarget, resized};
-use deepsft_geometry::glam::{DVec3, Vec2};
+use crate::pyramid::resized;
+use crate::sheet_solver::SheetSolver;
+use crate::target::PictureTarget;
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
-use std::f32::consts::{PI, TAU};
 
-/// Longest side of the image that corners are taken from, pixels.
+/// Longest side of the image that features are taken from, pixels. At 480 a sheet that is far away has too few corners;
+/// beyond 960 time grows and little is gained.
 const LONGEST_SIDE: usize = 960;
 
-/// Fewest matches in a group that a sheet is fitted to.
+/// Columns of the image in which the distances below are pixels.
+const COLUMNS: f64 = 480.0;
+
+/// Fewest matches that a mesh is fitted to.
 const FEWEST: usize = 6;
 
-/// How far in the image neighbours are looked for, as a fraction of its width.
-const REACH: f32 = 0.12;
-
-/// Within how many pixels of an image of 480 columns matches are looked for again, round by round.
-const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
-
-/// Most groups that a mesh is tried on.
+/// Most groups of matches that a mesh is tried on.
 const MOST_GROUPS: usize = 4;
 
-/// Largest angle between a match found again and the mesh, radians.
-const TURN: f32 = 0.5;
+/// A group that is smaller than this fraction of the largest is not tried.
+const LEAST_GROUP: f64 = 0.25;
 
-/// Matches found again may differ in this fraction of their bits.
-const MOST_DIFFERENT: f32 = 0.25;
+/// How far in the image neighbours confirm each other, pixels.
+const NEIGHBOURS_PX: f64 = 58.0;
 
-/// A sheet that was found.
+/// Standard deviation of the first matches, pixels.
+const FIRST_DEVIATION_PX: f64 = 3.0;
+
+/// Error of a match that counts half when meshes are compared, pixels.
+const HALF_PX: f64 = 2.0;
+
+/// Within how many pixels matches are looked for again, round by round. The mesh grows from the first group over the sheet,
+/// then the matches have to be exact.
+const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
+
+/// Standard deviation of matches, as a fraction of the distance within which they were looked for.
+const DEVIATION: f64 = 0.2;
+
+/// A sheet as the features show it.
 #[derive(Clone, Debug)]
 pub struct FoundSheet {
-    /// Depth and registration of the sheet's mesh, as if nothing hid it, in the image of the camera that was given for them.
+    /// Depth (mm) and registration of the coarse mesh, as if nothing hid it.
     pub maps: Maps,
-    /// Matches that the mesh explains.
-    pub inliers: usize,
-    /// Matches of the first group.
-    pub confirmed: usize,
-    /// Image position (pixels) and place on the sheet (mm) of the first group's matches and of the last ones.
-    pub stages: [Vec<([f32; 2], [f32; 2])>; 2],
+    /// The matches that it was fitted to last. Right ones and wrong ones: the mesh is robust.
+    pub matches: Vec<Match>,
+}
+
+/// The image that features are taken from, and its camera: `image` with at most 960 pixels along its longer side.
+///
+/// # Errors
+/// [`GeometryError::CameraParameter`] for a camera without pixels.
+pub fn feature_image(image: &Picture, camera: &Camera) -> Result<(Picture, Camera), GeometryError> {
+    let image = resized(image, LONGEST_SIDE);
+    let camera = camera.resized(image.width() as u32, image.height() as u32)?;
+    Ok((image, camera))
 }
 
 /// Finds one picture.
@@ -52,10 +69,10 @@ pub struct FeatureFinder {
 }
 
 impl FeatureFinder {
-    /// Prepares for a target.
+    /// Prepares everything that does not depend on the image.
     ///
     /// # Errors
-    /// [`GeometryError`] when its mesh cannot be solved on.
+    /// [`GeometryError`] when the sheet's mesh cannot be solved on.
     pub fn new(target: PictureTarget) -> Result<Self, GeometryError> {
         Ok(Self {
             solver: SheetSolver::new(target.template())?,
@@ -63,18 +80,13 @@ impl FeatureFinder {
         })
     }
 
-    /// The image as features are taken from it, and its camera.
-    ///
-    /// # Errors
-    /// [`GeometryError::CameraParameter`] for an empty image.
-    pub fn prepared(image: &Picture, camera: &Camera) -> Result<(Picture, Camera), GeometryError> {
-        let image = resized(image, LONGEST_SIDE);
-        let camera = camera.resized(image.width() as u32, image.height() as u32)?;
-        Ok((image, camera))
+    /// What it finds.
+    pub fn target(&self) -> &PictureTarget {
+        &self.target
     }
 
-    /// Looks for the picture among `features` of an image of `camera`. The maps are those of `view`, a camera at the same
-    /// place. `None` when too few matches agree.
+    /// Looks for the picture among `features` of an image that `camera` took. The maps are for `view`, a camera at the same
+    /// place. `None` when too few matches agree. A sheet that is found may still be a mistake: its fit to the image decides.
     ///
     /// # Errors
     /// [`GeometryError`] when the solver refuses its input.
@@ -84,140 +96,60 @@ impl FeatureFinder {
         camera: &Camera,
         view: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
-        let width = camera.width() as f32;
-        let all = matches(features, &self.target);
-        let groups = groups(&all, REACH * width);
-        let Some(first) = groups.first().filter(|g| g.len() >= FEWEST) else {
-            return Ok(None);
-        };
-        let confirmed = first.len();
-        let pixel = f64::from(width) / 480.0;
-        let mut best: Option<(Vec<DVec3>, f64)> = None;
-        let tried = groups.iter().take(MOST_GROUPS);
-        for group in tried.filter(|g| g.len() >= FEWEST && g.len() * 4 >= confirmed) {
-            let Some(starts) = self.solver.flat_starts(camera, group) else {
-                continue;
-            };
-            for start in starts {
-                let bent = self.solver.bend(camera, group, &start, 3.0 * pixel, true)?;
-                let near = self.matches_near(features, camera, &bent, (SEARCH_PX[0] * pixel) as f32);
-                if near.len() < FEWEST {
-                    continue;
-                }
-                let bent = self.solver.bend(camera, &near, &bent, 3.0 * pixel, false)?;
-                let score = self.solver.explained(camera, &near, &bent, 2.0 * pixel);
-                if best.as_ref().is_none_or(|(_, most)| score > *most) {
-                    best = Some((bent, score));
+        let pixel = f64::from(camera.width()) / COLUMNS;
+        let groups = groups(&matches(features, &self.target), (NEIGHBOURS_PX * pixel) as f32);
+        let least = groups.first().map_or(0.0, |largest| LEAST_GROUP * largest.len() as f64);
+        let mut best: Option<(f64, Vec<DVec3>)> = None;
+        for group in groups.iter().take(MOST_GROUPS) {
+            if group.len() < FEWEST || (group.len() as f64) < least {
+                break;
+            }
+            for start in self.solver.flat_starts(camera, group).into_iter().flatten() {
+                let tried = self.tried(features, camera, group, &start)?;
+                if let Some(tried) = tried.filter(|(score, _)| best.as_ref().is_none_or(|(most, _)| score > most)) {
+                    best = Some(tried);
                 }
             }
         }
-        let Some((mut vertices, _)) = best else {
+        let Some((_, mut vertices)) = best else {
             return Ok(None);
         };
-        let mut again = Vec::new();
-        for search in SEARCH_PX {
-            again = self.matches_near(features, camera, &vertices, (search * pixel) as f32);
-            if again.len() < FEWEST {
+        let mut last = Vec::new();
+        for search in SEARCH_PX.map(|search| search * pixel) {
+            last = self.guided(features, camera, &vertices, search);
+            if last.len() < FEWEST {
                 return Ok(None);
             }
-            let deviation = search / 5.0 * pixel;
-            vertices = self.solver.bend(camera, &again, &vertices, deviation, false)?;
+            vertices = self.solver.bend(camera, &last, &vertices, DEVIATION * search, false)?;
         }
-        let maps = VisibleSurface::new(self.solver.mesh(), &vertices, view).maps();
         Ok(Some(FoundSheet {
-            maps,
-            inliers: again.len(),
-            confirmed,
-            stages: [first, &again].map(|all| all.iter().map(|m| (m.pixel, m.place)).collect()),
+            maps: VisibleSurface::new(self.solver.mesh(), &vertices, view).maps(),
+            matches: last,
         }))
     }
 
-    /// For each feature of the image on the mesh at `vertices`: the most similar of the target's within `search` pixels.
-    fn matches_near(&self, features: &Features, camera: &Camera, vertices: &[DVec3], search: f32) -> Vec<Match> {
+    /// The mesh bent to a group's matches from a flat start, then to all matches near it, and how many of these it explains.
+    fn tried(
+        &mut self,
+        features: &Features,
+        camera: &Camera,
+        group: &[Match],
+        start: &[DVec3],
+    ) -> Result<Option<(f64, Vec<DVec3>)>, GeometryError> {
+        let pixel = f64::from(camera.width()) / COLUMNS;
+        let deviation = FIRST_DEVIATION_PX * pixel;
+        let vertices = self.solver.bend(camera, group, start, deviation, true)?;
+        let near = self.guided(features, camera, &vertices, SEARCH_PX[0] * pixel);
+        if near.len() < FEWEST {
+            return Ok(None);
+        }
+        let vertices = self.solver.bend(camera, &near, &vertices, deviation, false)?;
+        let score = self.solver.explained(camera, &near, &vertices, HALF_PX * pixel);
+        Ok(Some((score, vertices)))
+    }
+
+    fn guided(&self, features: &Features, camera: &Camera, vertices: &[DVec3], search_px: f64) -> Vec<Match> {
         let maps = VisibleSurface::new(self.solver.mesh(), vertices, camera).maps();
-        let (width, height) = maps.size();
-        let size = self.target.template().size_mm().as_vec2();
-        let cell = 8.0_f32;
-        let columns = (size.x / cell).ceil() as usize + 1;
-        let rows = (size.y / cell).ceil() as usize + 1;
-        let mut cells: Vec<Vec<usize>> = vec![Vec::new(); columns * rows];
-        for (i, p) in self.target.places.iter().enumerate() {
-            let (x, y) = ((p[0] / cell) as usize, (p[1] / cell) as usize);
-            cells[y.min(rows - 1) * columns + x.min(columns - 1)].push(i);
-        }
-        let others = &self.target.features().all;
-        let most = (MOST_DIFFERENT * BITS as f32) as u32;
-        let focal = camera.focal().x as f32;
-        let mut found = Vec::new();
-        for feature in &features.all {
-            let (x, y) = (feature.position[0] as usize, feature.position[1] as usize);
-            let index = y.min(height - 1) * width + x.min(width - 1);
-            if !maps.inside(index) {
-                continue;
-            }
-            let [u, v] = maps.registration()[index];
-            let expected = [u * size.x, v * size.y];
-            let mm = maps.depth()[index] / focal;
-            let Some(turn) = turn(&maps, index, size) else {
-                continue;
-            };
-            let reach = search * mm;
-            let (mut best, mut least) = (None, most + 1);
-            let column = |x: f32| ((x / cell).max(0.0) as usize).min(columns - 1);
-            let row = |y: f32| ((y / cell).max(0.0) as usize).min(rows - 1);
-            for j in row(expected[1] - reach)..=row(expected[1] + reach) {
-                for i in column(expected[0] - reach)..=column(expected[0] + reach) {
-                    for &k in &cells[j * columns + i] {
-                        let place = self.target.places[k];
-                        if (place[0] - expected[0]).hypot(place[1] - expected[1]) > reach {
-                            continue;
-                        }
-                        // Of the same size on the sheet, within a factor of two.
-                        let scale = others[k].scale * self.target.mm_per_pixel / (feature.scale * mm);
-                        if !(0.4..2.0).contains(&scale) {
-                            continue;
-                        }
-                        let off = others[k].angle - feature.angle - turn;
-                        if ((off + PI).rem_euclid(TAU) - PI).abs() > TURN {
-                            continue;
-                        }
-                        let distance = feature.descriptor.distance(&others[k].descriptor);
-                        if distance < least {
-                            (best, least) = (Some(k), distance);
-                        }
-                    }
-                }
-            }
-            if let Some(k) = best {
-                found.push(Match {
-                    pixel: feature.position,
-                    place: self.target.places[k],
-                    angle: others[k].angle - feature.angle,
-                    log_scale: 0.0,
-                    ratio: least as f32 / BITS as f32,
-                });
-            }
-        }
-        found
+        guided_matches(features, &self.target, camera, &maps, search_px)
     }
-
-    /// Options with which features of images are looked for.
-    pub fn options() -> FeatureOptions {
-        FeatureOptions::default()
-    }
-}
-
-/// The angle by which the registration turns directions of the image around a pixel into directions on the sheet, radians.
-fn turn(maps: &Maps, index: usize, size: Vec2) -> Option<f32> {
-    let width = maps.width();
-    if index % width + 1 == width || index + width >= maps.depth().len() {
-        return None;
-    }
-    if !(maps.inside(index + 1) && maps.inside(index + width)) {
-        return None;
-    }
-    let place = |p: usize| Vec2::from(maps.registration()[p]) * size;
-    let (x, y) = (place(index + 1) - place(index), place(index + width) - place(index));
-    // The rotation nearest to the matrix of both columns.
-    Some((x.y - y.x).atan2(x.x + y.y))
 }

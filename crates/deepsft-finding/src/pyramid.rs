@@ -1,5 +1,6 @@
 //! A grey picture at many sizes.
 
+use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Picture, luma};
 
 /// How much smaller each level is than the one before.
@@ -23,8 +24,8 @@ pub(crate) struct Level {
 
 impl Level {
     /// Position in the whole picture, pixels, of the centre of pixel (`x`, `y`).
-    pub fn position(&self, x: f32, y: f32) -> [f32; 2] {
-        [(x + 0.5) * self.scale, (y + 0.5) * self.scale]
+    pub fn position(&self, x: u16, y: u16) -> Vec2 {
+        (Vec2::new(f32::from(x), f32::from(y)) + 0.5) * self.scale
     }
 }
 
@@ -85,6 +86,33 @@ fn smaller(level: &Level, width: usize, height: usize) -> Level {
         values,
         smooth: Vec::new(),
     }
+}
+
+/// The picture with its longest side at most `longest` pixels.
+pub(crate) fn resized(picture: &Picture, longest: usize) -> Picture {
+    let mut picture = picture.clone();
+    while picture.width().max(picture.height()) >= 2 * longest {
+        picture = picture.halved();
+    }
+    let side = picture.width().max(picture.height());
+    if side <= longest {
+        return picture;
+    }
+    let to = |length: usize| ((length * longest) as f64 / side as f64).round().max(1.0) as usize;
+    let (width, height) = (to(picture.width()), to(picture.height()));
+    let (across, down) = (
+        picture.width() as f64 / width as f64,
+        picture.height() as f64 / height as f64,
+    );
+    // Four samples per pixel: the picture shrinks by less than two.
+    Picture::from_fn(width, height, |x, y| {
+        let mut sum = [0.0_f32; 3];
+        for (i, j) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
+            let color = picture.sample((x as f64 + i) * across, (y as f64 + j) * down);
+            sum.iter_mut().zip(color).for_each(|(s, c)| *s += c / 4.0);
+        }
+        sum.map(|s| (s + 0.5) as u8)
+    })
 }
 
 /// Separable binomial blur, edges repeated.

@@ -46,13 +46,6 @@ pub use scene::{
 /// Colours and smooth noise, for painting.
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
-    use deepsft_geometry::Picture;
-
-    /// A painted print and the name of its kind: a function of both numbers.
-    pub fn named_artwork(number: usize, seed: u64) -> (String, Picture) {
-        let mut rng = crate::random::generator(seed, number as u64, crate::random::Stream::Scene);
-        let kinds = ["collage", "mosaic", "geometric", "collage", "rings", "text", "triangles", "scribble", "landscape", "noise"];
-        (kinds[number % 10].to_owned(), crate::scene::artwork_picture(number, &mut rng))
-    }
+    pub use crate::scene::{ARTWORK_KINDS, artwork};
     pub use crate::render::value_noise::{ValueNoise, floor};
 }

@@ -11,11 +11,10 @@ mod photographs;
 mod pose;
 mod synthesizer;
 
+pub use artwork::{ARTWORK_KINDS, artwork};
 pub(crate) use composition::Moment;
 pub use composition::Scene;
 pub use config::{PhotographUse, SynthConfig};
 pub use occluder::OccluderKind;
 pub use pose::{PoseConfig, UniformPose, fraction_in_view, sample_pose};
 pub use synthesizer::Synthesizer;
-
-pub(crate) use artwork::artwork as artwork_picture;

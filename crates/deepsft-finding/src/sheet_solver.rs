@@ -1,4 +1,5 @@
-//! The mesh of a sheet from matches: first flat, then bent under isometry.
+//! The mesh of a sheet from matches: first flat, then bent under isometry (Shape-from-Template from correspondences, Bartoli et
+//! al. 2015).
 
 use crate::matching::Match;
 use deepsft_geometry::fitting::SurfaceLocator;
@@ -14,8 +15,10 @@ const COARSE_CELLS: usize = 3;
 /// Fractions of the weight of isometry that are solved with in turn.
 const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
 
+/// Weight of isometry on the template's own mesh, as in the fit of a frame.
 const ISOMETRY: f64 = 1e4;
 
+/// Weight of bending, as in the fit of a frame.
 const BENDING: f64 = 1.0;
 
 /// How many independent measurements the matches of a frame are worth together.
@@ -81,7 +84,7 @@ impl SheetSolver {
             .filter_map(|m| {
                 Some(ImagePoint {
                     point: self.locator.locate(self.uv(m))?,
-                    pixel: pixel(m),
+                    pixel: m.pixel.as_dvec2(),
                     weight,
                 })
             })
@@ -108,14 +111,13 @@ impl SheetSolver {
         let one = |m: &Match| {
             let point = self.locator.locate(self.uv(m))?;
             let projected = camera.project(point.position(self.mesh.faces(), vertices))?;
-            Some(1.0 / (1.0 + (projected - pixel(m)).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
+            Some(1.0 / (1.0 + (projected - m.pixel.as_dvec2()).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
         };
         matches.iter().filter_map(one).sum()
     }
 
     fn uv(&self, m: &Match) -> DVec2 {
-        let place = DVec2::new(f64::from(m.place[0]), f64::from(m.place[1]));
-        (place / self.size_mm).clamp(DVec2::ZERO, DVec2::ONE)
+        (m.place.as_dvec2() / self.size_mm).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
     /// The flat mesh in the two poses that a weak perspective allows: tilted to either side.
@@ -150,10 +152,6 @@ impl SheetSolver {
     }
 }
 
-fn pixel(m: &Match) -> DVec2 {
-    DVec2::new(f64::from(m.pixel[0]), f64::from(m.pixel[1]))
-}
-
 /// A robust affine map from the sheet (mm, its centre the origin) to the image (pixels).
 struct Affine {
     matrix: DMat2,
@@ -163,7 +161,8 @@ struct Affine {
 
 impl Affine {
     fn fit(matches: &[Match], size_mm: DVec2) -> Option<Self> {
-        let place = |m: &Match| DVec2::new(f64::from(m.place[0]), f64::from(m.place[1])) - size_mm / 2.0;
+        let place = |m: &Match| m.place.as_dvec2() - size_mm / 2.0;
+        let pixel = |m: &Match| m.pixel.as_dvec2();
         let mut weights = vec![1.0; matches.len()];
         let mut fitted = None;
         for _ in 0..AFFINE_STEPS {
