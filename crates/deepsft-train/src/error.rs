@@ -23,14 +23,6 @@ pub enum TrainError {
         /// The checkpoint folder.
         path: PathBuf,
     },
-    /// A recording cannot be trained on.
-    #[error("{reason}: {path}")]
-    Recording {
-        /// What is in the way.
-        reason: String,
-        /// The recording.
-        path: PathBuf,
-    },
     /// The loss is no longer a number, or it is and its gradients, which half precision looks at, are not.
     #[error("{} after {samples} samples; lower the learning rate", no_number(*loss))]
     Diverged {
@@ -107,7 +99,7 @@ pub enum TrainError {
     /// The synthesiser refused something.
     #[error(transparent)]
     Synth(#[from] deepsft_synth::SynthError),
-    /// A file of a data set was refused.
+    /// A file of a data set, or a recording, was refused.
     #[error(transparent)]
     Format(#[from] deepsft_formats::FormatError),
     /// Maps of different sizes were compared.

@@ -20,12 +20,12 @@ pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSour
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitSummary, FrameFit, FrameReport, FrameResult,
+    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitOutcome, FitSummary, FrameReport, FrameResult,
     FrameTruth, MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
 pub use loss::{
-    DepthLoss, Light, LossWeights, Losses, PhotoConsistencyLoss, Reduction, Residual, SupervisedLosses, TexturePyramid,
-    TuningLoss, squared_total_variation, step_one_loss, supervised_maps_loss,
+    DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid, squared_total_variation,
+    step_one_loss, supervised_maps_loss,
 };
 pub use run::{
     CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Fingerprint, Progress, TrainingCourse, curve_csv,

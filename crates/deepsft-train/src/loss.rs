@@ -8,10 +8,10 @@ mod supervised_maps;
 mod total_variation;
 
 pub use bilinear_warp::TexturePyramid;
-pub use compact_maps::{LossWeights, Losses, step_one_loss};
+pub use compact_maps::{LossWeights, step_one_loss};
 pub use depth_refinement::DepthLoss;
 pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
-pub use supervised_maps::{SupervisedLosses, supervised_maps_loss};
+pub use supervised_maps::supervised_maps_loss;
 pub use total_variation::squared_total_variation;
 
 use burn::tensor::Tensor;
@@ -27,31 +27,16 @@ pub enum Reduction {
     Mean,
 }
 
-/// The loss of step 2 or 3 and its parts, each [1].
-#[derive(Clone, Debug)]
-pub struct TuningLoss {
-    /// What is minimised.
-    pub total: Tensor<1>,
-    /// The part of the data.
-    pub data: Tensor<1>,
-    /// The weighted total variation.
-    pub total_variation: Tensor<1>,
-}
-
-impl TuningLoss {
-    /// The sums over the pixels that `counts` [N, 1, H, W], reduced.
-    fn reduced(data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>, reduction: Reduction) -> Self {
-        let (data, total_variation) = match reduction {
-            Reduction::Sum => (data, total_variation),
-            Reduction::Mean => {
+impl Reduction {
+    /// The loss, [1], of the sums over the pixels that `counts` [N, 1, H, W]: of the `data`, and the weighted
+    /// `total_variation`.
+    fn of(self, data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>) -> Tensor<1> {
+        match self {
+            Self::Sum => data + total_variation,
+            Self::Mean => {
                 let pixels = counts.sum().clamp_min(1.0);
-                (data / pixels.clone(), total_variation / pixels)
+                data / pixels.clone() + total_variation / pixels
             }
-        };
-        Self {
-            total: data.clone() + total_variation.clone(),
-            data,
-            total_variation,
         }
     }
 }

@@ -418,7 +418,7 @@ fn a_tuning_that_was_stopped_goes_on_with_the_same_losses_and_ends_with_the_same
             _ => {}
         })
         .unwrap();
-        // Two steps an epoch of three frames: the first four were made before.
+        // Two steps per epoch of three frames: the first four were made before.
         assert_eq!(losses.len(), 8);
         assert_eq!(resumed_losses, losses[4..]);
         assert!(weights(&resumed.network) == weights(&uninterrupted.network), "{step:?}");

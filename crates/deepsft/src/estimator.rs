@@ -14,8 +14,8 @@ use deepsft_geometry::{
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
 const LEAST_PIECE: f64 = 0.1;
 
-/// What a frame's maps are worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a frame's maps are worth; by default nothing was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Judgement {
     /// Whether the template is seen.
     pub found: bool,
@@ -118,6 +118,20 @@ impl Estimator {
             remove_islands(maps, LEAST_PIECE);
         }
         Ok(stages)
+    }
+
+    /// As [`Estimator::infer_stages`], at the pixels of `seen` (row-major) and nowhere else, whatever the network's own mask
+    /// says there: for comparing models over the same pixels.
+    ///
+    /// # Errors
+    /// As [`Estimator::infer`], and [`DeepSftError::Geometry`] when `seen` has another number of pixels than the image.
+    pub async fn infer_stages_where(
+        &self,
+        canonical: &Picture,
+        seen: &[bool],
+    ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        self.check_canonical(canonical)?;
+        self.network.infer_stages_where(canonical, seen, &self.device).await
     }
 
     /// The stages of [`Estimator::infer_stages`].

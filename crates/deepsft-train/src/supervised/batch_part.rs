@@ -70,12 +70,12 @@ impl BatchPart {
                 })?;
                 let tensors = batch.into_tensors(device);
                 let output = compact.forward_windows(tensors.images.clone().cast(dtype), &tensors.corners);
-                step_one_loss(output, &tensors, &terms).total
+                step_one_loss(output, &tensors, &terms)
             }
             TrainingBatch::Maps(batch) => {
                 let tensors = batch.into_tensors(device);
                 let maps = network.forward_maps(tensors.images.cast(dtype));
-                supervised_maps_loss(&maps, &tensors.depth, &tensors.registration).total
+                supervised_maps_loss(&maps, &tensors.depth, &tensors.registration)
             }
         };
         Ok(weighed(loss, weight))

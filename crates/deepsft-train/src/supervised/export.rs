@@ -97,18 +97,13 @@ mod tests {
 
     fn frame(has_template: bool, confidence: f32, area: f32) -> FrameResult {
         FrameResult {
-            index: 0,
             has_template,
             judgement: Judgement {
                 found: false,
                 confidence,
                 area,
             },
-            metrics: Default::default(),
-            photometric_error: None,
-            fit: None,
-            measured_pixels: None,
-            seconds: None,
+            ..FrameResult::default()
         }
     }
 

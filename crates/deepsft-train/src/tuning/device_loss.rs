@@ -51,7 +51,7 @@ impl DeviceLoss {
                     .apply(registration, images, &tensors.inside, &self.texture, &levels)
             }
         };
-        part.weighed(loss.total)
+        part.weighed(loss)
     }
 }
 

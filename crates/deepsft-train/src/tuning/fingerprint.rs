@@ -4,8 +4,6 @@ use super::recorded_frames::TuningSet;
 use crate::TrainError;
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
 use crate::run::{CheckpointFolder, Fingerprint};
-use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::Tensor;
 use deepsft::Network;
 use deepsft_formats::{picture_fingerprint, sha256};
 use serde::Serialize;
@@ -71,15 +69,9 @@ pub fn set_aside_outdated(
 
 /// The hash of each weight's values.
 fn weights(network: &Network) -> Vec<String> {
-    struct Weights(Vec<String>);
-    impl ModuleVisitor for Weights {
-        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            self.0.push(sha256(&param.val().into_data().bytes()[..]));
-        }
-    }
-    let mut hashes = Weights(Vec::new());
-    network.visit(&mut hashes);
-    hashes.0
+    let mut hashes = Vec::new();
+    network.each_weight(|_, values| hashes.push(sha256(&values.bytes()[..])));
+    hashes
 }
 
 /// The hashes of what is trained on of each frame.

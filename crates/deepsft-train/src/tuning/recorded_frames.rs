@@ -5,6 +5,7 @@ use crate::TrainError;
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft::Network;
+use deepsft_formats::FormatError;
 use deepsft_geometry::{Camera, ColorMatch, ColorResponse, Picture, Template};
 use deepsft_synth::{Recording, Sample};
 use std::collections::BTreeMap;
@@ -29,7 +30,7 @@ impl RecordedFrames {
     /// called after every frame.
     ///
     /// # Errors
-    /// As [`TrainingFrame::read`]; [`TrainError::Recording`] when nothing is left to train on or to measure on.
+    /// As [`TrainingFrame::read`]; [`FormatError::File`] when nothing is left to train on or to measure on.
     pub fn read(
         recording: &Recording,
         network: &Network,
@@ -62,10 +63,9 @@ impl RecordedFrames {
         }
         for (part, frames) in [("trained on", &frames.training), ("held out", &frames.held_out)] {
             if frames.is_empty() {
-                return Err(TrainError::Recording {
-                    reason: format!("the network sees the object in none of the frames to be {part}"),
-                    path: recording.folder().to_path_buf(),
-                });
+                let reason = format!("the network sees the object in none of the frames to be {part}");
+                let path = recording.folder().to_path_buf();
+                return Err(FormatError::File { reason, path }.into());
             }
         }
         frames.colors = colors.response();

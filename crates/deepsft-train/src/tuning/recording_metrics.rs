@@ -5,7 +5,7 @@ use super::training_frame::TrainingFrame;
 use crate::TrainError;
 use burn::tensor::Device;
 use deepsft::Network;
-use deepsft_geometry::metrics::{Summary, frame_metrics};
+use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Maps, Picture, photo_consistency_error, relit_photo_consistency_error};
 use serde::{Deserialize, Serialize};
 
@@ -52,20 +52,20 @@ impl RecordingMetrics {
     /// # Errors
     /// [`TrainError`] when the device fails or the truth is not of the canonical size.
     pub fn measure(network: &Network, set: TuningSet<'_>, device: &Device) -> Result<Self, TrainError> {
-        let mut errors = FrameErrors::of(set);
+        let measured = MeasuredSet::of(set);
+        let mut frames = Vec::new();
         for frame in &set.frames.held_out {
             let truth = set.truth.get(&frame.index).map(|sample| &sample.truth);
             let region = frame.measured_region(truth)?;
             let maps = pollster::block_on(network.infer_where(&frame.image, &region, device))?;
-            errors.add(&maps, frame, &region, truth)?;
+            let mut errors = measured.errors(&maps, frame, &region, truth)?;
             if network.says_outside() {
                 let maps = pollster::block_on(network.infer(&[&frame.image], device))?;
-                errors
-                    .mask_iou
-                    .extend(maps.iter().map(|maps| iou(&maps.mask(), &region)));
+                errors.mask_iou = maps.first().and_then(|maps| iou(&maps.mask(), &region));
             }
+            frames.push(errors);
         }
-        Ok(errors.summary())
+        Ok(Self::over(&frames))
     }
 
     /// The errors of the truth itself over the same pixels as [`RecordingMetrics::measure`]: what no registration
@@ -74,96 +74,88 @@ impl RecordingMetrics {
     /// # Errors
     /// [`TrainError::Geometry`] when the truth is not of the canonical size.
     pub fn of_truth(set: TuningSet<'_>) -> Result<Option<Self>, TrainError> {
-        let mut errors = FrameErrors::of(set);
+        let measured = MeasuredSet::of(set);
+        let mut frames = Vec::new();
         for frame in &set.frames.held_out {
             if let Some(sample) = set.truth.get(&frame.index) {
                 let region = frame.measured_region(Some(&sample.truth))?;
-                errors.add(&sample.truth, frame, &region, Some(&sample.truth))?;
+                frames.push(measured.errors(&sample.truth, frame, &region, Some(&sample.truth))?);
             }
         }
-        Ok((!errors.photometric_error.is_empty()).then(|| errors.summary()))
+        Ok((!frames.is_empty()).then(|| Self::over(&frames)))
+    }
+
+    /// Means and medians over `frames`.
+    fn over(frames: &[FrameErrors]) -> Self {
+        let of = |error: fn(&FrameErrors) -> Option<f64>| {
+            let counted = frames.iter().filter_map(error).count();
+            Summary::of(frames.iter().map(error)).map(|Summary { mean, median, .. }| MeanMedian {
+                mean,
+                median,
+                frames: counted,
+            })
+        };
+        Self {
+            measured_depth_rmse_mm: of(|frame| frame.measured_depth_rmse_mm),
+            measured_depth_pixels: frames.iter().map(|frame| frame.measured_depth_pixels).sum(),
+            photometric_error: of(|frame| frame.photometric_error),
+            recorded_colors_photometric_error: of(|frame| frame.recorded_colors_photometric_error),
+            relit_photometric_error: of(|frame| frame.relit_photometric_error),
+            depth_rmse_mm: of(|frame| frame.against_truth?.depth_rmse_mm),
+            registration_rmse_px: of(|frame| frame.against_truth?.registration_rmse_px),
+            mask_iou: of(|frame| frame.mask_iou),
+        }
     }
 }
 
-/// The errors of one frame after another, as [`RecordingMetrics`] has their means.
-struct FrameErrors<'a> {
-    set: TuningSet<'a>,
-    texture_as_recorded: Picture,
-    measured_depth_rmse_mm: Vec<Option<f64>>,
+/// The errors on one frame, as [`RecordingMetrics`] has their means.
+struct FrameErrors {
+    measured_depth_rmse_mm: Option<f64>,
     measured_depth_pixels: u64,
-    photometric_error: Vec<Option<f64>>,
-    recorded_colors_photometric_error: Vec<Option<f64>>,
-    relit_photometric_error: Vec<Option<f64>>,
-    depth_rmse_mm: Vec<Option<f64>>,
-    registration_rmse_px: Vec<Option<f64>>,
-    mask_iou: Vec<Option<f64>>,
+    photometric_error: Option<f64>,
+    recorded_colors_photometric_error: Option<f64>,
+    relit_photometric_error: Option<f64>,
+    against_truth: Option<FrameMetrics>,
+    mask_iou: Option<f64>,
 }
 
-impl<'a> FrameErrors<'a> {
-    /// None yet.
+/// What frames are measured with.
+struct MeasuredSet<'a> {
+    set: TuningSet<'a>,
+    texture_as_recorded: Picture,
+}
+
+impl<'a> MeasuredSet<'a> {
     fn of(set: TuningSet<'a>) -> Self {
         Self {
-            set,
             texture_as_recorded: set.texture_as_recorded(),
-            measured_depth_rmse_mm: Vec::new(),
-            measured_depth_pixels: 0,
-            photometric_error: Vec::new(),
-            recorded_colors_photometric_error: Vec::new(),
-            relit_photometric_error: Vec::new(),
-            depth_rmse_mm: Vec::new(),
-            registration_rmse_px: Vec::new(),
-            mask_iou: Vec::new(),
+            set,
         }
     }
 
-    /// Takes in `maps`, which are inside at the pixels of `region`.
-    fn add(
-        &mut self,
+    /// The errors of `maps`, which are inside at the pixels of `region`; all but the mask's.
+    fn errors(
+        &self,
         maps: &Maps,
         frame: &TrainingFrame,
         region: &[bool],
         truth: Option<&Maps>,
-    ) -> Result<(), TrainError> {
+    ) -> Result<FrameErrors, TrainError> {
         let TuningSet {
             template, canonical, ..
         } = self.set;
-        let texture = template.texture();
+        let (image, texture) = (&frame.image, template.texture());
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
         let measured = frame.measured(region);
-        self.measured_depth_rmse_mm.push(against(&measured)?.depth_rmse_mm);
-        self.measured_depth_pixels += measured.area() as u64;
-        self.photometric_error
-            .push(photo_consistency_error(&frame.image, texture, maps));
-        self.recorded_colors_photometric_error.push(photo_consistency_error(
-            &frame.image,
-            &self.texture_as_recorded,
-            maps,
-        ));
-        self.relit_photometric_error
-            .push(relit_photo_consistency_error(&frame.image, texture, maps));
-        if let Some(truth) = truth {
-            let metrics = against(truth)?;
-            self.depth_rmse_mm.push(metrics.depth_rmse_mm);
-            self.registration_rmse_px.push(metrics.registration_rmse_px);
-        }
-        Ok(())
-    }
-
-    fn summary(self) -> RecordingMetrics {
-        let over_frames = |values: Vec<Option<f64>>| {
-            let frames = values.iter().flatten().count();
-            Summary::of(values).map(|Summary { mean, median, .. }| MeanMedian { mean, median, frames })
-        };
-        RecordingMetrics {
-            measured_depth_rmse_mm: over_frames(self.measured_depth_rmse_mm),
-            measured_depth_pixels: self.measured_depth_pixels,
-            photometric_error: over_frames(self.photometric_error),
-            recorded_colors_photometric_error: over_frames(self.recorded_colors_photometric_error),
-            relit_photometric_error: over_frames(self.relit_photometric_error),
-            depth_rmse_mm: over_frames(self.depth_rmse_mm),
-            registration_rmse_px: over_frames(self.registration_rmse_px),
-            mask_iou: over_frames(self.mask_iou),
-        }
+        Ok(FrameErrors {
+            measured_depth_rmse_mm: against(&measured)?.depth_rmse_mm,
+            measured_depth_pixels: measured.area() as u64,
+            photometric_error: photo_consistency_error(image, texture, maps),
+            recorded_colors_photometric_error: photo_consistency_error(image, &self.texture_as_recorded, maps),
+            relit_photometric_error: relit_photo_consistency_error(image, texture, maps),
+            against_truth: truth.map(against).transpose()?,
+            mask_iou: None,
+        })
     }
 }
 

@@ -4,11 +4,36 @@ use super::block::Block;
 use super::compact::CompactNetwork;
 use super::config::{Architecture, NetworkConfig};
 use super::description::{LayerDescription, LayerTable};
+use super::fold::Fold;
 use super::maps::NetworkMaps;
 use super::paper::PaperNetwork;
 use super::r50f::R50FNetwork;
 use super::resnet::WeightInit;
 use burn::tensor::{Device, Tensor};
+
+/// A value of the network in `$network`, whichever it is.
+macro_rules! any {
+    ($network:expr, $inner:ident => $value:expr) => {
+        match $network {
+            Network::Compact($inner) => $value,
+            Network::Paper($inner) => $value,
+            Network::R50F($inner) => $value,
+        }
+    };
+}
+
+/// `$network` with another of its kind inside.
+macro_rules! same_kind {
+    ($network:expr, $inner:ident => $value:expr) => {
+        match $network {
+            Network::Compact($inner) => Network::Compact($value),
+            Network::Paper($inner) => Network::Paper($value),
+            Network::R50F($inner) => Network::R50F($value),
+        }
+    };
+}
+
+pub(super) use {any, same_kind};
 
 /// A network of any architecture with its weights.
 ///
@@ -33,11 +58,7 @@ pub enum Network {
 impl Network {
     /// How the network was built.
     pub fn config(&self) -> &NetworkConfig {
-        match self {
-            Self::Compact(network) => network.config(),
-            Self::Paper(network) => network.config(),
-            Self::R50F(network) => network.config(),
-        }
+        any!(self, network => network.config())
     }
 
     /// The compact network, if it is one: only that has cells, bins and windows of frames.
@@ -61,11 +82,7 @@ impl Network {
     /// # Panics
     /// Like all of burn's operations when the shape is another one.
     pub fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
-        match self {
-            Self::Compact(network) => network.forward_maps(images),
-            Self::Paper(network) => network.forward_maps(images),
-            Self::R50F(network) => network.forward_maps(images),
-        }
+        any!(self, network => network.forward_maps(images))
     }
 
     /// Whether the network says [`crate::OUTSIDE`] in its maps where the object is not seen; the compact network says it
@@ -77,43 +94,27 @@ impl Network {
     /// The same function for inference: weight standardisation and batch normalisation are baked into the
     /// convolutions.
     pub fn fold(self) -> Self {
-        match self {
-            Self::Compact(network) => Self::Compact(network.fold()),
-            Self::Paper(network) => Self::Paper(network.fold()),
-            Self::R50F(network) => Self::R50F(network.fold()),
-        }
+        same_kind!(self, network => network.fold())
     }
 
-    /// Number of values of `block`'s weights; batch normalisation counts four a channel (scale, offset, running mean
+    /// Number of values of `block`'s weights; batch normalisation counts four per channel (scale, offset, running mean
     /// and variance). 0 for a block that the architecture does not have.
     pub fn block_parameters(&self, block: Block) -> usize {
-        match self {
-            Self::Compact(network) => network.block_parameters(block),
-            Self::Paper(network) => network.block_parameters(block),
-            Self::R50F(network) => network.block_parameters(block),
-        }
+        any!(self, network => network.block_parameters(block))
     }
 
     /// The same network with only `blocks` trained (paper, section 4: step 2 trains the depth refinement, step 3 the
     /// registration refinement): the weights of the others get no gradients, and their batch normalisation uses and
     /// keeps its running statistics. `train_only(&Block::ALL)` trains everything again.
     pub fn train_only(self, blocks: &[Block]) -> Self {
-        match self {
-            Self::Compact(network) => Self::Compact(network.train_only(blocks)),
-            Self::Paper(network) => Self::Paper(network.train_only(blocks)),
-            Self::R50F(network) => Self::R50F(network.train_only(blocks)),
-        }
+        same_kind!(self, network => network.train_only(blocks))
     }
 
     /// The layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation
     /// any more, so fewer parameters.
     pub fn describe(&self) -> Vec<LayerDescription> {
         let mut table = LayerTable::new();
-        match self {
-            Self::Compact(network) => network.describe(&mut table),
-            Self::Paper(network) => network.describe(&mut table),
-            Self::R50F(network) => network.describe(&mut table),
-        }
+        any!(self, network => network.describe(&mut table));
         table.into_layers()
     }
 }

@@ -13,7 +13,7 @@ pub struct LayerDescription {
     pub name: String,
     /// Channels, rows and columns of what comes out.
     pub output: [usize; 3],
-    /// Values of its weights; batch normalisation counts four a channel.
+    /// Values of its weights; batch normalisation counts four per channel.
     pub parameters: usize,
     /// Floating-point operations for one 480 x 270 image, a multiplication and an addition counted as two, of
     /// convolutions and dense layers as the architecture has them. Not counted: additions of biases,
@@ -35,7 +35,7 @@ pub(super) struct Cost {
 }
 
 impl Cost {
-    /// A `layer` with filters of shape [out, in, k, k] that says `pixels` values a filter, and is executed on
+    /// A `layer` with filters of shape [out, in, k, k] that says `pixels` values per filter, and is executed on
     /// 1 / `saving` of them.
     pub fn of<M: Module>(
         layer: &M,

@@ -8,6 +8,7 @@ mod block;
 mod compact;
 mod config;
 mod description;
+mod fold;
 mod half_precision;
 mod layer_table;
 mod maps;

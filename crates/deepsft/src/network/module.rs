@@ -1,30 +1,8 @@
 //! [`Network`] as a burn module. burn's derive would put the variant's name before every weight's path.
 
-use super::any_network::Network;
+use super::any_network::{Network, any, same_kind};
 use burn::module::{Content, Devices, Module, ModuleDisplay, ModuleDisplayDefault, ModuleMapper, ModuleVisitor};
 use burn::tensor::Device;
-
-/// A value of the network in `$network`, whichever it is.
-macro_rules! any {
-    ($network:expr, $inner:ident => $value:expr) => {
-        match $network {
-            Network::Compact($inner) => $value,
-            Network::Paper($inner) => $value,
-            Network::R50F($inner) => $value,
-        }
-    };
-}
-
-/// `$network` with another of its kind inside.
-macro_rules! same_kind {
-    ($network:expr, $inner:ident => $value:expr) => {
-        match $network {
-            Network::Compact($inner) => Network::Compact($value),
-            Network::Paper($inner) => Network::Paper($value),
-            Network::R50F($inner) => Network::R50F($value),
-        }
-    };
-}
 
 impl Module for Network {
     fn collect_devices(&self, devices: Devices) -> Devices {

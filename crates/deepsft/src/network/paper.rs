@@ -12,6 +12,7 @@ mod refinement_block;
 use super::block::{Block, train_if_listed};
 use super::config::{NetworkConfig, PaperConfig};
 use super::description::LayerTable;
+use super::fold::{Fold, folded};
 use super::half_precision::widened;
 use super::maps::NetworkMaps;
 use super::resnet::WeightInit;
@@ -68,16 +69,6 @@ impl PaperNetwork {
         }
     }
 
-    /// The same function with batch normalisation baked into the convolutions, for inference.
-    pub(super) fn fold(self) -> Self {
-        Self {
-            main: self.main.fold(),
-            depth_refinement: self.depth_refinement.fold(),
-            registration_refinement: self.registration_refinement.fold(),
-            config: self.config,
-        }
-    }
-
     /// See [`super::Network::block_parameters`].
     pub(super) fn block_parameters(&self, block: Block) -> usize {
         match block {
@@ -112,5 +103,11 @@ impl PaperNetwork {
             table.begin(block, seen);
             layers.describe(table);
         }
+    }
+}
+
+impl Fold for PaperNetwork {
+    fn fold(self) -> Self {
+        folded!(self, [main, depth_refinement, registration_refinement], [config])
     }
 }

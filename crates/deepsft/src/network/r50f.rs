@@ -9,9 +9,10 @@
 use super::block::{Block, train_if_listed};
 use super::config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, R50FConfig};
 use super::description::{Cost, LayerTable};
+use super::fold::{Fold, folded};
 use super::half_precision::widened;
 use super::maps::NetworkMaps;
-use super::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, max_pool};
+use super::resnet::{NormalisedConvolution, Stack, WeightInit, max_pool};
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
@@ -58,23 +59,14 @@ impl R50FNetwork {
     /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
     pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let width = |full: usize| full / shape.width_divisor;
-        let stack = |inputs: usize, widths: [usize; 3], stride, identities| {
-            let shape = StackShape {
-                widths: widths.map(width),
-                stride,
-                upsampling: 1,
-                identities,
-                crop: None,
-            };
-            Stack::new(width(inputs), shape, init)
-        };
+        let stack = Stack::narrowed(shape.width_divisor, init);
         let neurons = width(shape.neurons);
         Self {
             entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], 1, 2),
-            encode3: stack(256, [128, 128, 512], 2, 3),
-            encode4: stack(512, [256, 256, 1024], 2, 5),
-            encode5: stack(1024, [512, 512, ENCODED_WIDTH], 2, 2),
+            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
+            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
+            encode4: stack(512, [256, 256, 1024], 2, 1, 5, None),
+            encode5: stack(1024, [512, 512, ENCODED_WIDTH], 2, 1, 2, None),
             neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, init),
             maps: Dense::new(neurons, MAP_VALUES, init),
             config: config.clone(),
@@ -108,20 +100,6 @@ impl R50FNetwork {
         }
     }
 
-    /// The same function with batch normalisation baked into the convolutions, for inference.
-    pub(super) fn fold(self) -> Self {
-        Self {
-            entry: self.entry.fold(),
-            encode2: self.encode2.fold(),
-            encode3: self.encode3.fold(),
-            encode4: self.encode4.fold(),
-            encode5: self.encode5.fold(),
-            neurons: self.neurons,
-            maps: self.maps,
-            config: self.config,
-        }
-    }
-
     /// See [`super::Network::block_parameters`].
     pub(super) fn block_parameters(&self, block: Block) -> usize {
         if block == Block::Main { self.num_params() } else { 0 }
@@ -151,5 +129,15 @@ impl R50FNetwork {
         table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
         let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
         table.add("dense", maps, cost(&self.maps));
+    }
+}
+
+impl Fold for R50FNetwork {
+    fn fold(self) -> Self {
+        folded!(
+            self,
+            [entry, encode2, encode3, encode4, encode5],
+            [neurons, maps, config]
+        )
     }
 }

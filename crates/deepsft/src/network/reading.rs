@@ -82,11 +82,6 @@ impl Network {
     /// # Errors
     /// As [`Network::infer`], and [`GeometryError::MapSize`] when `seen` has another number of pixels than the picture.
     pub async fn infer_where(&self, picture: &Picture, seen: &[bool], device: &Device) -> Result<Maps, DeepSftError> {
-        let expected = (picture.width(), picture.height());
-        if seen.len() != expected.0 * expected.1 {
-            let actual = (seen.len(), 1);
-            return Err(GeometryError::MapSize { actual, expected }.into());
-        }
         let answer = [Stage::RegistrationRefinement];
         let stages = self.infer_at(&[picture], device, &answer, Some(seen)).await?;
         let nothing = || Maps::empty(picture.width(), picture.height());
@@ -106,6 +101,21 @@ impl Network {
         Ok(stages.iter().copied().zip(maps.into_iter().flatten()).collect())
     }
 
+    /// As [`Network::infer_stages`], at the pixels of `seen` and nowhere else, see [`Network::infer_where`].
+    ///
+    /// # Errors
+    /// As [`Network::infer_where`].
+    pub async fn infer_stages_where(
+        &self,
+        picture: &Picture,
+        seen: &[bool],
+        device: &Device,
+    ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        let stages = self.stages();
+        let maps = self.infer_at(&[picture], device, stages, Some(seen)).await?;
+        Ok(stages.iter().copied().zip(maps.into_iter().flatten()).collect())
+    }
+
     /// Maps of each picture at each of `stages`, of one pass through the network; at the pixels of `seen` if given, else
     /// in the network's mask.
     async fn infer_at(
@@ -118,6 +128,11 @@ impl Network {
         let Some(first) = pictures.first() else {
             return Ok(Vec::new());
         };
+        let expected = (first.width(), first.height());
+        if let Some(seen) = seen.filter(|seen| seen.len() != expected.0 * expected.1) {
+            let actual = (seen.len(), 1);
+            return Err(GeometryError::MapSize { actual, expected }.into());
+        }
         let range = self.config().depth_range;
         let mut read = Vec::new();
         match self {

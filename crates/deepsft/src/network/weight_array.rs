@@ -2,7 +2,7 @@
 
 use super::any_network::Network;
 use burn::module::{Module, ModuleVisitor, Param};
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, TensorData};
 
 /// One array of weights.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,19 +28,30 @@ impl Network {
     /// # Ok::<(), deepsft::DeepSftError>(())
     /// ```
     pub fn weight_arrays(&self) -> Vec<WeightArray> {
-        let mut collect = Collect::default();
-        self.visit(&mut collect);
-        collect.arrays
+        let mut arrays = Vec::new();
+        self.each_weight(|name, data| {
+            let shape = data.shape().to_vec();
+            // Of the type that they were just converted to: always there.
+            let values = data.convert::<f32>().try_to_vec().unwrap_or_default();
+            let name = name.to_owned();
+            arrays.push(WeightArray { name, shape, values });
+        });
+        arrays
+    }
+
+    /// Calls `take` with the path of each weight and its values in the precision they have, in the order of the layers.
+    /// They are read as those of [`Network::weight_arrays`].
+    pub fn each_weight(&self, take: impl FnMut(&str, TensorData)) {
+        self.visit(&mut Reader { path: Vec::new(), take });
     }
 }
 
-#[derive(Default)]
-struct Collect {
+struct Reader<F> {
     path: Vec<String>,
-    arrays: Vec<WeightArray>,
+    take: F,
 }
 
-impl ModuleVisitor for Collect {
+impl<F: FnMut(&str, TensorData)> ModuleVisitor for Reader<F> {
     fn enter_module(&mut self, name: &str, _container: &str) {
         self.path.push(name.to_owned());
     }
@@ -50,14 +61,6 @@ impl ModuleVisitor for Collect {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let tensor = param.val();
-        let shape = tensor.dims().to_vec();
-        let data = tensor.into_data().convert::<f32>();
-        self.arrays.push(WeightArray {
-            name: self.path.join("."),
-            shape,
-            // Of the type that it was just converted to: always there.
-            values: data.try_to_vec().unwrap_or_default(),
-        });
+        (self.take)(&self.path.join("."), param.val().into_data());
     }
 }

@@ -1,10 +1,11 @@
 //! What happened in one clip, frame by frame, and what follows from it.
 
+use super::seen_vertices::seen_vertices;
 use deepsft::video::{Detection, FrameTimes};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::ClipStory;
-use deepsft_train::tracking_errors::{self, TRACKED_PX};
+use deepsft_train::tracking_errors::TRACKED_PX;
 use serde::Serialize;
 
 /// Fraction of the print that must be seen for a frame to count as one with the sheet in view.
@@ -175,7 +176,7 @@ impl Motion<'_> {
             };
             let at = |offset: f64| self.story.vertices_camera(k as f64 + offset);
             let (before, now, after) = (at(-SPEED_STEP), at(0.0), at(SPEED_STEP));
-            let seen = tracking_errors::seen_vertices(self.template, &now, &self.truths[k], self.camera);
+            let seen = seen_vertices(self.template, &now, &self.truths[k], self.camera);
             for vertex in (0..now.len()).filter(|vertex| seen[*vertex]) {
                 let pixel = |p: &DVec3| self.camera.project(*p);
                 let pixels = [&before[vertex], &now[vertex], &after[vertex], &mesh[vertex]].map(pixel);
@@ -197,7 +198,7 @@ impl Motion<'_> {
         if meshes.len() < FEWEST_STILL {
             return None;
         }
-        let seen = tracking_errors::seen_vertices(self.template, &self.story.vertices_camera(0.0), truth, self.camera);
+        let seen = seen_vertices(self.template, &self.story.vertices_camera(0.0), truth, self.camera);
         let (mut squares, mut count) = (0.0, 0.0);
         for vertex in (0..seen.len()).filter(|vertex| seen[*vertex]) {
             let places: Vec<DVec2> = meshes

@@ -13,6 +13,7 @@ use super::seams::upsample_across_seams;
 use crate::network::block::{Block, train_if_listed};
 use crate::network::config::{CompactConfig, DepthRange, NetworkConfig};
 use crate::network::description::LayerTable;
+use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
 use crate::network::maps::NetworkMaps;
 use crate::network::upsampling::upsample_nearest;
@@ -159,16 +160,19 @@ impl CompactNetwork {
 
     /// The same function with all standardisation baked into the weights, for inference.
     pub fn fold(self) -> Self {
-        Self {
-            main: self.main.fold(),
-            depth_refinement: self.depth_refinement.fold(),
-            registration_refinement: self.registration_refinement.fold(),
-            mask_coarse: self.mask_coarse.fold(),
-            mask_fine: self.mask_fine.fold(),
-            mask_mix: self.mask_mix.fold(),
-            mask: self.mask.fold(),
-            config: self.config,
-        }
+        folded!(
+            self,
+            [
+                main,
+                depth_refinement,
+                registration_refinement,
+                mask_coarse,
+                mask_fine,
+                mask_mix,
+                mask
+            ],
+            [config]
+        )
     }
 
     /// See [`crate::Network::describe`].

@@ -1,6 +1,7 @@
 //! Layers: weight-standardised convolutions, residual blocks, bilinear up-sampling.
 
 use crate::network::description::Cost;
+use crate::network::fold::{Fold, folded};
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Distribution, Tensor, activation, module::conv2d, ops::ConvOptions};
 
@@ -18,14 +19,14 @@ pub const BRANCH_GAIN: f32 = 0.25;
 const HEAD_DEVIATION: f64 = 0.01;
 
 /// A convolution with bias. In training its filters are standardised (zero mean, variance one over
-/// the fan-in, times a learnt gain a filter): what batch normalisation gives a small network, at the
+/// the fan-in, times a learnt gain per filter): what batch normalisation gives a small network, at the
 /// cost of a pass over the weights instead of passes over the activations, and nothing depends on
-/// the batch. [`Convolution::fold`] bakes it into plain weights for inference.
+/// the batch. [`Fold`] bakes it into plain weights for inference.
 #[derive(Module, Debug)]
 pub struct Convolution {
     /// Raw filters, [out, in, k, k].
     weight: Param<Tensor<4>>,
-    /// Gain a filter, [out]; absent in a plain or folded convolution.
+    /// Gain per filter, [out]; absent in a plain or folded convolution.
     gain: Option<Param<Tensor<1>>>,
     /// Bias, [out].
     bias: Param<Tensor<1>>,
@@ -103,15 +104,15 @@ impl Convolution {
     pub fn channels(&self) -> usize {
         self.weight.dims()[0]
     }
+}
 
-    /// The same function with the standardisation baked into the filters.
-    pub fn fold(self) -> Self {
+impl Fold for Convolution {
+    fn fold(self) -> Self {
         let weight = Param::from_tensor(self.effective_weight().detach());
         Self {
             weight,
             gain: None,
-            bias: self.bias,
-            stride: self.stride,
+            ..self
         }
     }
 }
@@ -150,13 +151,11 @@ impl ResidualBlock {
             .into_iter()
             .sum()
     }
+}
 
-    /// See [`Convolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            first: self.first.fold(),
-            second: self.second.fold(),
-        }
+impl Fold for ResidualBlock {
+    fn fold(self) -> Self {
+        folded!(self, [first, second], [])
     }
 }
 
@@ -179,9 +178,9 @@ fn interpolation_matrix(length: usize, factor: usize, device: &Device) -> Tensor
     for i in 0..fine {
         let at = ((i as f32 + 0.5) / factor as f32 - 0.5).clamp(0.0, (length - 1) as f32);
         let low = at as usize;
-        let share = at - low as f32;
-        weights[i * length + low] += 1.0 - share;
-        weights[i * length + (low + 1).min(length - 1)] += share;
+        let fraction = at - low as f32;
+        weights[i * length + low] += 1.0 - fraction;
+        weights[i * length + (low + 1).min(length - 1)] += fraction;
     }
     Tensor::<1>::from_floats(weights.as_slice(), device).reshape([1, 1, fine, length])
 }

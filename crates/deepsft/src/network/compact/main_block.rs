@@ -5,6 +5,7 @@ use super::cells::PATCH;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
 use crate::network::config::CompactConfig;
 use crate::network::description::{Cost, LayerTable};
+use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
@@ -122,24 +123,18 @@ impl MainBlock {
         add("dec8 residual block", 8, c8, &|n| self.decode8.cost(n));
         add("offsets 1x1", 8, self.offset.channels(), &|n| self.offset.cost(n));
     }
+}
 
-    /// See [`Convolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            patch: self.patch.fold(),
-            down8: self.down8.fold(),
-            encode8: self.encode8.fold(),
-            down16: self.down16.fold(),
-            encode16: self.encode16.fold(),
-            down32: self.down32.fold(),
-            encode32: self.encode32.into_iter().map(ResidualBlock::fold).collect(),
-            lateral16: self.lateral16.fold(),
-            decode16: self.decode16.fold(),
-            bins: self.bins.map(Convolution::fold),
-            lateral8: self.lateral8.fold(),
-            decode8: self.decode8.fold(),
-            offset: self.offset.fold(),
-        }
+impl Fold for MainBlock {
+    fn fold(self) -> Self {
+        folded!(
+            self,
+            [
+                patch, down8, encode8, down16, encode16, down32, encode32, lateral16, decode16, bins, lateral8,
+                decode8, offset
+            ],
+            []
+        )
     }
 }
 

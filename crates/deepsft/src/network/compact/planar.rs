@@ -20,7 +20,7 @@ const UNIT_MM: f64 = 100.0;
 const COVARIANCE_DAMPING: f64 = 1e-5;
 const SLOPE_DAMPING: f64 = 1e-5;
 
-/// Share of a window that must be seen for its plane to count half.
+/// Fraction of a window that must be seen for its plane to count half.
 const HALF_SUPPORT: f64 = 0.01;
 
 /// Weighted moments, see [`moments`].
@@ -60,15 +60,15 @@ pub fn planar_depth(
 
     let moments = moments(&u, &v, &rays) * seen.clone();
     let support = windows(Tensor::cat(vec![seen, moments], 1)); // [2 N, 1 + 23, h, w]
-    let share = support.clone().slice([0..2 * n, 0..1]);
-    let means = support.slice([0..2 * n, 1..1 + MOMENTS]) / (share.clone() + 1e-6);
+    let seen_fraction = support.clone().slice([0..2 * n, 0..1]);
+    let means = support.slice([0..2 * n, 1..1 + MOMENTS]) / (seen_fraction.clone() + 1e-6);
     let rays = Tensor::cat(vec![rays.clone(), rays], 0);
     let depth =
         normalise_depth((plane_depth(&means, rays) * UNIT_MM).clamp_min(1.0), config.depth_range).clamp(-0.5, 1.5);
 
     let d = maps.slice([0..n, 2..3]);
     let d = Tensor::cat(vec![d.clone(), d], 0);
-    let trust = share.clone() / (share + HALF_SUPPORT);
+    let trust = seen_fraction.clone() / (seen_fraction + HALF_SUPPORT);
     let cue = d.clone() + (depth - d) * trust;
     Tensor::cat(vec![cue.clone().slice([0..n, 0..1]), cue.slice([n..2 * n, 0..1])], 1)
 }

@@ -14,6 +14,7 @@ use super::layers::{Convolution, scaled_relu};
 use super::planar::{PLANAR_CUES, normalise_depth};
 use crate::network::config::{CompactConfig, NetworkConfig};
 use crate::network::description::LayerTable;
+use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
@@ -70,14 +71,11 @@ impl RefinementBlock {
             table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
         }
     }
+}
 
-    /// See [`Convolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            entry: self.entry.fold(),
-            middle: self.middle.fold(),
-            correction: self.correction.fold(),
-        }
+impl Fold for RefinementBlock {
+    fn fold(self) -> Self {
+        folded!(self, [entry, middle, correction], [])
     }
 }
 

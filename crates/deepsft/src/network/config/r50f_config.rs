@@ -72,31 +72,3 @@ impl R50FConfig {
         (inputs + 1) * neurons + (neurons + 1) * outputs
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_description_asks_for_more_than_half_as_much_again_as_the_papers() {
-        let checked = |width_divisor, neurons| {
-            let config = R50FConfig {
-                width_divisor,
-                neurons,
-                ..R50FConfig::default()
-            };
-            config.check().map(|()| config.dense_values())
-        };
-        // 9 x 15 x 2048 values and one to 200 neurons, those and one to 3 x 270 x 480 values.
-        assert_eq!(checked(1, 200), Ok(276_481 * 200 + 201 * 388_800));
-        assert!(checked(1, 300).is_ok() && checked(8, 1024).is_ok());
-        for (divisor, neurons) in [(1, 301), (1, 1024), (2, 1024)] {
-            let refusal = checked(divisor, neurons).unwrap_err();
-            assert!(
-                refusal.contains("neurons is") && refusal.contains("at most"),
-                "{refusal}"
-            );
-        }
-        assert!(checked(1, usize::MAX).is_err() && checked(0, 200).is_err());
-    }
-}

@@ -1,7 +1,8 @@
 //! Main Block: image -> depth and registration (paper, table "Main Block architecture").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, crop_rows, max_pool};
+use crate::network::fold::{Fold, folded};
+use crate::network::resnet::{NormalisedConvolution, Stack, WeightInit, crop_rows, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -24,16 +25,7 @@ impl PaperMainBlock {
     /// Layers of `1 / divisor` of the paper's widths.
     pub fn new(divisor: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
-        let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
-            let shape = StackShape {
-                widths: widths.map(width),
-                stride,
-                upsampling,
-                identities,
-                crop,
-            };
-            Stack::new(width(inputs), shape, init)
-        };
+        let stack = Stack::narrowed(divisor, init);
         Self {
             entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
@@ -59,21 +51,6 @@ impl PaperMainBlock {
         self.output.forward(x)
     }
 
-    /// See [`NormalisedConvolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            entry: self.entry.fold(),
-            encode2: self.encode2.fold(),
-            encode3: self.encode3.fold(),
-            encode4: self.encode4.fold(),
-            decode5: self.decode5.fold(),
-            decode6: self.decode6.fold(),
-            decode7: self.decode7.fold(),
-            smooth: self.smooth.fold(),
-            output: self.output.fold(),
-        }
-    }
-
     /// Writes its layers into `table`, which holds an image.
     pub fn describe(&self, table: &mut LayerTable) {
         self.entry.describe("conv1", table);
@@ -92,5 +69,17 @@ impl PaperMainBlock {
         self.smooth.describe("conv8", table);
         table.resize("up-sampling x2, crop", 270, 480);
         self.output.describe("output", table);
+    }
+}
+
+impl Fold for PaperMainBlock {
+    fn fold(self) -> Self {
+        folded!(
+            self,
+            [
+                entry, encode2, encode3, encode4, decode5, decode6, decode7, smooth, output
+            ],
+            []
+        )
     }
 }

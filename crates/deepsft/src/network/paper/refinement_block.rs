@@ -1,7 +1,8 @@
 //! Depth and Registration Refinement Blocks (paper, table "Depth and Registration Refinement Block architectures").
 
 use crate::network::description::LayerTable;
-use crate::network::resnet::{NormalisedConvolution, Stack, StackShape, WeightInit, max_pool};
+use crate::network::fold::{Fold, folded};
+use crate::network::resnet::{NormalisedConvolution, Stack, WeightInit, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -18,19 +19,10 @@ pub struct PaperRefinementBlock {
 }
 
 impl PaperRefinementBlock {
-    /// Layers of `1 / divisor` of the paper's widths, saying `outputs` values a pixel: 1 for depth, 2 for registration.
+    /// Layers of `1 / divisor` of the paper's widths, saying `outputs` values per pixel: 1 for depth, 2 for registration.
     pub fn new(divisor: usize, outputs: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
-        let stack = |inputs: usize, widths: [usize; 3], stride, upsampling, identities, crop| {
-            let shape = StackShape {
-                widths: widths.map(width),
-                stride,
-                upsampling,
-                identities,
-                crop,
-            };
-            Stack::new(width(inputs), shape, init)
-        };
+        let stack = Stack::narrowed(divisor, init);
         Self {
             entry: NormalisedConvolution::new([6, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
@@ -49,18 +41,6 @@ impl PaperRefinementBlock {
         self.output.forward(upsample_nearest(x, 3))
     }
 
-    /// See [`NormalisedConvolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            entry: self.entry.fold(),
-            encode2: self.encode2.fold(),
-            encode3: self.encode3.fold(),
-            decode6: self.decode6.fold(),
-            decode7: self.decode7.fold(),
-            output: self.output.fold(),
-        }
-    }
-
     /// Writes its layers into `table`, which holds image, depth and registration.
     pub fn describe(&self, table: &mut LayerTable) {
         self.entry.describe("conv1", table);
@@ -75,5 +55,11 @@ impl PaperRefinementBlock {
         }
         table.resize("up-sampling x3", 270, 480);
         self.output.describe("output", table);
+    }
+}
+
+impl Fold for PaperRefinementBlock {
+    fn fold(self) -> Self {
+        folded!(self, [entry, encode2, encode3, decode6, decode7, output], [])
     }
 }

@@ -4,6 +4,7 @@ use super::normalised_convolution::NormalisedConvolution;
 use super::pooling::crop_rows;
 use super::weight_init::WeightInit;
 use crate::network::description::{Cost, LayerTable};
+use crate::network::fold::{Fold, folded};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -64,17 +65,6 @@ impl Bottleneck {
         relu(branch + kept)
     }
 
-    /// See [`NormalisedConvolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            reduce: self.reduce.fold(),
-            spatial: self.spatial.fold(),
-            expand: self.expand.fold(),
-            shortcut: self.shortcut.map(NormalisedConvolution::fold),
-            upsampling: self.upsampling,
-        }
-    }
-
     /// Rows and columns of what comes out for a map of `rows` x `columns`.
     fn output(&self, [rows, columns]: [usize; 2]) -> [usize; 2] {
         let stride = self.reduce.stride();
@@ -99,19 +89,10 @@ impl Bottleneck {
     }
 }
 
-/// What a stack is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct StackShape {
-    /// Widths of the 1x1, 3x3 and 1x1 convolutions of each block.
-    pub widths: [usize; 3],
-    /// Stride of the first block.
-    pub stride: usize,
-    /// Up-sampling before the first block.
-    pub upsampling: usize,
-    /// Identity blocks after the first.
-    pub identities: usize,
-    /// First row and number of rows that the identity blocks see, where the first block's map is cropped.
-    pub crop: Option<(usize, usize)>,
+impl Fold for Bottleneck {
+    fn fold(self) -> Self {
+        folded!(self, [reduce, spatial, expand, shortcut], [upsampling])
+    }
 }
 
 /// A convolutional or decoding block, a crop and identity blocks.
@@ -124,14 +105,23 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// A stack of `shape` on `inputs` channels.
-    pub fn new(inputs: usize, shape: StackShape, init: WeightInit) -> Self {
-        Self {
-            first: Bottleneck::convolutional(inputs, shape.widths, shape.stride, shape.upsampling, init),
-            identities: (0..shape.identities)
-                .map(|_| Bottleneck::identity(shape.widths, init))
-                .collect(),
-            crop: shape.crop,
+    /// What makes stacks of `1 / divisor` of the widths it is told. A stack has
+    ///
+    /// * the channels that come in, and the widths of the 1x1, 3x3 and 1x1 convolutions of each block,
+    /// * the stride of the first block and the up-sampling before it,
+    /// * the number of identity blocks after the first,
+    /// * where the first block's map is cropped, the first row and the number of rows that the identity blocks see.
+    pub fn narrowed(
+        divisor: usize,
+        init: WeightInit,
+    ) -> impl Fn(usize, [usize; 3], usize, usize, usize, Option<(usize, usize)>) -> Self {
+        move |inputs, widths, stride, upsampling, identities, crop| {
+            let widths = widths.map(|width| width / divisor);
+            Self {
+                first: Bottleneck::convolutional(inputs / divisor, widths, stride, upsampling, init),
+                identities: (0..identities).map(|_| Bottleneck::identity(widths, init)).collect(),
+                crop,
+            }
         }
     }
 
@@ -145,15 +135,6 @@ impl Stack {
             x = block.forward(x);
         }
         x
-    }
-
-    /// See [`NormalisedConvolution::fold`].
-    pub fn fold(self) -> Self {
-        Self {
-            first: self.first.fold(),
-            identities: self.identities.into_iter().map(Bottleneck::fold).collect(),
-            crop: self.crop,
-        }
     }
 
     /// Writes itself into `table` under `name`.
@@ -176,5 +157,11 @@ impl Stack {
         let cost = self.identities.iter().map(|block| block.cost(rows * columns)).sum();
         let name = format!("{name} {} identity blocks {widths}", self.identities.len());
         table.add(name, [channels, rows, columns], cost);
+    }
+}
+
+impl Fold for Stack {
+    fn fold(self) -> Self {
+        folded!(self, [first, identities], [crop])
     }
 }

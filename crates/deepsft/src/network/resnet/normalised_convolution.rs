@@ -2,6 +2,7 @@
 
 use super::weight_init::WeightInit;
 use crate::network::description::{Cost, LayerTable};
+use crate::network::fold::Fold;
 use crate::network::half_precision::widened;
 use burn::module::{Module, Param};
 use burn::nn::{BatchNorm, BatchNormConfig};
@@ -10,8 +11,8 @@ use burn::tensor::{Slice, Tensor, module::conv2d, ops::ConvOptions};
 /// Added to the variance, as in Keras (the paper's framework).
 pub const EPSILON: f64 = 1e-3;
 
-/// A convolution with bias and, while it is trained, batch normalisation. [`NormalisedConvolution::fold`] bakes the
-/// running statistics into the filters for inference. A layer that predicts has none from the start.
+/// A convolution with bias and, while it is trained, batch normalisation. [`Fold`] bakes the running
+/// statistics into the filters for inference. A layer that predicts has none from the start.
 #[derive(Module, Debug)]
 pub struct NormalisedConvolution {
     /// Filters, [out, in, k, k].
@@ -79,26 +80,6 @@ impl NormalisedConvolution {
         conv2d(x, weight, Some(bias), options)
     }
 
-    /// The same function for inference, with the running statistics in filters and bias:
-    /// gamma (w x + b - mean) / sqrt(variance + epsilon) + beta is a convolution again.
-    pub fn fold(self) -> Self {
-        let Some(normalisation) = self.normalisation else {
-            return self;
-        };
-        let mean = normalisation.running_mean.value_sync();
-        let variance = normalisation.running_var.value_sync();
-        let scale = normalisation.gamma.val() / (variance + normalisation.epsilon).sqrt(); // [out]
-        let bias = (self.bias.val() - mean) * scale.clone() + normalisation.beta.val();
-        let channels = scale.dims()[0];
-        let weight = self.weight.val() * scale.reshape([channels, 1, 1, 1]);
-        Self {
-            weight: Param::from_tensor(weight.detach()),
-            bias: Param::from_tensor(bias.detach()),
-            normalisation: None,
-            stride: self.stride,
-        }
-    }
-
     /// Filters: channels of what comes out.
     pub fn channels(&self) -> usize {
         self.weight.dims()[0]
@@ -129,6 +110,28 @@ impl NormalisedConvolution {
     /// What it costs to say `pixels` pixels, of which 1 / `saving` are worked out.
     pub fn cost(&self, pixels: usize, saving: usize) -> Cost {
         Cost::of(self, self.weight.dims(), pixels, saving)
+    }
+}
+
+impl Fold for NormalisedConvolution {
+    /// With the running statistics in filters and bias: gamma (w x + b - mean) / sqrt(variance + epsilon) + beta is a
+    /// convolution again.
+    fn fold(self) -> Self {
+        let Some(normalisation) = self.normalisation else {
+            return self;
+        };
+        let mean = normalisation.running_mean.value_sync();
+        let variance = normalisation.running_var.value_sync();
+        let scale = normalisation.gamma.val() / (variance + normalisation.epsilon).sqrt(); // [out]
+        let bias = (self.bias.val() - mean) * scale.clone() + normalisation.beta.val();
+        let channels = scale.dims()[0];
+        let weight = self.weight.val() * scale.reshape([channels, 1, 1, 1]);
+        Self {
+            weight: Param::from_tensor(weight.detach()),
+            bias: Param::from_tensor(bias.detach()),
+            normalisation: None,
+            stride: self.stride,
+        }
     }
 }
 
