@@ -45,6 +45,6 @@ pub use scene::{
 /// Colours and smooth noise, for painting.
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
-    pub use crate::scene::{ARTWORK_KINDS, artwork};
     pub use crate::render::value_noise::{ValueNoise, floor};
+    pub use crate::scene::{ARTWORK_KINDS, artwork};
 }
