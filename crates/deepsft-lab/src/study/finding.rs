@@ -133,7 +133,7 @@ fn prints(arguments: &FindingStudyArguments) -> Result<Vec<(String, Picture)>> {
 
 fn sorted_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
-    let mut files = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
+    let mut files: Vec<PathBuf> = entries.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
     files.retain(|file| file.is_file());
     files.sort();
     Ok(files)
