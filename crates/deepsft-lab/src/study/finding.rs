@@ -113,7 +113,7 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
 
 /// The prints and what they are.
 fn prints(arguments: &FindingStudyArguments) -> Result<Vec<(String, Picture)>> {
-    let paint = |number| {
+    let paint = |number: usize| {
         let mut rng = generator(arguments.seed, number as u64, Stream::Pool);
         (
             ARTWORK_KINDS[number % ARTWORK_KINDS.len()].to_owned(),
