@@ -48,7 +48,7 @@ pub use shards::{
 };
 #[cfg(feature = "shards")]
 pub use shards::{
-    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
-    Sample, SampleRecord, ShardReader, ShardWriter, write_shard,
+    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, Sample, SampleRecord,
+    ShapeCounts, ShardReader, ShardWriter, write_shard,
 };
 pub use template::{TEMPLATE_FILE, TemplateFile, template_to_files};

@@ -1,7 +1,7 @@
 //! `deepsft reconstruct`: the template in photographs.
 
-use crate::camera_choice::{CameraReport, camera_for};
-use crate::failure::{self, BlameInput, usage};
+use crate::camera_choice::{CameraReport, camera_of};
+use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::output::{panels, sheet};
 use crate::{input, progress};
@@ -179,10 +179,7 @@ impl Model {
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
-        let (camera, source) = match camera {
-            Some((camera, camera_path)) => camera_for(&image, camera).blame("camera file", camera_path)?,
-            None => (Camera::typical(image.width() as u32, image.height() as u32)?, "assumed"),
-        };
+        let (camera, source) = camera_of(&image, camera)?;
         let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
         let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
         let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
@@ -208,7 +205,7 @@ impl Model {
             photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
             canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
-            device: format!("{}: {}", self.device.kind, self.device.adapter_name),
+            device: self.device.to_string(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
@@ -309,18 +306,6 @@ impl Stages {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn two_images_of_one_name_are_refused_before_anything_is_done() {
-        let images = ["a/x.png", "b/y.png", "c/x.jpg"].map(PathBuf::from);
-        let error = folders(Path::new("out"), &images).unwrap_err();
-        assert!(
-            failure::message(&error).contains("out/x"),
-            "{}",
-            failure::message(&error)
-        );
-        assert_eq!(folders(Path::new("out"), &images[..2]).unwrap()[1], Path::new("out/y"));
-    }
 
     #[test]
     fn the_depth_range_is_over_the_mask() {
