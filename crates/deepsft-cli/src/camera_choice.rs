@@ -1,8 +1,11 @@
 //! Which camera an image was taken by, and how reports tell it.
 
+use crate::failure::BlameInput;
 use anyhow::{Result, bail};
+use deepsft_formats::CameraFile;
 use deepsft_geometry::{Camera, Picture};
 use serde::Serialize;
+use std::path::Path;
 
 /// Pixels by which an image may be longer or shorter than the camera file's aspect ratio tells.
 const ROUNDING_PX: f64 = 1.0;
@@ -10,13 +13,8 @@ const ROUNDING_PX: f64 = 1.0;
 /// A camera as reports have it: the fields of `camera.json` and where they come from.
 #[derive(Serialize)]
 pub struct CameraReport {
-    width: u32,
-    height: u32,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    distortion: [f64; 5],
+    #[serde(flatten)]
+    camera: CameraFile,
     /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
     source: &'static str,
 }
@@ -24,22 +22,21 @@ pub struct CameraReport {
 impl CameraReport {
     /// The report of `camera`, which comes from `source`.
     pub fn new(camera: &Camera, source: &'static str) -> Self {
-        let (focal, principal) = (camera.focal(), camera.principal_point());
-        Self {
-            width: camera.width(),
-            height: camera.height(),
-            fx: focal.x,
-            fy: focal.y,
-            cx: principal.x,
-            cy: principal.y,
-            distortion: camera.distortion(),
-            source,
-        }
+        let camera = CameraFile::new(camera);
+        Self { camera, source }
     }
 }
 
-/// The camera for an image of this size, and where it comes from.
-pub fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
+/// The camera for `image`, that of a camera file or else a typical one, and where it comes from.
+pub fn camera_of(image: &Picture, file: Option<(&Camera, &Path)>) -> Result<(Camera, &'static str)> {
+    match file {
+        Some((camera, path)) => camera_for(image, camera).blame("camera file", path),
+        None => Ok((Camera::typical(image.width() as u32, image.height() as u32)?, "assumed")),
+    }
+}
+
+/// The camera of a file, for an image of this size.
+fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
     let (width, height) = (image.width() as u32, image.height() as u32);
     if (width, height) == (camera.width(), camera.height()) {
         return Ok((*camera, "file"));

@@ -40,6 +40,8 @@ impl fmt::Display for Usage {
     }
 }
 
+impl std::error::Error for Usage {}
+
 /// Lays an error at the door of the input `path`, a `what` ("camera file").
 pub trait BlameInput<T> {
     /// The same result, its error with file and exit code 3.
@@ -59,7 +61,7 @@ impl<T, E: Into<Error>> BlameInput<T> for Result<T, E> {
 
 /// An error of the command line (exit code 2).
 pub fn usage(message: impl Into<String>) -> Error {
-    Error::msg("").context(Usage(message.into()))
+    Usage(message.into()).into()
 }
 
 /// Prints an error and gives its exit code.
@@ -70,12 +72,7 @@ pub fn report(error: &Error) -> ExitCode {
 
 /// The whole chain on one line, outermost first.
 pub fn message(error: &Error) -> String {
-    error
-        .chain()
-        .map(ToString::to_string)
-        .filter(|part| !part.is_empty())
-        .collect::<Vec<_>>()
-        .join(": ")
+    format!("{error:#}")
 }
 
 /// Whether a library lays the error at the door of an input.

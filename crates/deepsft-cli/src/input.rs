@@ -1,12 +1,14 @@
-//! What commands read: pictures and model bundles. Every error names its file.
+//! What commands read: pictures, model bundles, data sets. Every error names its file.
 
 use crate::failure::BlameInput;
+use crate::progress;
 use anyhow::{Result, bail};
 use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
+use deepsft_formats::DatasetFolder;
 use deepsft_geometry::Picture;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 /// Reads a PNG or JPEG file.
 pub fn picture(path: &Path) -> Result<Picture> {
@@ -14,10 +16,24 @@ pub fn picture(path: &Path) -> Result<Picture> {
     read().blame("image", path)
 }
 
-/// Whether a file's name is that of a PNG or JPEG file.
-pub fn is_image(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
+/// The PNG and JPEG files of a folder that is a `what` ("folder of frames"), by name. There must be one.
+pub fn images(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
+    let list = || -> Result<Vec<PathBuf>> {
+        let mut images = Vec::new();
+        for entry in fs::read_dir(folder)? {
+            let path = entry?.path();
+            let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+            if ["png", "jpg", "jpeg"].iter().any(|known| extension == *known) {
+                images.push(path);
+            }
+        }
+        if images.is_empty() {
+            bail!("there is no PNG or JPEG file in it");
+        }
+        images.sort();
+        Ok(images)
+    };
+    list().blame(what, folder)
 }
 
 /// Reads and checks a model bundle's folder.
@@ -32,8 +48,7 @@ pub fn bundle_files(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     if !folder.is_dir() {
         bail!("there is no such folder");
     }
-    let mut files = BTreeMap::new();
-    let mut read = |name: &str| -> Result<()> {
+    let read = |name: &str| -> Result<Option<Vec<u8>>> {
         let inside = Path::new(name)
             .components()
             .all(|part| matches!(part, Component::Normal(_)));
@@ -41,23 +56,32 @@ pub fn bundle_files(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
             bail!("it lists a file outside of its folder: {name:?}");
         }
         match fs::read(folder.join(name)) {
-            Ok(bytes) => {
-                files.insert(name.to_owned(), bytes);
-                Ok(())
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+            Ok(bytes) => Ok(Some(bytes)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => bail!("{name}: {error}"),
         }
     };
-    read(MODEL_FILE)?;
-    let listed = match fs::read(folder.join(MODEL_FILE)) {
-        Ok(description) => ModelBundle::file_names(&description)?,
-        Err(_) => Vec::new(),
-    };
-    for (name, _) in listed {
-        read(&name)?;
+    let mut files = BTreeMap::new();
+    if let Some(description) = read(MODEL_FILE)? {
+        for (name, _) in ModelBundle::file_names(&description)? {
+            if let Some(bytes) = read(&name)? {
+                files.insert(name, bytes);
+            }
+        }
+        files.insert(MODEL_FILE.to_owned(), description);
     }
     Ok(files)
+}
+
+/// Compares the shards with the hashes in the descriptions of their sets. Sets of earlier versions have none.
+pub fn check_hashes(sets: &[DatasetFolder]) -> Result<()> {
+    let shards = sets.iter().map(|set| set.description().shards.len() as u64).sum();
+    let bar = progress::counting(shards, "shards checked");
+    for set in sets {
+        set.check_hashes(|| bar.inc(1))?;
+    }
+    bar.finish_and_clear();
+    Ok(())
 }
 
 /// Starts a device and puts the bundle's model on it.

@@ -14,9 +14,13 @@ pub mod input;
 mod interruption;
 mod mesh_choice;
 pub mod network_choice;
+mod numbers;
+mod object_choice;
 pub mod output;
+mod paths;
 pub mod progress;
 pub mod synthesis;
+mod truth;
 mod video;
 
 use clap::{Parser, Subcommand};

@@ -39,35 +39,10 @@ impl NetworkChoice {
 
 /// The network called `name`, untrained, or that of the model bundle in the folder `name`.
 pub fn named(name: &str) -> Result<Network> {
-    let camera = training_camera();
-    let config = match name {
-        "compact" => NetworkConfig::compact(TEMPLATE_SIZE_MM, &camera),
-        "paper" => NetworkConfig::paper(TEMPLATE_SIZE_MM, &camera),
-        "r50f" => NetworkConfig::r50f(TEMPLATE_SIZE_MM, &camera),
-        folder => return Ok(input::bundle(Path::new(folder))?.network().clone()),
+    let Ok(choice) = NetworkChoice::from_str(name, false) else {
+        return Ok(input::bundle(Path::new(name))?.network().clone());
     };
+    let config = choice.config(1, TEMPLATE_SIZE_MM, &training_camera())?;
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     Ok(config.init(&device))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_network_has_a_config_that_can_be_made_and_only_some_can_be_narrow() {
-        let config = |choice: NetworkChoice, divisor| choice.config(divisor, [297.0, 210.0], &training_camera());
-        for (choice, name) in [
-            (NetworkChoice::Compact, "compact"),
-            (NetworkChoice::Paper, "paper"),
-            (NetworkChoice::R50f, "r50f"),
-        ] {
-            let whole = config(choice, 1).unwrap();
-            assert_eq!((whole.architecture.name(), whole.check()), (name, Ok(())));
-            assert_eq!(choice.to_possible_value().unwrap().get_name(), name);
-        }
-        let narrow = config(NetworkChoice::Paper, 8).unwrap();
-        assert_eq!(narrow.architecture, Architecture::Paper(PaperConfig::narrow(8)));
-        assert!(config(NetworkChoice::Compact, 8).is_err());
-    }
 }

@@ -10,13 +10,13 @@ pub fn counting(length: u64, things: &'static str) -> ProgressBar {
     )
 }
 
-/// A bar that fills up from 0 to 1000 with a message.
-pub fn share() -> ProgressBar {
-    bar(SHARE_LENGTH, "{bar:30} {percent:>3} %  {msg}")
+/// A bar that shows which fraction is done, and a message.
+pub fn fraction() -> ProgressBar {
+    bar(FRACTION_LENGTH, "{bar:30} {percent:>3} %  {msg}")
 }
 
-/// Length of a [`share`] bar.
-pub const SHARE_LENGTH: u64 = 1000;
+/// Length of a [`fraction`] bar: its position when all is done.
+pub const FRACTION_LENGTH: u64 = 1000;
 
 fn bar(length: u64, template: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());

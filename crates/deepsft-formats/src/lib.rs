@@ -4,8 +4,6 @@
 //! `fs`: [`write_file`], [`StagedFolder`]. Data sets as tar shards stand behind the feature `shards`, the import of scans
 //! behind the feature `scan`.
 
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-
 mod camera;
 mod error;
 mod fingerprint;
@@ -50,7 +48,7 @@ pub use shards::{
 };
 #[cfg(feature = "shards")]
 pub use shards::{
-    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
-    Sample, SampleRecord, ShardReader, ShardWriter, write_shard,
+    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, Sample, SampleRecord,
+    ShapeCounts, ShardReader, ShardWriter, write_shard,
 };
 pub use template::{TEMPLATE_FILE, TemplateFile, template_to_files};

@@ -25,7 +25,7 @@ pub struct RecoveredMesh {
     pub vertices_camera: Vec<DVec3>,
     /// Whether the mesh is to be used. A fit that explains the image worse than the maps do is refused.
     pub accepted: bool,
-    /// Of fitter: mean robust photo-consistency cost of the network's maps and of the mesh's.
+    /// Of a fit: mean robust photo-consistency cost of the network's maps and of the mesh's.
     pub photo_consistency_cost: Option<[f64; 2]>,
 }
 

@@ -23,9 +23,8 @@ pub use clip::{
 };
 pub use dataset::{DatasetPlan, UnfinishedDataset};
 pub use deepsft_formats::{
-    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, HandleShapeCounts,
-    IndexedShards, Sample, SampleRecord, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png,
-    write_shard,
+    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, IndexedShards, Sample,
+    SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png, write_shard,
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
@@ -47,4 +46,5 @@ pub use scene::{
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
+    pub use crate::scene::{ARTWORK_KINDS, artwork};
 }

@@ -7,6 +7,7 @@ use crate::error::DeepSftError;
 use burn::tensor::Device;
 #[cfg(any(feature = "webgpu", feature = "vulkan"))]
 use burn::tensor::{DeviceType, wgpu::WgpuBackend};
+use std::fmt;
 use std::str::FromStr;
 
 /// Name of the CPU's engine where a GPU would have an adapter's name.
@@ -35,6 +36,13 @@ pub struct DeviceDescription {
     pub adapter_name: String,
     /// Whether the GPU is one that a program on the CPU plays, which is slower than [`DeviceKind::Cpu`].
     pub software: bool,
+}
+
+/// The kind and the adapter's name.
+impl fmt::Display for DeviceDescription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.kind, self.adapter_name)
+    }
 }
 
 /// Starts a device, before the first tensor on it. A second call for the same kind gives the same device.

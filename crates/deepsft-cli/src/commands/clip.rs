@@ -1,20 +1,20 @@
 //! `deepsft clip`: a synthetic clip of a moving, bending sheet, with ground truth.
 
 use crate::failure::usage;
-use crate::{input, interruption, progress};
+use crate::numbers::positive;
+use crate::object_choice::ObjectChoice;
+use crate::truth::write_truth;
+use crate::{interruption, progress};
 use anyhow::Result;
-use clap::{ArgGroup, Args};
+use clap::Args;
 use deepsft::{camera_to_json, encode_png};
-use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, read_template, write_file, write_shards};
-use deepsft_geometry::{Template, training_camera};
+use deepsft_formats::{FolderKind, StagedFolder, write_file};
+use deepsft_geometry::training_camera;
 use deepsft_synth::{
-    CAMERA_FILE, CLIP_FILE, ClipDescription, ClipEvent, ClipLength, ClipStory, DatasetDescription, FIRST_CLIP_SEED,
-    SampleRecord, SynthConfig, Synthesizer, TRUTH_FOLDER, frame_name,
+    CAMERA_FILE, CLIP_FILE, ClipDescription, ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SynthConfig,
+    Synthesizer, frame_name,
 };
-use std::path::{Path, PathBuf};
-
-/// Frames a shard of the truth.
-const SHARD_SIZE: u64 = 500;
+use std::path::PathBuf;
 
 /// The folder of a clip.
 const CLIP_FOLDER: FolderKind = FolderKind {
@@ -29,9 +29,7 @@ const CLIP_FOLDER: FolderKind = FolderKind {
 };
 
 #[derive(Args)]
-#[command(
-    group = ArgGroup::new("object").args(["template", "model"]).required(true),
-    after_help = "\
+#[command(after_help = "\
 The command writes
   DIR/frame-00000.png ...   the frames
   DIR/camera.json           the camera that took them
@@ -53,15 +51,10 @@ so it also reports its errors. The program ffmpeg makes a video of the frames:
 
 Example:
   deepsft clip --model models/poster-a4 --event leaving --out clip
-  deepsft track --model models/poster-a4 --pictures --out track clip"
-)]
+  deepsft track --model models/poster-a4 --pictures --out track clip")]
 pub struct ClipArguments {
-    /// Folder of the template to show
-    #[arg(long, value_name = "DIR")]
-    template: Option<PathBuf>,
-    /// Model bundle whose template to show
-    #[arg(long, value_name = "BUNDLE")]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    object: ObjectChoice,
     /// Seed of the clip; no training and no evaluation of this project uses seeds from 9000000 on
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED)]
     seed: u64,
@@ -72,7 +65,7 @@ pub struct ClipArguments {
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
     /// Frames per second
-    #[arg(long, value_name = "RATE", default_value_t = 30.0)]
+    #[arg(long, value_name = "RATE", default_value_t = 30.0, value_parser = positive)]
     fps: f64,
     /// Exposure in milliseconds: what moves is blurred by it [default: a third of the time between two frames]
     #[arg(long, value_name = "MS")]
@@ -87,7 +80,7 @@ pub struct ClipArguments {
 
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
-    let template = template(arguments)?;
+    let template = arguments.object.template()?;
     let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
@@ -96,33 +89,22 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let frames = story.length().frames;
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
-    let mut failure = None;
-    let records = deepsft_synth::clip_frames(&story, 0..frames)
+    let samples = deepsft_synth::clip_frames(&story, 0..frames)
         .enumerate()
-        .map_while(|(frame, sample)| {
-            let written = interruption::check().and_then(|()| Ok(sample?)).and_then(|sample| {
-                let png = encode_png(&sample.image)?;
-                write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
-                Ok(SampleRecord {
-                    seed: arguments.seed,
-                    index: frame as u64,
-                    sample,
-                })
-            });
+        .map(|(frame, sample)| {
+            interruption::check()?;
+            let sample = sample?;
+            let png = encode_png(&sample.image)?;
+            write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
             bar.inc(1);
-            written.map_err(|error| failure = Some(error)).ok()
+            Ok(sample)
         });
-    let shards = write_truth(&folder.path().join(TRUTH_FOLDER), records)?;
-    if let Some(error) = failure {
-        return Err(error);
-    }
+    let configuration = synthesizer.config().description();
+    write_truth(folder.path(), &template, configuration, arguments.seed, samples)?;
     bar.finish_and_clear();
-    let config = synthesizer.config();
-    let description = DatasetDescription::new(&template, config.description(), arguments.seed, frames as u64, shards);
-    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
-    write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
-    write(CAMERA_FILE, camera_to_json(&camera))?;
     let description = ClipDescription::new(&story);
+    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
+    write(CAMERA_FILE, camera_to_json(&camera))?;
     write(CLIP_FILE, serde_json::to_string_pretty(&description)?)?;
     folder.commit()?;
     println!(
@@ -135,19 +117,8 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     Ok(())
 }
 
-/// Writes the shards of the truth into a folder of the clip's.
-fn write_truth(folder: &Path, records: impl Iterator<Item = SampleRecord>) -> Result<Vec<String>> {
-    let truth = StagedFolder::new(folder, &FolderKind::DATASET)?;
-    let shards = write_shards(truth.path(), records, SHARD_SIZE)?;
-    truth.commit()?;
-    Ok(shards)
-}
-
 fn length(arguments: &ClipArguments) -> Result<ClipLength> {
     let fps = arguments.fps;
-    if !(fps > 0.0 && fps.is_finite()) {
-        return Err(usage(format!("--fps is {fps}, expected a positive number")));
-    }
     let exposure_s = arguments.exposure_ms.map_or(1.0 / (3.0 * fps), |ms| ms / 1000.0);
     if !(0.0..=1.0 / fps).contains(&exposure_s) {
         return Err(usage(format!(
@@ -161,12 +132,4 @@ fn length(arguments: &ClipArguments) -> Result<ClipLength> {
         frames_per_s: fps,
         exposure_s,
     })
-}
-
-fn template(arguments: &ClipArguments) -> Result<Template> {
-    match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => Ok(read_template(folder)?),
-        (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
-        (None, None) => Err(usage("--template or --model is needed")),
-    }
 }

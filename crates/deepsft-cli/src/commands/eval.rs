@@ -1,55 +1,53 @@
 //! `deepsft eval`: models against ground truth, in one table.
 
-mod figure;
+mod drawn_frames;
 mod sets;
-mod worst;
 
 use crate::failure::usage;
+use crate::input;
 use crate::mesh_choice::MeshChoice;
 use crate::output::sheet;
 use crate::synthesis::SynthesisOptions;
-use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
-use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
-use deepsft_train::{Evaluation, EvaluationReport, accuracy_table, reports_to_json};
-use figure::Chosen;
+use deepsft::{DeviceKind, Estimate, Estimator, ModelBundle, Stage, encode_png};
+use deepsft_train::{Evaluation, EvaluationFrame, EvaluationReport, FrameResult, accuracy_table, reports_to_json};
+use drawn_frames::{DrawnFrames, FIGURE, WORST};
 use sets::{DataSet, FrameSet};
 use std::path::PathBuf;
-use worst::Worst;
 
 #[derive(Args)]
 #[command(
     group = ArgGroup::new("set").args(["synthetic", "data"]).required(true).multiple(true),
     after_help = "\
-One table, a row for each model on each data set. Every figure is of one frame, over the pixels inside the true and the
-predicted mask; printed are mean and median over the frames that show the object:
+The command prints one table with a row for each model on each data set. It measures each frame over the pixels that lie in
+both the true and the predicted mask, and prints mean and median over the frames that show the object:
   depth_rmse_mm          depth, mm
-  registration_rmse_px   how far an overlay sits from the truth, pixels of the 480 x 270 image
+  registration_rmse_px   how far an overlay is displaced, pixels of the 480 x 270 image
   registration_rmse_mm   the same on the object, mm
   photometric_error      the paper's E_pr, intensities 0 to 1, not corrected for light
   mask_iou, coverage     overlap of the masks; fraction of the true mask that was found
   rmse_3d_mm             3D points, mm
-  frames_per_second      frames answered in a second, one after the other
-The JSON of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
-{\"depth_rmse_mm\"}) and each frame in \"per_frame\"; of several it has such objects in \"rows\". With --mesh,
-\"fit\" says where the mesh was rejected and where it is worse than the network's own maps, whose errors stand beside
-each frame's (\"network_...\").
+  frames_per_second      how many frames the model answers per second, one after the other
+--json of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
+{\"depth_rmse_mm\"}) and each frame in \"per_frame\". For several it has a list of such objects, \"rows\". With --mesh,
+\"fit\" counts the frames whose mesh was rejected and those where it is worse than the network's own maps. Each frame then
+also has the errors of those maps (\"network_...\").
 
---data takes data sets as `deepsft synth` writes them, and RGB-D recordings. A simulated recording has its truth beside
-it. Any other has what its depth camera measured: no true registration, and masks only if it brings them. Its depth is
-compared two pixels inside the recording's masks and away from jumps of the measured depth, whatever a model says there:
-all models are compared over the same pixels, and a mesh at those of them that it covers; the line below the table counts
-them. Without masks nobody knows where the object is: then each model is compared inside its own mask, and rows of two
-models are over different pixels.
+--data takes data sets of `deepsft synth` and RGB-D recordings. A simulated recording has its truth beside it. Other
+recordings have only what their depth camera measured: no true registration, and masks only if somebody made them. Their
+depth is compared two pixels inside the recording's masks and away from jumps of the measured depth. All models are
+compared over these same pixels, and a mesh at those of them that it covers; the line below the table counts them. Without
+masks nobody knows where the object is. Each model is then compared inside its own mask, and rows of two models are over
+different pixels.
 
---ablation measures the maps after each block: the main block only, with the depth refinement, and with the registration
-refinement, which is the answer. What total variation does is seen by training without it (`deepsft train
---total-variation 0`) and measuring both bundles.
+--ablation measures the maps after each block: after the main block, after the depth refinement, and after the registration
+refinement, which gives the answer. To see what total variation does, train without it (`deepsft train
+--total-variation 0`) and measure both bundles.
 
---figure draws six frames, five spread over the set and the worst by registration: input, true depth, depth, u, v, the
-errors, and the mean of the image and the template drawn through the registration (I_avg of the paper: the sharper, the
-better the registration).
+--figure draws six frames: five spread over the set, and the one with the worst registration. The columns are input, true
+depth, depth, u, v, the errors, and the mean of the image and the template drawn through the registration (I_avg of the
+paper: the better the registration, the sharper it is).
 
 Examples:
   deepsft eval --model models/poster-a4 --synthetic 500 --seed 999 --json accuracy.json --sheet worst.png
@@ -70,7 +68,7 @@ pub struct EvalArguments {
     seed: Option<u64>,
     #[command(flatten)]
     images: SynthesisOptions,
-    /// Measure on a data set as `deepsft synth` writes, or on an RGB-D recording; may be given several times
+    /// Measure on a data set of `deepsft synth` or on an RGB-D recording; may be given several times
     #[arg(long, visible_alias = "dataset", value_name = "DIR")]
     data: Vec<PathBuf>,
     /// How to find the whole mesh, whose maps are then measured
@@ -107,7 +105,11 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
         .map(|folder| input::bundle(folder))
         .collect::<Result<_>>()?;
     let mut reports = Vec::new();
-    let (mut worst_rows, mut figure_rows) = (Vec::new(), Vec::new());
+    let files = [(&arguments.sheet, &WORST), (&arguments.figure, &FIGURE)];
+    let mut pictures: Vec<_> = files
+        .into_iter()
+        .filter_map(|(path, kind)| Some((path.as_ref()?, kind, Vec::new())))
+        .collect();
     for (bundle, folder) in bundles.iter().zip(&arguments.model) {
         let alone = bundles.iter().filter(|other| other.name() == bundle.name()).count() == 1;
         let name = if alone {
@@ -116,13 +118,12 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
             format!("{} ({})", bundle.name(), folder.display())
         };
         let (estimator, device) = input::estimator(bundle, arguments.device)?;
-        let device = format!("{}: {}", device.kind, device.adapter_name);
         let measured = Measured {
             arguments,
             bundle,
-            estimator: &estimator,
-            name: &name,
-            device: &device,
+            estimator,
+            name,
+            device: device.to_string(),
         };
         for set in &sets {
             let set = set.open(bundle)?;
@@ -130,10 +131,12 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
                 reports.extend(measured.ablation(set)?);
                 continue;
             }
-            let (report, worst, chosen) = measured.evaluation(set)?;
-            worst_rows.extend(worst.rows(bundle));
+            let mut drawn: Vec<_> = (pictures.iter().map(|(_, kind, _)| DrawnFrames::new(kind, set.count))).collect();
+            let report = measured.evaluation(set, &mut drawn)?;
             let place = several.then(|| format!("{} on {}, ", report.model, report.set));
-            figure_rows.extend(chosen.rows(bundle, &place.unwrap_or_default()));
+            for ((.., rows), drawn) in pictures.iter_mut().zip(drawn) {
+                rows.extend(drawn.rows(bundle.template(), bundle.camera(), place.as_deref().unwrap_or_default()));
+            }
             reports.push(report);
         }
     }
@@ -141,11 +144,9 @@ pub fn run(arguments: &EvalArguments) -> Result<()> {
     if let Some(path) = &arguments.json {
         deepsft_formats::write_file(path, &reports_to_json(&reports)?)?;
     }
-    for (path, rows) in [(&arguments.sheet, worst_rows), (&arguments.figure, figure_rows)] {
-        if let Some(path) = path {
-            let sheet = sheet::sheet(&rows).context("no frame shows the object: there is nothing to draw")?;
-            deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
-        }
+    for (path, _, rows) in pictures {
+        let sheet = sheet::sheet(&rows).context("no frame shows the object: there is nothing to draw")?;
+        deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
 }
@@ -171,61 +172,37 @@ fn sets(arguments: &EvalArguments) -> Result<Vec<DataSet<'_>>> {
 struct Measured<'a> {
     arguments: &'a EvalArguments,
     bundle: &'a ModelBundle,
-    estimator: &'a Estimator,
-    name: &'a str,
-    device: &'a str,
+    estimator: Estimator,
+    name: String,
+    device: String,
 }
 
 impl Measured<'_> {
-    /// A row of the table, and the frames to draw.
-    fn evaluation(&self, set: FrameSet) -> Result<(EvaluationReport, Worst, Chosen)> {
-        let bar = progress::counting(set.count, "frames");
-        let (mut worst, mut chosen) = (Worst::default(), Chosen::new(set.count));
-        let mut unreadable = None;
-        let frames = set
-            .frames
-            .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
-        let mut refinement = self.arguments.mesh.prepare(self.bundle.template())?;
-        let evaluation = Evaluation::run(
-            self.estimator,
-            refinement.as_mut(),
-            self.bundle.template(),
-            frames,
-            |frame, estimate, result| {
-                if self.arguments.sheet.is_some() {
-                    worst.offer(frame, estimate, result);
-                }
-                if self.arguments.figure.is_some() {
-                    chosen.offer(frame, estimate, result);
-                }
+    /// A row of the table; the frames are offered to those that are drawn.
+    fn evaluation(&self, set: FrameSet, drawn: &mut [DrawnFrames]) -> Result<EvaluationReport> {
+        let mut recovery = self.arguments.mesh.prepare(self.bundle.template())?;
+        let set_name = set.name.clone();
+        let evaluation = set.measure(|frames, bar| {
+            let each = |frame: &EvaluationFrame, estimate: &Estimate, result: &FrameResult| {
+                drawn.iter_mut().for_each(|drawn| drawn.offer(frame, estimate, result));
                 bar.inc(1);
-            },
-        )?;
-        bar.finish_and_clear();
-        match unreadable {
-            Some(error) => Err(error),
-            None => Ok((
-                EvaluationReport::new(self.name, None, &set.name, &evaluation, self.device),
-                worst,
-                chosen,
-            )),
-        }
+            };
+            Evaluation::run(&self.estimator, recovery.as_mut(), self.bundle.template(), frames, each)
+        })?;
+        Ok(self.report(None, &set_name, &evaluation))
     }
 
     /// A row for each stage of the network.
     fn ablation(&self, set: FrameSet) -> Result<Vec<EvaluationReport>> {
-        let bar = progress::counting(set.count, "frames");
-        let mut unreadable = None;
-        let frames = set
-            .frames
-            .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
-        let stages = Evaluation::ablation(self.estimator, self.bundle.template(), frames, || bar.inc(1))?;
-        bar.finish_and_clear();
-        if let Some(error) = unreadable {
-            return Err(error);
-        }
-        let report =
-            |(stage, evaluation)| EvaluationReport::new(self.name, Some(stage), &set.name, &evaluation, self.device);
+        let set_name = set.name.clone();
+        let stages = set.measure(|frames, bar| {
+            Evaluation::ablation(&self.estimator, self.bundle.template(), frames, || bar.inc(1))
+        })?;
+        let report = |(stage, evaluation)| self.report(Some(stage), &set_name, &evaluation);
         Ok(stages.into_iter().map(report).collect())
+    }
+
+    fn report(&self, stage: Option<Stage>, set: &str, evaluation: &Evaluation) -> EvaluationReport {
+        EvaluationReport::new(&self.name, stage, set, evaluation, &self.device)
     }
 }

@@ -1,7 +1,7 @@
 //! `deepsft reconstruct`: the template in photographs.
 
-use crate::camera_choice::{CameraReport, camera_for};
-use crate::failure::{self, BlameInput, usage};
+use crate::camera_choice::{CameraReport, camera_of};
+use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::output::{panels, sheet};
 use crate::{input, progress};
@@ -179,10 +179,7 @@ impl Model {
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
-        let (camera, source) = match camera {
-            Some((camera, camera_path)) => camera_for(&image, camera).blame("camera file", camera_path)?,
-            None => (Camera::typical(image.width() as u32, image.height() as u32)?, "assumed"),
-        };
+        let (camera, source) = camera_of(&image, camera)?;
         let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
         let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
         let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
@@ -208,18 +205,17 @@ impl Model {
             photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
             camera: CameraReport::new(&camera, source),
             canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
-            device: format!("{}: {}", self.device.kind, self.device.adapter_name),
+            device: self.device.to_string(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         deepsft_formats::write_folder(folder, &RESULTS_FOLDER, &files)?;
-        let found = if judgement.found { "found" } else { "not found" };
         Ok(format!(
-            "{}: {found}, confidence {:.2}: {}",
+            "{}: {}: {}",
             path.display(),
-            judgement.confidence,
+            verdict(&judgement),
             folder.display()
         ))
     }
@@ -234,10 +230,9 @@ impl Model {
     ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (rows, columns) = (maps.height(), maps.width());
         let template = self.bundle.template();
-        let found = if judgement.found { "found" } else { "not found" };
         let rows_of_panels = [
             sheet::Row {
-                caption: format!("{found}, confidence {:.2}", judgement.confidence),
+                caption: verdict(judgement),
                 panels: vec![
                     panels::plain("input", canonical),
                     panels::overlay("registration", canonical, maps, template.size_mm()),
@@ -281,6 +276,12 @@ impl Model {
     }
 }
 
+/// Whether the object was found and how sure that is, for people.
+fn verdict(judgement: &Judgement) -> String {
+    let found = if judgement.found { "found" } else { "not found" };
+    format!("{found}, confidence {:.2}", judgement.confidence)
+}
+
 /// Least, median and greatest depth inside the mask, mm.
 fn depth_range(maps: &Maps) -> Option<[f32; 3]> {
     let mut depths: Vec<f32> = (0..maps.depth().len())
@@ -309,18 +310,6 @@ impl Stages {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn two_images_of_one_name_are_refused_before_anything_is_done() {
-        let images = ["a/x.png", "b/y.png", "c/x.jpg"].map(PathBuf::from);
-        let error = folders(Path::new("out"), &images).unwrap_err();
-        assert!(
-            failure::message(&error).contains("out/x"),
-            "{}",
-            failure::message(&error)
-        );
-        assert_eq!(folders(Path::new("out"), &images[..2]).unwrap()[1], Path::new("out/y"));
-    }
 
     #[test]
     fn the_depth_range_is_over_the_mask() {

@@ -1,21 +1,18 @@
 //! `deepsft recording`: RGB-D recordings to train steps 2 and 3 on.
 
 use crate::failure::BlameInput;
-use crate::progress;
-use crate::{input, interruption};
+use crate::object_choice::ObjectChoice;
+use crate::truth::write_truth;
+use crate::{interruption, progress};
 use anyhow::Result;
-use clap::{ArgGroup, Args, Subcommand};
-use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, read_template, write_file, write_shards};
-use deepsft_geometry::{Template, training_camera};
+use clap::{Args, Subcommand};
+use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, write_file};
+use deepsft_geometry::training_camera;
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, DatasetDescription, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator,
-    SampleRecord, SimulatedFrame, SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame,
+    SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png, in_order,
 };
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-
-/// Frames per shard of the truth.
-const SHARD_SIZE: u64 = 500;
 
 /// Quality of the colour pictures: what a camera's stream has.
 const JPEG_QUALITY: u8 = 92;
@@ -54,9 +51,7 @@ pub fn run(command: &RecordingCommand) -> Result<()> {
 }
 
 #[derive(Args)]
-#[command(
-    group = ArgGroup::new("object").args(["template", "model"]).required(true),
-    after_help = "\
+#[command(after_help = "\
 The command writes a simulated RGB-D recording in the layout of TUM and Open3D:
   DIR/camera.json      the colour camera, the depth camera, where it stands; depth_scale; \"simulated\": true
   DIR/rgb/NNNNNN.jpg   colour pictures of 960 x 540 pixels
@@ -80,15 +75,10 @@ that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, o
 
 Example:
   deepsft recording simulate --model models/poster-a4 --frames 480 --seed 1 --out recording
-  deepsft train --steps 2,3 --model models/poster-a4 --recording recording --out refined"
-)]
+  deepsft train --steps 2,3 --model models/poster-a4 --recording recording --out tuned")]
 pub struct SimulateArguments {
-    /// Folder of the template to show
-    #[arg(long, value_name = "DIR")]
-    template: Option<PathBuf>,
-    /// Model bundle whose template to show
-    #[arg(long, value_name = "BUNDLE")]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    object: ObjectChoice,
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 480, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
@@ -114,7 +104,7 @@ pub struct VerifyArguments {
 }
 
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
-    let template = template(arguments)?;
+    let template = arguments.object.template()?;
     let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
     let config = SimulationConfig {
         conditions_change: arguments.changing_place,
@@ -122,39 +112,18 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     };
     let simulator = RecordingSimulator::new(&template, config, arguments.seed)?;
     let frames = arguments.frames as usize;
-    let bar = progress::counting(frames as u64, "frames");
-    let mut failure = None;
     interruption::watch()?;
-    let records = simulated_frames(&simulator, frames)
-        .enumerate()
-        .map_while(|(index, frame)| {
-            let written = interruption::check()
-                .and(frame)
-                .and_then(|frame| write_frame(folder.path(), index, &simulator, frame, arguments.masks));
-            bar.inc(1);
-            let record = written.map(|sample| SampleRecord {
-                seed: arguments.seed,
-                index: index as u64,
-                sample,
-            });
-            record.map_err(|error| failure = Some(error)).ok()
-        });
-    let truth = StagedFolder::new(&folder.path().join(TRUTH_FOLDER), &FolderKind::DATASET)?;
-    let shards = write_shards(truth.path(), records, SHARD_SIZE)?;
-    truth.commit()?;
-    if let Some(error) = failure {
-        return Err(error);
-    }
+    let bar = progress::counting(frames as u64, "frames");
+    let samples = simulated_frames(&simulator, frames).enumerate().map(|(index, frame)| {
+        interruption::check()?;
+        let sample = write_frame(folder.path(), index, &simulator, frame?, arguments.masks)?;
+        bar.inc(1);
+        Ok(sample)
+    });
+    let configuration = simulator.renderer().description();
+    write_truth(folder.path(), &template, configuration, arguments.seed, samples)?;
     bar.finish_and_clear();
     let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
-    let description = DatasetDescription::new(
-        &template,
-        simulator.renderer().description(),
-        arguments.seed,
-        frames as u64,
-        shards,
-    );
-    write(&format!("{TRUTH_FOLDER}/{DATASET_FILE}"), description.to_json()?)?;
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
     write(README, readme(&simulator, arguments.seed, frames))?;
     folder.commit()?;
@@ -168,10 +137,7 @@ fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Itera
     (0..frames.div_ceil(a_take)).flat_map(move |number| {
         let take = simulator.take(number);
         let count = a_take.min(frames - number * a_take);
-        (0..count)
-            .into_par_iter()
-            .map(|index| Ok(take.frame(index)?))
-            .collect::<Vec<_>>()
+        in_order(0..count as u64, move |index| Ok(take.frame(index as usize)?))
     })
 }
 
@@ -206,7 +172,7 @@ fn readme(simulator: &RecordingSimulator, seed: u64, frames: usize) -> String {
         "\
 # A simulated RGB-D recording
 
-Nobody recorded this. `deepsft recording simulate` {version} made it up with seed {seed}: {frames} frames at {rate} a second.
+Nobody recorded this. `deepsft recording simulate` {version} made it up with seed {seed}: {frames} frames at {rate} per second.
 Figures measured on it are figures on simulated data.
 
 * light, paper and camera settings: {place}
@@ -258,12 +224,4 @@ fn verify(arguments: &VerifyArguments) -> Result<()> {
         100.0 * measured
     );
     Ok(())
-}
-
-fn template(arguments: &SimulateArguments) -> Result<Template> {
-    match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => Ok(read_template(folder)?),
-        (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
-        (None, None) => Err(crate::failure::usage("--template or --model is needed")),
-    }
 }

@@ -1,16 +1,20 @@
 //! `deepsft synth`: a synthetic data set.
 
 use crate::failure::usage;
-use crate::output::contact_sheet;
+use crate::output::{panels, sheet};
 use crate::synthesis::SynthesisOptions;
-use crate::{progress, synthesis};
+use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use clap::Args;
 use deepsft::encode_png;
 use deepsft_formats::{DATASET_FILE, DatasetFolder, DatasetPart, dataset_parts, read_template};
-use deepsft_synth::{DatasetDescription, DatasetPlan, Synthesizer, UnfinishedDataset};
+use deepsft_synth::{DatasetDescription, DatasetPlan, Sample, Synthesizer, UnfinishedDataset};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Samples that the sheet shows.
+const ON_SHEET: u64 = 12;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -84,16 +88,19 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
     };
     let plan = DatasetPlan::new(&synthesizer, seed, indices.clone(), arguments.shard_size);
     if let Some(path) = &arguments.sheet {
-        let some: Vec<_> = deepsft_synth::samples(synthesizer.clone(), seed, indices.clone())
-            .take(contact_sheet::SAMPLES)
-            .collect::<Result<_, _>>()?;
-        deepsft_formats::write_file(path, &encode_png(&contact_sheet::draw(&some))?)?;
-        println!("{} samples on a sheet: {}", some.len(), path.display());
+        let shown = indices.start..indices.end.min(indices.start.saturating_add(ON_SHEET));
+        let samples: Vec<Sample> =
+            deepsft_synth::samples(synthesizer.clone(), seed, shown.clone()).collect::<Result<_, _>>()?;
+        // A part of a small set may have none.
+        if let Some(sheet) = sheet::sheet(&sheet_rows(shown, &samples)) {
+            deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
+            println!("{} samples on a sheet: {}", samples.len(), path.display());
+        }
     }
     match DatasetFolder::open(&place) {
         Ok(there) if plan.is_of(there.description()) => {
             there.check_shards()?;
-            there.check_hashes()?;
+            input::check_hashes(&[there])?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
@@ -116,6 +123,29 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The samples of these indices, two in a row: each beside its depth, all depths on one scale, and its registration.
+fn sheet_rows(indices: Range<u64>, samples: &[Sample]) -> Vec<sheet::Row> {
+    let seen = samples.iter().filter(|sample| sample.truth.area() > 0);
+    let range = seen
+        .map(|sample| panels::depth_range(&sample.truth))
+        .reduce(|[low, high], [other_low, other_high]| [low.min(other_low), high.max(other_high)])
+        .unwrap_or([0.0, 1.0]);
+    let shown: Vec<_> = indices.zip(samples).collect();
+    let columns = |(index, sample): &(u64, &Sample)| {
+        [
+            panels::plain(&format!("sample {index}"), &sample.image),
+            panels::depth_within("depth", &sample.truth, range),
+            panels::coordinate("u", &sample.truth, 0),
+            panels::coordinate("v", &sample.truth, 1),
+        ]
+    };
+    let row = |pair: &[(u64, &Sample)]| sheet::Row {
+        caption: String::new(),
+        panels: pair.iter().flat_map(columns).map(sheet::Panel::halved).collect(),
+    };
+    shown.chunks(2).map(row).collect()
 }
 
 /// Refuses a folder that holds a whole data set or other parts.
@@ -153,7 +183,7 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: DatasetPlan
     bar.finish_and_clear();
     let made = samples - begun;
     let rate = made as f64 / start.elapsed().as_secs_f64();
-    println!("{made} samples, {rate:.1} a second: {}", place.display());
+    println!("{made} samples, {rate:.1} per second: {}", place.display());
     Ok(())
 }
 

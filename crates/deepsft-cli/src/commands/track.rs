@@ -3,8 +3,9 @@
 mod report;
 mod track_folder;
 
-use crate::camera_choice::{CameraReport, camera_for};
+use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
+use crate::numbers::positive;
 use crate::output::wireframe;
 use crate::video::Video;
 use crate::{input, interruption, progress};
@@ -45,7 +46,7 @@ cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5).
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
 A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
-is 3. Ctrl-C does the same (exit code 130).
+is 3. Ctrl-C does the same (exit code 130). An older track in DIR that is whole stays; the frames are then in DIR.partial.
 
 By default a detection arrives 4 frames after its frame, as on a device that follows a camera. Where time does not
 matter, --network-every 1 shows every frame to the network and waits.
@@ -64,7 +65,7 @@ pub struct TrackArguments {
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Frames per second [default: what the video says, 30 for a folder of images]
-    #[arg(long, value_name = "RATE", value_parser = rate)]
+    #[arg(long, value_name = "RATE", value_parser = positive)]
     fps: Option<f64>,
     /// A detection of the network arrives K frames after its frame; then the network starts on the newest one [default: 4]
     #[arg(long, value_name = "K", conflicts_with = "network_every", value_parser = clap::value_parser!(u64).range(..=30))]
@@ -115,12 +116,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
     let (estimator, device) = input::estimator(&bundle, arguments.device)?;
-    let mut decoded = Decoded::default();
-    let first = decoded
-        .next(&mut video)?
+    let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;
-    let (camera, source) = camera(arguments, &first)?;
+    let (camera, source) = camera(arguments, &first.0)?;
     let pace = arguments.pace();
     let options = VideoOptions {
         pace,
@@ -144,19 +143,17 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     interruption::watch()?;
     let bar = progress::counting(video.count.unwrap_or(0), "frames");
-    let mut next = Some(first);
-    let failure = loop {
-        let Some(image) = next else { break None };
-        let followed = track.frame(&image, decoded.milliseconds);
-        bar.inc(1);
-        match followed
-            .and_then(|()| interruption::check())
-            .and_then(|()| decoded.next(&mut video))
-        {
-            Ok(image) => next = image,
-            Err(error) => break Some(error),
+    let follow = || -> Result<()> {
+        let mut next = Some(first);
+        while let Some((image, decode_ms)) = next {
+            track.frame(&image, decode_ms)?;
+            bar.inc(1);
+            interruption::check()?;
+            next = decode(&mut video)?;
         }
+        Ok(())
     };
+    let failure = follow().err();
     bar.finish_and_clear();
     let (folder, frames) = (track.folder, track.frames);
     // A video whose very first frame fails leaves nothing worth keeping.
@@ -180,56 +177,47 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         smoothed: arguments.smooth,
         camera: CameraReport::new(&camera, source),
         canonical_camera: CameraReport::new(estimator.canonical_camera(), "model"),
-        device: format!("{}: {}", device.kind, device.adapter_name),
+        device: device.to_string(),
         median_ms: medians(&frames),
         errors: clip.is_some().then(|| Errors::of(&frames)),
         per_frame: frames,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
-    match (folder.commit(&report), failure) {
-        (Ok(()), None) => {
-            print(&report, &arguments.out);
-            Ok(())
+    let committed = folder.commit(&report);
+    let Some(failure) = failure else {
+        print(&report, &committed?);
+        return Ok(());
+    };
+    // Why the track ended comes before what could then not be kept.
+    if let Ok(place) = committed {
+        print(&report, &place);
+        println!(
+            "the track ends before the video: {} holds the frames until then",
+            place.display()
+        );
+        if place != arguments.out {
+            println!("{} keeps its older track, which is whole", arguments.out.display());
         }
-        (Ok(()), Some(error)) => {
-            print(&report, &arguments.out);
-            println!(
-                "the track ends before the video: {} holds the frames until then",
-                arguments.out.display()
-            );
-            Err(error)
-        }
-        // Why the track ended comes before what could then not be kept.
-        (Err(_), Some(error)) => Err(error),
-        (Err(error), None) => Err(error),
     }
+    Err(failure)
 }
 
-/// The time that the last frame took to decode.
-#[derive(Default)]
-struct Decoded {
-    milliseconds: f64,
-}
-
-impl Decoded {
-    /// The next frame of a video; `None` at its end.
-    fn next(&mut self, video: &mut Video) -> Result<Option<Picture>> {
-        let start = Instant::now();
-        let frame = video.frames.next().transpose();
-        self.milliseconds = milliseconds(start);
-        frame
-    }
+/// The next frame of a video and the milliseconds that it took to decode; `None` at its end.
+fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
+    let start = Instant::now();
+    let frame = video.frames.next().transpose()?;
+    Ok(frame.map(|frame| (frame, milliseconds(start))))
 }
 
 /// The camera of the video: the one given, the one that lies in its folder, or a typical one.
 fn camera(arguments: &TrackArguments, first: &Picture) -> Result<(Camera, &'static str)> {
     let beside = arguments.video.join(CAMERA_FILE);
-    let path = match &arguments.camera {
-        Some(path) => path,
-        None if beside.is_file() => &beside,
-        None => return Ok((Camera::typical(first.width() as u32, first.height() as u32)?, "assumed")),
-    };
-    camera_for(first, &deepsft_formats::read_camera(path)?).blame("camera file", path)
+    let path = arguments
+        .camera
+        .as_ref()
+        .or(Some(&beside).filter(|path| path.is_file()));
+    let camera = path.map(|path| deepsft_formats::read_camera(path)).transpose()?;
+    camera_of(first, camera.as_ref().zip(path.map(PathBuf::as_path)))
 }
 
 fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
@@ -347,13 +335,6 @@ fn print(report: &Report, out: &Path) {
         figure(&errors.registration_rmse_px),
         figure(&errors.points_rmse_mm)
     );
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(rate) if rate > 0.0 && f64::is_finite(rate) => Ok(rate),
-        _ => Err("expected a positive number".to_owned()),
-    }
 }
 
 fn milliseconds(since: Instant) -> f64 {

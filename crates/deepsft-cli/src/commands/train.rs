@@ -35,18 +35,14 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
             );
         }
     }
-    let start = match (&arguments.template, &arguments.model) {
-        (Some(folder), _) => Start::Template(deepsft_formats::read_template(folder)?),
+    let (template, bundle) = match (&arguments.template, &arguments.model) {
+        (Some(folder), _) => (deepsft_formats::read_template(folder)?, None),
         (None, Some(folder)) => {
             let bundle = input::bundle(folder)?;
             check_blocks(&bundle, &plan).blame("model bundle", folder)?;
-            Start::Bundle(Box::new(bundle))
+            (bundle.template().clone(), Some(bundle))
         }
         (None, None) => return Err(usage("--template or --model is needed")),
-    };
-    let template = match &start {
-        Start::Template(template) => template.clone(),
-        Start::Bundle(bundle) => bundle.template().clone(),
     };
     let data_sets = DataSets::open(&arguments.data, &template, plan.config.held_out_frames)?;
     if let Some(data_sets) = &data_sets {
@@ -83,21 +79,15 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         device,
         description,
     };
-    let (mut bundle, curve) = match start {
-        Start::Template(_) => training.step_one()?,
-        Start::Bundle(bundle) => (*bundle, Vec::new()),
+    let (mut bundle, curve) = match bundle {
+        None => training.step_one()?,
+        Some(bundle) => (bundle, Vec::new()),
     };
     if let Some(recording) = plan.recording {
         bundle = training.recording_steps(bundle, &curve, recording)?;
     }
     println!("model bundle: {} ({})", arguments.out.display(), bundle.name());
     Ok(())
-}
-
-/// What a training starts from.
-enum Start {
-    Template(deepsft_geometry::Template),
-    Bundle(Box<ModelBundle>),
 }
 
 /// Checks that the network has the blocks that are to be trained.

@@ -18,14 +18,10 @@ pub const TITLE_SIZE: f64 = 14.0;
 pub const NUMBER_SIZE: f64 = 12.0;
 
 /// Left, right, top and bottom margins of a chart, pixels.
-pub const MARGINS: [usize; 4] = [64, 24, 40, 50];
+const MARGINS: [usize; 4] = [64, 24, 40, 50];
 
 /// Least distance of two numbers along the vertical axis, pixels.
 const NUMBERS_APART: f64 = 15.0;
-
-/// Length of a line in a legend, and the gap beside it, pixels.
-const LEGEND_LINE: f64 = 22.0;
-const LEGEND_GAP: f64 = 7.0;
 
 /// Points of one colour, joined by lines: (x, y) in order.
 pub struct Curve {
@@ -68,16 +64,9 @@ impl Chart {
         let scale = |value: f64| if self.logarithmic { value.max(1e-9).ln() } else { value };
         let title = Lettering::semibold(TITLE_SIZE, INK).fitting(&self.title, width);
         canvas.write(&self.title, (left, top - 20.0), Align::Left, title);
-        let values = || {
-            self.curves
-                .iter()
-                .flat_map(|curve| &curve.points)
-                .map(|&(_, value)| value)
-        };
-        let (least, most) = (
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let points = || self.curves.iter().flat_map(|curve| &curve.points);
+        let least = points().fold(f64::INFINITY, |least, point| least.min(point.1));
+        let most = points().fold(f64::NEG_INFINITY, |most, point| most.max(point.1));
         if !(least.is_finite() && most.is_finite()) {
             return;
         }
@@ -122,19 +111,6 @@ impl Chart {
                 canvas.dot(point, 3.0, curve.color);
             }
         }
-    }
-}
-
-/// Draws what the colours of curves stand for, from `left` on with its middle at height `middle`.
-pub fn legend(canvas: &mut Canvas, entries: &[([u8; 3], &str)], left: f64, middle: f64) {
-    let lettering = Lettering::regular(NUMBER_SIZE, INK);
-    let mut x = left;
-    for &(color, name) in entries {
-        canvas.line(&[(x, middle), (x + LEGEND_LINE, middle)], 2.0, color);
-        canvas.dot((x + LEGEND_LINE / 2.0, middle), 3.0, color);
-        x += LEGEND_LINE + LEGEND_GAP;
-        canvas.write(name, (x, middle), Align::Left, lettering);
-        x += lettering.width(name) + 3.0 * LEGEND_GAP;
     }
 }
 

@@ -54,30 +54,3 @@ pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
     }
     Some(canvas.into_picture())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::chart::MARGINS;
-    use super::*;
-
-    #[test]
-    fn a_falling_error_is_drawn_as_a_falling_line() {
-        let point = |samples, px| CurvePoint {
-            samples,
-            seconds: 0.0,
-            loss: 0.0,
-            learning_rate: 0.0,
-            registration_rmse_px: Some(px),
-            depth_rmse_mm: None,
-            mask_iou: None,
-            photometric_error: None,
-        };
-        let plot = curve_plot(&[point(0, 40.0), point(1000, 2.0)]).unwrap();
-        let row_of = |x: usize| (0..plot.height()).find(|&y| plot.pixel(x, y)[1] < 120).unwrap();
-        let [left, ..] = MARGINS;
-        // Off the grid's lines, which are light: dark pixels are those of the curve.
-        assert!(row_of(left + 10) < row_of(left + SIZE.0 / 2));
-        assert!(row_of(left + SIZE.0 / 2) < row_of(left + SIZE.0 - 10));
-        assert!(curve_plot(&[]).is_none());
-    }
-}

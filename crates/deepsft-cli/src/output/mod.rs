@@ -3,7 +3,6 @@
 pub mod canvas;
 pub mod chart;
 pub mod color_map;
-pub mod contact_sheet;
 pub mod curve_plot;
 pub mod lettering;
 pub mod panels;

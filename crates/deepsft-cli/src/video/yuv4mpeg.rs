@@ -11,7 +11,7 @@ use y4m::{Colorspace, Decoder, Error, Frame};
 /// Bytes of a header line that are read; the `y4m` crate takes 1024.
 const LONGEST_HEADER: u64 = 4096;
 
-/// The frames of a stream. After an error there are no more.
+/// The frames of a stream, until the first error.
 pub struct Yuv4Mpeg<R: Read> {
     decoder: Decoder<Counted<R>>,
     width: usize,
@@ -21,7 +21,6 @@ pub struct Yuv4Mpeg<R: Read> {
     full_range: bool,
     /// Bytes read since the last whole frame.
     since_frame: Rc<Cell<usize>>,
-    ended: bool,
 }
 
 /// How the planes of colour are laid out: pixels to a sample, across and down.
@@ -79,7 +78,6 @@ impl<R: Read> Yuv4Mpeg<R> {
             chroma,
             full_range,
             since_frame,
-            ended: false,
         })
     }
 
@@ -94,21 +92,16 @@ impl<R: Read> Iterator for Yuv4Mpeg<R> {
     type Item = Result<Picture>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
         let (width, height, chroma, full_range) = (self.width, self.height, self.chroma, self.full_range);
         self.since_frame.set(0);
-        let frame = match self.decoder.read_frame() {
+        Some(match self.decoder.read_frame() {
             Ok(frame) => Ok(picture(&frame, width, height, chroma, full_range)),
             // The reader tells the end of the stream and the end within a frame alike.
             Err(Error::EOF) if self.since_frame.get() == 0 => return None,
             Err(Error::EOF) => Err(anyhow::anyhow!("it ends within a frame")),
             Err(Error::IoError(error)) => Err(error.into()),
             Err(error) => Err(anyhow::anyhow!("a frame of it cannot be read: {error}")),
-        };
-        self.ended = frame.is_err();
-        Some(frame)
+        })
     }
 }
 

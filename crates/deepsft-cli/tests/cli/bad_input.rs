@@ -2,6 +2,7 @@
 
 use crate::common::{Run, deepsft, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
+use deepsft_formats::FolderLock;
 use deepsft_geometry::Picture;
 use std::fs;
 use std::path::Path;
@@ -273,4 +274,20 @@ fn a_checkpoint_is_not_overwritten_by_accident() {
     fs::create_dir(folder.path().join("model.checkpoint")).unwrap();
     let train = ["train", "--template", "template", "--out", "model", "--samples", "16"];
     deepsft(folder.path(), &train).fails(FAILED, &["model.checkpoint", "--resume"]);
+}
+
+#[test]
+fn a_folder_on_which_another_process_works_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_template(folder, "template");
+    // This process is the other one.
+    let at_work = ["set", "model"].map(|name| FolderLock::acquire(&folder.join(name)).unwrap());
+    let run = |line: &str| deepsft(folder, &line.split(' ').collect::<Vec<_>>());
+    let synth = "synth --template template --count 1 --seed 1 --out set";
+    run(synth).fails(FAILED, &["another process", "set"]);
+    run("train --template template --samples 16 --out model").fails(FAILED, &["another process", "model"]);
+    assert!(!folder.join("set").exists() && !folder.join("model").exists());
+    drop(at_work);
+    run(synth).succeeds();
 }

@@ -69,6 +69,11 @@ fn a_template_is_written_and_an_older_one_replaced() {
         deepsft(folder.path(), &new).succeeds();
     }
     let template = folder.path().join("deep/template");
+    // A picture that somebody keeps in the folder makes the template, and is still there after it.
+    fs::rename(folder.path().join("art.png"), template.join("art.png")).unwrap();
+    let inside = "template new --image deep/template/art.png --size-mm 40.5x30.5 --out deep/template";
+    deepsft(folder.path(), &inside.split(' ').collect::<Vec<_>>()).succeeds();
+    fs::rename(template.join("art.png"), folder.path().join("art.png")).unwrap();
     let description = json(&template.join("template.json"));
     assert_eq!(
         (description["width_mm"].as_f64(), description["height_mm"].as_f64()),

@@ -3,6 +3,7 @@
 use crate::common::{deepsft, template, write_files, write_template};
 use deepsft::template_to_files;
 use deepsft_geometry::{Picture, Template};
+use serde_json::Value;
 use std::fs;
 
 const FAILED: i32 = 1;
@@ -76,7 +77,7 @@ fn data_sets_that_cannot_be_trained_on_are_told_before_the_training_begins() {
     fails("measured", &["data set measured", "seed 51739", "accuracy"]);
     fails("set --data set", &["sample 0 of seed 5 is in two"]);
     train("--template wide --data set").fails(INVALID_INPUT, &["data set set", "200 x 150 mm, not 210 x 150 mm"]);
-    let mut other = template().texture().clone().into_rgb();
+    let mut other = template().texture().rgb().to_vec();
     other[0] ^= 1;
     let texture = template().texture().clone();
     let other = Picture::new(texture.width(), texture.height(), other).unwrap();
@@ -97,6 +98,12 @@ fn data_sets_that_cannot_be_trained_on_are_told_before_the_training_begins() {
         .position(|name| name == header);
     empty_after_the_first[second.unwrap()..].fill(0);
     fs::write(&shard, empty_after_the_first).unwrap();
+    fails("set", &["shard-000001.tar", "its SHA-256 differs"]);
+    // A set of an earlier version has no hashes.
+    let description = folder.join("set/dataset.json");
+    let mut json: Value = serde_json::from_slice(&fs::read(&description).unwrap()).unwrap();
+    json.as_object_mut().unwrap().remove("shard_sha256").unwrap();
+    fs::write(&description, json.to_string()).unwrap();
     fails("set", &["data set set", "hold 6 samples, its description says 10"]);
     assert!(!folder.join("model").exists() && !folder.join("model.checkpoint").exists());
 }

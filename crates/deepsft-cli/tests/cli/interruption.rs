@@ -118,19 +118,11 @@ fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_go
     let simulate = ["recording", "simulate", "--model", model, "--frames", "4"];
     deepsft(folder, &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
     let train = |stages, epochs, extra: &[&'static str]| {
-        let object = [
-            "train",
-            "--model",
-            model,
-            "--recording",
-            "recording",
-            "--out",
-            "refined",
-        ];
+        let object = ["train", "--model", model, "--recording", "recording", "--out", "tuned"];
         [&object[..], &["--stages", stages, "--epochs", epochs], extra].concat()
     };
     let state = |ending: &str| {
-        let path = folder.join(format!("refined.step-3.checkpoint{ending}/state.json"));
+        let path = folder.join(format!("tuned.step-3.checkpoint{ending}/state.json"));
         fs::read_to_string(path).ok()
     };
     let count = |lines: &[String], part: &str| lines.iter().filter(|line| line.contains(part)).count();
@@ -144,10 +136,10 @@ fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_go
     let short = state("").unwrap();
 
     // Killed between the two renames of a save: the one before is all there is.
-    let place = |ending: &str| folder.join(format!("refined.step-3.checkpoint{ending}"));
+    let place = |ending: &str| folder.join(format!("tuned.step-3.checkpoint{ending}"));
     fs::rename(place(""), place(".old")).unwrap();
-    deepsft(folder, &train("2,3", "1", &[])).fails(1, &["add --resume", "refined.step-2.checkpoint"]);
-    deepsft(folder, &train("3", "1", &[])).fails(1, &["add --resume", "refined.step-3.checkpoint.old"]);
+    deepsft(folder, &train("2,3", "1", &[])).fails(1, &["add --resume", "tuned.step-2.checkpoint"]);
+    deepsft(folder, &train("3", "1", &[])).fails(1, &["add --resume", "tuned.step-3.checkpoint.old"]);
     fs::rename(place(".old"), place("")).unwrap();
     // By itself, step 3 would start from another model than it did.
     deepsft(folder, &train("3", "1", &["--resume"])).fails(1, &["checkpoint was made with another"]);

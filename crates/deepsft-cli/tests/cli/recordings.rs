@@ -44,7 +44,7 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
         "--recording",
         "recording",
     ];
-    let options = ["--epochs", "1", "--out", "refined"];
+    let options = ["--epochs", "1", "--out", "tuned"];
     let run = deepsft(folder.path(), &[&train[..], &options].concat());
     for part in [
         "6 frames to train on, 2 held out",
@@ -55,9 +55,9 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
     ] {
         assert!(run.succeeds().stdout.contains(part), "{part} is not in {}", run.stdout);
     }
-    let refined = folder.path().join("refined");
-    deepsft(folder.path(), &["bundle", "verify", "refined"]).succeeds();
-    let figures: Value = serde_json::from_slice(&fs::read(refined.join("refinement.json")).unwrap()).unwrap();
+    let tuned = folder.path().join("tuned");
+    deepsft(folder.path(), &["bundle", "verify", "tuned"]).succeeds();
+    let figures: Value = serde_json::from_slice(&fs::read(tuned.join("tuning.json")).unwrap()).unwrap();
     assert_eq!(figures["recording"], "simulated recording");
     let rows = figures["rows"].as_array().unwrap();
     let median = |row: usize, figure: &str| rows[row]["figures"][figure]["median"].as_f64().unwrap();
@@ -77,13 +77,13 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
     // The truth is measured over the same pixels: its registration draws the template nearer to the image.
     assert!(median(3, "depth_rmse_mm") == 0.0 && median(3, "registration_rmse_px") == 0.0);
     assert!(median(3, "relit_photometric_error") < 0.9 * median(0, "relit_photometric_error"));
-    let card = fs::read_to_string(refined.join("CARD.md")).unwrap();
+    let card = fs::read_to_string(tuned.join("CARD.md")).unwrap();
     assert!(card.contains("Held-out end of the simulated recording") && !card.contains("synthetic images alone"));
     for file in ["step-2.csv", "step-2.png", "step-3.csv", "step-3.png"] {
-        assert!(refined.join(file).is_file(), "{file}");
+        assert!(tuned.join(file).is_file(), "{file}");
     }
     // Its checkpoints are there: it is not begun anew by mistake.
-    deepsft(folder.path(), &[&train[..], &options].concat()).fails(1, &["add --resume", "refined.step-2.checkpoint"]);
+    deepsft(folder.path(), &[&train[..], &options].concat()).fails(1, &["add --resume", "tuned.step-2.checkpoint"]);
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
         "recording",
     ];
     deepsft(folder.path(), &simulate).succeeds();
-    let train = ["train", "--stage", "2", "--model", "model", "--out", "refined"];
+    let train = ["train", "--stage", "2", "--model", "model", "--out", "tuned"];
     let with_recording = [&train[..], &["--recording", "recording"]].concat();
     let depth = folder.path().join("recording/depth/000001.png");
     let bytes = fs::read(&depth).unwrap();
@@ -119,7 +119,7 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
         .iter()
         .map(|word| if *word == "model" { "r50f" } else { *word });
     deepsft(folder.path(), &without_blocks.collect::<Vec<_>>()).fails(3, &["model bundle r50f", "no depth refinement"]);
-    assert!(!folder.path().join("refined").exists());
+    assert!(!folder.path().join("tuned").exists());
     // Somebody's own recording is not replaced by a simulated one.
     fs::remove_dir_all(folder.path().join("recording/truth")).unwrap();
     assert_ne!(deepsft(folder.path(), &simulate).code, 0);
@@ -168,13 +168,13 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
     deepsft(folder.path(), &["bundle", "verify", "three"]).succeeds();
     let card = fs::read_to_string(three.join("CARD.md")).unwrap();
     for part in [
-        "Trained on synthetic images and refined",
+        "Trained on synthetic images and tuned",
         "| 0 | 0.00 | - |",
         "| after step 3 |",
     ] {
         assert!(card.contains(part), "{part} is not in {card}");
     }
-    for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "refinement.json"] {
+    for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "tuning.json"] {
         assert!(three.join(file).is_file(), "{file}");
     }
 }

@@ -233,14 +233,20 @@ fn what_is_no_video_is_refused_and_nothing_is_written() {
 /// Checks that the track in `folder` has so many frames, in all its files, and ends early for a reason of these `parts`; and
 /// that nothing else was left beside it.
 fn ended_early(folder: &Path, frames: usize, parts: &[&str]) {
-    let report = json(&folder.join("track/track.json"));
+    ended_early_in(folder, "track", frames, parts);
+}
+
+/// The same of the track `name`.
+fn ended_early_in(folder: &Path, name: &str, frames: usize, parts: &[&str]) {
+    let track = folder.join(name);
+    let report = json(&track.join("track.json"));
     let reason = report["ended_early"].as_str().unwrap();
     assert!(parts.iter().all(|part| reason.contains(part)), "{reason}");
     assert_eq!(report["frames"].as_u64(), Some(frames as u64));
     assert_eq!(report["per_frame"].as_array().unwrap().len(), frames);
-    let table = fs::read_to_string(folder.join("track/track.csv")).unwrap();
+    let table = fs::read_to_string(track.join("track.csv")).unwrap();
     assert_eq!(table.lines().count(), frames + 1);
-    let npy = fs::read(folder.join("track/vertices.npy")).unwrap();
+    let npy = fs::read(track.join("vertices.npy")).unwrap();
     assert!(String::from_utf8_lossy(&npy[..128]).contains(&format!("({frames}, ")));
     let vertices = template().mesh().vertices().len();
     assert_eq!(npy.len(), 128 + 4 * 3 * frames * vertices);
@@ -269,6 +275,51 @@ fn a_video_that_ends_in_an_error_leaves_the_frames_before_and_the_reason() {
     write_stream(&path.join("whole.y4m"), 2);
     track(path, "model", &["whole.y4m"]).succeeds();
     assert!(json(&path.join("track/track.json")).get("ended_early").is_none());
+}
+
+#[test]
+fn a_track_that_ends_early_does_not_replace_one_that_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_bundle(path, "model");
+    write_stream(&path.join("video.y4m"), 4);
+    let whole = fs::read(path.join("video.y4m")).unwrap();
+    let cut = |bytes: usize| fs::write(path.join("video.y4m"), &whole[..whole.len() - bytes]).unwrap();
+    let frame = b"FRAME\n".len() + 64 * 36;
+    let frames = || json(&path.join("track/track.json"))["frames"].as_u64();
+
+    // Of two that end early the later one stays.
+    for missing in [2, 1] {
+        cut(missing * frame - 1);
+        track(path, "model", &["video.y4m"]).fails(INVALID_INPUT, &["within a frame"]);
+        ended_early(path, 4 - missing, &["within a frame"]);
+    }
+    assert!(!path.join("track.partial").exists());
+    cut(0);
+    track(path, "model", &["video.y4m"]).succeeds();
+    assert_eq!(frames(), Some(4));
+    for missing in [1, 2] {
+        cut(missing * frame - 1);
+        let run = track(path, "model", &["video.y4m"]);
+        run.fails(INVALID_INPUT, &["within a frame"]);
+        for part in [
+            "track.partial holds the frames until then",
+            "track keeps its older track",
+        ] {
+            assert!(run.stdout.contains(part), "{part:?} is not in: {}", run.stdout);
+        }
+        assert_eq!(frames(), Some(4), "the whole track was replaced");
+        ended_early_in(path, "track.partial", 4 - missing, &["within a frame"]);
+    }
+    // What somebody keeps there is not ours to replace, and why the track ended is still told.
+    fs::remove_dir_all(path.join("track.partial")).unwrap();
+    fs::create_dir(path.join("track.partial")).unwrap();
+    fs::write(path.join("track.partial/thesis.txt"), "mine").unwrap();
+    track(path, "model", &["video.y4m"]).fails(INVALID_INPUT, &["within a frame"]);
+    assert_eq!(
+        (frames(), fs::read(path.join("track.partial/thesis.txt")).unwrap()),
+        (Some(4), b"mine".to_vec())
+    );
 }
 
 #[cfg(unix)]
@@ -353,7 +404,7 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
         INVALID_INPUT,
         &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
     );
-    ended_early(path, 3, &["Invalid NAL unit size"]);
+    ended_early_in(path, "track.partial", 3, &["Invalid NAL unit size"]);
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }

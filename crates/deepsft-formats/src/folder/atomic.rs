@@ -79,6 +79,16 @@ impl StagedFolder {
         self.beside.path()
     }
 
+    /// As [`StagedFolder::commit`], into another `place` beside the one it was begun for.
+    ///
+    /// # Errors
+    /// [`FormatError::ForeignFolder`] for a folder of another kind, and those of [`StagedFolder::commit`].
+    pub fn commit_to(mut self, place: &Path) -> Result<(), FormatError> {
+        check_folder(place, &self.kind)?;
+        self.place = place.to_path_buf();
+        self.commit()
+    }
+
     /// Puts the folder in its place.
     ///
     /// # Errors

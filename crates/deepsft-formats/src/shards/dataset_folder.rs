@@ -1,7 +1,7 @@
 //! Data sets as folders: `dataset.json` and its tar shards.
 
 use super::{
-    DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, HandleShapeCounts, Sample, SampleRecord,
+    DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShapeCounts,
     ShardReader, write_shard,
 };
 use crate::{FormatError, sha256_file};
@@ -85,13 +85,16 @@ impl DatasetFolder {
         Ok(())
     }
 
-    /// Checks the content of all shards by their hashes: that takes as long as reading them.
+    /// Checks the content of all shards by their hashes: that takes as long as reading them. `checked` is called after each.
     ///
     /// # Errors
     /// [`FormatError::Unusable`] with the first shard that is not the one described.
-    pub fn check_hashes(&self) -> Result<(), FormatError> {
+    pub fn check_hashes(&self, mut checked: impl FnMut()) -> Result<(), FormatError> {
         self.shards().enumerate().try_for_each(|(number, path)| {
-            check_hash(&path, &self.description, number).map_err(|reason| FormatError::unusable(SHARD, &path, reason))
+            check_hash(&path, &self.description, number)
+                .map_err(|reason| FormatError::unusable(SHARD, &path, reason))?;
+            checked();
+            Ok(())
         })
     }
 
@@ -177,7 +180,7 @@ pub fn dataset_parts(folder: &Path) -> Option<u64> {
 fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
     let mut whole: Option<DatasetDescription> = None;
     let mut changes = EdgeLengthHistogram::default();
-    let mut shapes = Some(HandleShapeCounts::default());
+    let mut shapes = Some(ShapeCounts::default());
     for number in 1..=of {
         let name = DatasetPart { number, of }.folder_name();
         if !folder.join(&name).join(DATASET_FILE).exists() {

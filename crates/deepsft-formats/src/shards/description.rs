@@ -51,14 +51,14 @@ pub struct DatasetDescription {
     /// How isometric the deformations are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_length_change: Option<EdgeLengthSummary>,
-    /// How many shapes came out as they were drawn, where handles made them and that is known of all of them.
+    /// How many shapes came out as they were drawn, where control points made them and that is known of all of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub handle_shapes: Option<HandleShapeCounts>,
+    pub handle_shapes: Option<ShapeCounts>,
 }
 
-/// How many of a data set's shapes that handles made are what was drawn, of the samples that show the object.
+/// How many of a data set's shapes that control points made are what was drawn, of the samples that show the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HandleShapeCounts {
+pub struct ShapeCounts {
     /// All of them.
     pub shapes: u64,
     /// Those that were made weaker, to keep the bounds on edge lengths.
@@ -67,7 +67,7 @@ pub struct HandleShapeCounts {
     pub at_rest: u64,
 }
 
-impl HandleShapeCounts {
+impl ShapeCounts {
     /// Counts a shape by its strength: 1 as drawn, 0 at rest.
     pub fn count(&mut self, strength: f64) {
         self.shapes += 1;

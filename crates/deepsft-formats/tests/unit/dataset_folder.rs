@@ -1,7 +1,7 @@
 //! Data sets as folders.
 
 use deepsft_formats::{
-    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, FolderKind, HandleShapeCounts, Sample, SampleRecord,
+    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, FolderKind, Sample, SampleRecord, ShapeCounts,
     StagedFolder, sha256_file, write_shards,
 };
 use deepsft_geometry::glam::DVec3;
@@ -56,7 +56,7 @@ fn samples_come_back_in_order_over_all_shards() {
 
 #[test]
 fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
-    let counts = |shapes| HandleShapeCounts {
+    let counts = |shapes| ShapeCounts {
         shapes,
         weakened: 1,
         at_rest: 0,
@@ -124,13 +124,13 @@ fn shards_of_another_seed_or_place_or_content_are_refused() {
     let shards = set.description().shards.iter();
     let hashes: Vec<String> = shards.map(|name| sha256_file(&place.join(name)).unwrap()).collect();
     let hashed = changed(&|description| description.shard_sha256 = hashes.clone());
-    hashed.check_hashes().unwrap();
+    hashed.check_hashes(|| ()).unwrap();
     assert_eq!(hashed.samples(training_camera()).map(Result::unwrap).count(), 3);
     let other_hash = changed(&|description| {
         description.shard_sha256 = hashes.clone();
         description.shard_sha256[1].replace_range(..1, "x");
     });
-    let error = other_hash.check_hashes().unwrap_err().to_string();
+    let error = other_hash.check_hashes(|| ()).unwrap_err().to_string();
     assert!(
         error.contains("shard-000001.tar") && error.contains("SHA-256"),
         "{error}"

@@ -17,7 +17,7 @@ pub(crate) struct Agreement {
     pub(crate) whole: f64,
     /// The same around each vertex, 0 to 1; 0 where nothing is seen or nothing is printed.
     pub(crate) confidence: Vec<f32>,
-    /// PhotoConsistency points that were compared.
+    /// Points at which image and print were compared.
     pub(crate) points: usize,
 }
 

@@ -76,11 +76,6 @@ impl Picture {
         &self.rgb
     }
 
-    /// Gives the bytes away.
-    pub fn into_rgb(self) -> Vec<u8> {
-        self.rgb
-    }
-
     /// The pixel at column `x`, row `y`, both clamped into the picture.
     pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
         let i = 3 * (y.min(self.height - 1) * self.width + x.min(self.width - 1));

@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 1e-6;
 pub struct SurfaceLocator {
     /// Corners' texture coordinates of each face.
     corners: Vec<[DVec2; 3]>,
-    /// Faces.
+    /// The faces by their place in the texture.
     grid: TextureGrid,
 }
 

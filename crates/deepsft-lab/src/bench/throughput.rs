@@ -170,7 +170,7 @@ pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
         .collect()
 }
 
-/// Samples a second of training on batches of one shape.
+/// Samples per second of training on batches of one shape.
 fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: BatchShape) -> Result<f64> {
     let folder = tempfile::tempdir()?;
     let config = TrainConfig {
@@ -197,7 +197,7 @@ fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: Batc
         .context("the training ended before it was measured")
 }
 
-/// Samples a second between the first and the last of some (samples, seconds) so far.
+/// Samples per second between the first and the last of some (samples, seconds) so far.
 fn rate(steps: &[(u64, f64)]) -> Option<f64> {
     let (&(samples, seconds), &(all_samples, all_seconds)) = (steps.first()?, steps.last()?);
     (all_samples > samples).then(|| (all_samples - samples) as f64 / (all_seconds - seconds))

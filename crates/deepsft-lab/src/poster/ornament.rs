@@ -267,12 +267,12 @@ pub(super) fn plots(canvas: &mut Canvas, region: &Shape, dice: &mut Dice, angle:
     while let Some((left, top, right, bottom)) = open.pop() {
         let (width, height) = (right - left, bottom - top);
         if width.max(height) > size * dice.between(1.1, 2.2) {
-            let share = dice.between(0.3, 0.7);
+            let fraction = dice.between(0.3, 0.7);
             if width > height {
-                let cut = left + share * width;
+                let cut = left + fraction * width;
                 open.extend([(left, top, cut, bottom), (cut, top, right, bottom)]);
             } else {
-                let cut = top + share * height;
+                let cut = top + fraction * height;
                 open.extend([(left, top, right, cut), (left, cut, right, bottom)]);
             }
             continue;

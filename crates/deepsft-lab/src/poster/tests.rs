@@ -118,7 +118,7 @@ fn the_layout_is_readable_in_grey_from_far() {
     assert!(standard_deviation(&art) > 30.0, "{}", standard_deviation(&art));
     let mut fine: Vec<f64> = grey_blocks(poster(), 2).0;
     fine.sort_by(f64::total_cmp);
-    let [dark, light] = [0.05, 0.8].map(|share| fine[(share * fine.len() as f64) as usize]);
+    let [dark, light] = [0.05, 0.8].map(|fraction| fine[(fraction * fine.len() as f64) as usize]);
     assert!(light - dark > 150.0, "from {dark} to {light}");
 }
 

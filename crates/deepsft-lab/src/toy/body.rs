@@ -60,8 +60,8 @@ impl Limb {
     pub(crate) fn behind_side_seam(self, p: DVec3) -> f64 {
         let axis = |[from, to]: [DVec3; 2]| {
             let mirrored = DVec3::new(p.x.abs(), p.y, p.z);
-            let share = ((mirrored - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
-            p.z - (from.z + share * (to.z - from.z))
+            let fraction = ((mirrored - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+            p.z - (from.z + fraction * (to.z - from.z))
         };
         match self {
             Self::Body | Self::Head => p.z,
@@ -139,8 +139,8 @@ fn leg(p: DVec3) -> f64 {
 
 /// Polynomial smooth minimum (Quilez 2013): as the minimum beyond [`BLEND_MM`], smooth within.
 fn smooth_minimum(a: f64, b: f64) -> f64 {
-    let share = (BLEND_MM - (a - b).abs()).max(0.0) / BLEND_MM;
-    a.min(b) - share * share * BLEND_MM * 0.25
+    let fraction = (BLEND_MM - (a - b).abs()).max(0.0) / BLEND_MM;
+    a.min(b) - fraction * fraction * BLEND_MM * 0.25
 }
 
 /// About the distance from an ellipsoid with half axes `radii` (Quilez 2008: exact to first order at the surface).
@@ -156,6 +156,6 @@ fn ellipsoid(p: DVec3, radii: DVec3) -> f64 {
 
 /// About the distance from a rod that goes from one end to the other and changes its radius evenly.
 fn round_cone(p: DVec3, [from, to]: [DVec3; 2], [r0, r1]: [f64; 2]) -> f64 {
-    let share = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
-    p.distance(from.lerp(to, share)) - (r0 + share * (r1 - r0))
+    let fraction = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+    p.distance(from.lerp(to, fraction)) - (r0 + fraction * (r1 - r0))
 }

@@ -136,12 +136,12 @@ fn motif(p: Vec2, pitch: f32, ground: Vec3, inks: &[Vec3], seed: u64, covers: im
 /// Colour of a stripe at `t`: bands of one to three parts of the pitch, each with an ink of its own and thin lines.
 fn stripe(t: f32, pitch: f32, inks: &[Vec3], seed: u64) -> Vec3 {
     let band = (t / pitch).floor();
-    let share = t / pitch - band;
+    let fraction = t / pitch - band;
     let split = 0.25 + 0.5 * random(Vec2::new(band, 0.0), seed, 6);
-    let half = 2.0 * band + f32::from(u8::from(share > split));
+    let half = 2.0 * band + f32::from(u8::from(fraction > split));
     let ink = pick(inks, random(Vec2::new(half, 1.0), seed, 7));
     let line = random(Vec2::new(band, 2.0), seed, 8);
-    if (share - line).abs() * pitch < 0.35 {
+    if (fraction - line).abs() * pitch < 0.35 {
         ink * 0.55
     } else {
         ink

@@ -216,8 +216,11 @@ impl Border {
     /// Distance from the outline, and how far along it that is, mm.
     fn nearest(&self, p: DVec2) -> (f64, f64) {
         let nearest = self.segments.iter().map(|&(a, b, along)| {
-            let share = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-            (p.distance_squared(a.lerp(b, share)), along + share * a.distance(b))
+            let fraction = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
+            (
+                p.distance_squared(a.lerp(b, fraction)),
+                along + fraction * a.distance(b),
+            )
         });
         let (square, along) = nearest.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1e9, 0.0));
         (square.sqrt(), along)
@@ -245,9 +248,9 @@ fn embroidered(cloth: Vec3, place: Place) -> Vec3 {
     }
 }
 
-/// `over` with opacity `share` on `under`.
-fn mixed(under: Vec3, over: Vec3, share: f32) -> Vec3 {
-    under.lerp(over, share.clamp(0.0, 1.0))
+/// `over` with this opacity, 0 to 1, on `under`.
+fn mixed(under: Vec3, over: Vec3, opacity: f32) -> Vec3 {
+    under.lerp(over, opacity.clamp(0.0, 1.0))
 }
 
 /// 1 inside an edge at `distance` 0, 0 outside, over half a millimetre.
@@ -257,8 +260,8 @@ fn inside(distance: f32) -> f32 {
 
 /// Distance from a segment.
 fn segment(p: Vec2, a: Vec2, b: Vec2) -> f32 {
-    let share = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-    p.distance(a.lerp(b, share))
+    let fraction = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+    p.distance(a.lerp(b, fraction))
 }
 
 fn face(cloth: Vec3, q: Vec2) -> Vec3 {

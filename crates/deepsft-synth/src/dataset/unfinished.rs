@@ -9,7 +9,7 @@ use crate::in_order::in_order;
 use crate::scene::Synthesizer;
 use deepsft_formats::{
     DATASET_FILE, DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, FolderKind,
-    FolderLock, FormatError, HandleShapeCounts, SampleRecord, ShardWriter, check_folder, replace_folder, sha256_file,
+    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, replace_folder, sha256_file,
     unfinished_dataset, write_file,
 };
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ struct FinishedShard {
     edge_lengths: EdgeLengthHistogram,
     /// Not known of shards of programs that did not count them.
     #[serde(default)]
-    handle_shapes: Option<HandleShapeCounts>,
+    handle_shapes: Option<ShapeCounts>,
 }
 
 /// A sample for a shard, and what is counted of it.
@@ -195,8 +195,8 @@ impl UnfinishedDataset {
     }
 
     /// How strong the shapes of the finished shards are; `None` where handles made none, or it is not known of all.
-    fn handle_shapes(&self) -> Option<HandleShapeCounts> {
-        let mut sum = HandleShapeCounts::default();
+    fn handle_shapes(&self) -> Option<ShapeCounts> {
+        let mut sum = ShapeCounts::default();
         for shard in &self.state.shards {
             sum.add(shard.handle_shapes.as_ref()?);
         }
@@ -212,7 +212,7 @@ impl UnfinishedDataset {
         let (beside, path) = (self.folder.join(OPEN_SHARD), self.folder.join(&name));
         let failed = |error: io::Error| unwritten(&path, &error);
         let mut edge_lengths = EdgeLengthHistogram::default();
-        let mut handle_shapes = HandleShapeCounts::default();
+        let mut handle_shapes = ShapeCounts::default();
         let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside).map_err(failed)?));
         for sample in samples {
             let sample = sample?;

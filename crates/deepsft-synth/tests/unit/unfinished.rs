@@ -67,7 +67,7 @@ fn a_finished_set_stands_in_its_place_with_nothing_beside_it() {
     assert_eq!(names(above.path()), ["set"]);
     let set = DatasetFolder::open(&place).unwrap();
     assert!(plan.is_of(set.description()));
-    set.check_hashes().unwrap();
+    set.check_hashes(|| ()).unwrap();
     let samples: Vec<_> = set.samples(synthesizer.config().camera).map(Result::unwrap).collect();
     assert!(samples[2].image == synthesizer.sample(3, 6).image);
 }

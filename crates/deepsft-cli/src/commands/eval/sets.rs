@@ -1,12 +1,14 @@
 //! The data sets that `deepsft eval` measures on: made on the fly, from disk, recorded.
 
 use crate::failure::BlameInput;
+use crate::progress;
 use crate::synthesis::{self, SynthesisOptions};
 use anyhow::{Result, anyhow};
 use deepsft::ModelBundle;
 use deepsft_formats::{DATASET_FILE, DatasetFolder};
 use deepsft_synth::{CAMERA_FILE, Recording, TRUTH_FOLDER};
-use deepsft_train::{EvaluationFrame, FrameTruth};
+use deepsft_train::{EvaluationFrame, FrameTruth, TrainError};
+use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 
 /// A data set as it was asked for.
@@ -29,6 +31,23 @@ pub struct FrameSet {
     pub count: u64,
     /// The frames in order.
     pub frames: Box<dyn Iterator<Item = Result<EvaluationFrame>>>,
+}
+
+impl FrameSet {
+    /// What `measure` finds of the frames, which also gets a bar to count them on. A frame that cannot be read is an error.
+    pub fn measure<T>(
+        self,
+        measure: impl FnOnce(&mut dyn Iterator<Item = EvaluationFrame>, &ProgressBar) -> Result<T, TrainError>,
+    ) -> Result<T> {
+        let bar = progress::counting(self.count, "frames");
+        let mut unreadable = None;
+        let mut frames = self
+            .frames
+            .map_while(|frame| frame.map_err(|error| unreadable = Some(error)).ok());
+        let measured = measure(&mut frames, &bar)?;
+        bar.finish_and_clear();
+        unreadable.map_or(Ok(measured), Err)
+    }
 }
 
 impl DataSet<'_> {

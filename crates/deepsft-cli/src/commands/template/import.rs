@@ -1,6 +1,7 @@
 //! `deepsft template import`: a template out of a scan.
 
 use crate::failure::BlameInput;
+use crate::numbers::positive;
 use crate::output::turntable;
 use anyhow::Result;
 use clap::Args;
@@ -37,13 +38,6 @@ pub struct ImportArguments {
     /// Texture (PNG or JPEG) of the whole object, in place of those the file names
     #[arg(long, value_name = "FILE")]
     texture: Option<PathBuf>,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|&value: &f64| value.is_finite() && value > 0.0)
-        .ok_or("expected a positive number".into())
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {

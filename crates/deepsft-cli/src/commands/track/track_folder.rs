@@ -1,13 +1,15 @@
 //! The folder of a track, written frame by frame.
 
 use super::report::{self, FrameReport, Report};
+use crate::paths::beside;
 use anyhow::{Context, Result};
 use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::glam::DVec3;
 use deepsft_synth::frame_name;
+use serde_json::Value;
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
@@ -27,6 +29,7 @@ pub const TRACK_FOLDER: FolderKind = FolderKind {
 /// Files of a track, written beside their place while the video lasts. Dropped before [`TrackFolder::commit`], nothing of
 /// them stays.
 pub struct TrackFolder {
+    place: PathBuf,
     folder: StagedFolder,
     table: BufWriter<File>,
     vertices: BufWriter<File>,
@@ -47,6 +50,7 @@ impl TrackFolder {
         table.write_all(report::TABLE_HEADER.as_bytes())?;
         vertices.write_all(&deepsft_formats::f32_npy(&[0, vertices_per_frame, 3], []))?;
         Ok(Self {
+            place: path.to_path_buf(),
             folder,
             table,
             vertices,
@@ -88,8 +92,9 @@ impl TrackFolder {
         )?)
     }
 
-    /// Writes the report and puts the folder in its place.
-    pub fn commit(mut self, report: &Report) -> Result<()> {
+    /// Writes the report and puts the folder in its place, which is returned: beside an older track that is whole if this one
+    /// is not.
+    pub fn commit(mut self, report: &Report) -> Result<PathBuf> {
         let mut finish = || -> Result<()> {
             self.table.flush()?;
             self.table.get_ref().sync_all()?;
@@ -103,8 +108,21 @@ impl TrackFolder {
         finish().context("could not write the track")?;
         let path = self.folder.path().join(TRACK_FILE);
         deepsft_formats::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
-        Ok(self.folder.commit()?)
+        let place = match report.ended_early {
+            Some(_) if is_whole(&self.place) => beside(&self.place, ".partial"),
+            _ => self.place,
+        };
+        self.folder.commit_to(&place)?;
+        Ok(place)
     }
+}
+
+/// Whether there is a track in `folder` that has all frames of its video, as far as can be told.
+fn is_whole(folder: &Path) -> bool {
+    fs::read(folder.join(TRACK_FILE)).is_ok_and(|report| {
+        let report: Value = serde_json::from_slice(&report).unwrap_or_default();
+        report.get("ended_early").is_none()
+    })
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! The folder of a model bundle that a training writes.
 
-use super::recording_steps::FIGURES_FILE;
+use super::recording_steps::{FIGURES_FILE, OLD_FIGURES_FILE};
 use crate::output::curve_plot;
 use deepsft::MODEL_FILE;
 use deepsft_formats::FolderKind;
 use deepsft_train::{CARD_FILE, CURVE_FILE};
-use std::path::Path;
 
 /// The folder of a model bundle. One with a template in it may become a bundle.
 pub const BUNDLE_FOLDER: FolderKind = FolderKind {
@@ -20,14 +19,10 @@ pub const BUNDLE_FOLDER: FolderKind = FolderKind {
         CURVE_FILE,
         curve_plot::PLOT_FILE,
         FIGURES_FILE,
+        OLD_FIGURES_FILE,
         "step-2.csv",
         "step-2.png",
         "step-3.csv",
         "step-3.png",
     ],
 };
-
-/// The last part of a path, for people.
-pub fn file_name(path: &Path) -> Option<String> {
-    path.file_name().map(|name| name.to_string_lossy().into_owned())
-}

@@ -1,7 +1,7 @@
 //! The data sets that step 1 is trained on: opened and checked before the training begins.
 
 use crate::failure::BlameInput;
-use crate::progress;
+use crate::{input, progress};
 use anyhow::{Result, anyhow};
 use deepsft_formats::{DatasetFolder, FormatError};
 use deepsft_geometry::{Template, training_camera};
@@ -26,13 +26,15 @@ impl DataSets {
     /// be held out.
     pub fn open(folders: &[PathBuf], template: &Template, held_out_frames: u64) -> Result<Option<Self>> {
         let Some(last) = folders.last() else { return Ok(None) };
-        let mut sets = Vec::new();
-        for folder in folders {
-            sets.push((folder.display().to_string(), open_one(folder, template)?));
-        }
+        let sets: Vec<DatasetFolder> = folders
+            .iter()
+            .map(|folder| open_one(folder, template))
+            .collect::<Result<_>>()?;
+        input::check_hashes(&sets)?;
+        let sets: Vec<_> = sets.iter().map(|set| set.description().clone()).collect();
         let mut shards = IndexedShards::new(training_camera());
-        let bar = progress::counting(sets.iter().map(|(_, set)| set.samples).sum(), "samples found");
-        for ((_, set), folder) in sets.iter().zip(folders) {
+        let bar = progress::counting(sets.iter().map(|set| set.samples).sum(), "samples found");
+        for (set, folder) in sets.iter().zip(folders) {
             let before = shards.samples();
             for name in &set.shards {
                 let index = set.first + (shards.samples() - before);
@@ -50,15 +52,18 @@ impl DataSets {
         }
         bar.finish_and_clear();
         let all = shards.samples();
-        let descriptions: Vec<_> = sets.iter().map(|(_, set)| set.clone()).collect();
-        let samples = StoredSamples::new(shards, &descriptions).blame("data set", last)?;
+        let samples = StoredSamples::new(shards, &sets).blame("data set", last)?;
         let training = samples.training_samples(held_out_frames).blame("data set", last)?;
         let training = training.unwrap_or(all);
         Ok(Some(Self {
             samples: Arc::new(samples),
             training,
             held_out: all - training,
-            sets,
+            sets: folders
+                .iter()
+                .map(|folder| folder.display().to_string())
+                .zip(sets)
+                .collect(),
         }))
     }
 }
@@ -73,25 +78,22 @@ impl fmt::Display for DataSets {
     }
 }
 
-/// The description of a data set that is whole and of the template.
-fn open_one(folder: &Path, template: &Template) -> Result<DatasetDescription> {
+/// A data set that is of the template and whole, as far as its files' sizes tell.
+fn open_one(folder: &Path, template: &Template) -> Result<DatasetFolder> {
+    let refused = |reason: String| Err(anyhow!(reason)).blame("data set", folder);
     if folder.join(CAMERA_FILE).is_file() {
-        let recording = Err(anyhow!(
-            "it is an RGB-D recording, which steps 2 and 3 train on: --recording"
-        ));
-        return recording.blame("data set", folder);
+        return refused("it is an RGB-D recording, which steps 2 and 3 train on: --recording".to_owned());
     }
     let set = DatasetFolder::open(folder)?;
     let description = set.description();
     if description.seed == ACCURACY_SEED {
-        let measured = Err(anyhow!(
+        return refused(format!(
             "its seed {ACCURACY_SEED} is that of the images on which the accuracy of a model is measured"
         ));
-        return measured.blame("data set", folder);
     }
     description.check_template(template).blame("data set", folder)?;
     set.check_shards()?;
-    Ok(description.clone())
+    Ok(set)
 }
 
 /// Lays what is wrong with a shard at its door, also when it is met while training.

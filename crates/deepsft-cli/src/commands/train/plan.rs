@@ -3,9 +3,9 @@
 use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
 use crate::network_choice::NetworkChoice;
+use crate::paths::beside;
 use anyhow::Result;
 use deepsft_train::{ACCURACY_SEED, Budget, TrainConfig, TuningStep};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// The steps to make, checked.
@@ -139,38 +139,38 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         config.photo_consistency.total_variation = lambda;
     }
     if let Some(light) = arguments.light {
-        config.photo_consistency.light = light.into();
+        config.photo_consistency.light = light;
     }
     Ok(config)
 }
 
-/// The path beside `out` with the same name and an ending.
-fn beside(out: &Path, ending: &str) -> PathBuf {
-    let mut name: OsString = out.file_name().unwrap_or_default().to_os_string();
-    name.push(ending);
-    out.with_file_name(name)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::arguments::LightChoice;
-    use super::super::arguments::tests::arguments;
     use super::*;
+    use clap::{Args, FromArgMatches};
     use deepsft_train::Light;
+
+    /// The arguments of `deepsft train` with a command line of these words.
+    fn arguments(words: &str) -> TrainArguments {
+        let command = TrainArguments::augment_args(clap::Command::new("train"));
+        let matches = command.try_get_matches_from(["train"].into_iter().chain(words.split_whitespace()));
+        TrainArguments::from_arg_matches(&matches.unwrap()).unwrap()
+    }
+
+    /// The settings of a training of step 1 with these words more.
+    fn settings(words: &str) -> TrainConfig {
+        config(&arguments(&format!("--template t --out a {words}"))).unwrap()
+    }
 
     #[test]
     fn checkpoints_lie_beside_the_bundle() {
         for out in ["models/cover", "models/cover/"] {
-            let config = config(&arguments(out)).unwrap();
+            let config = config(&arguments(&format!("--template t --out {out}"))).unwrap();
             assert_eq!(config.checkpoint, Path::new("models/cover.checkpoint"));
             assert_eq!(config.budget, Budget::Seconds(3600.0));
         }
-        assert!(config(&arguments("..")).is_err());
-        let all = TrainArguments {
-            steps: vec![1, 2, 3],
-            recording: Some("r".into()),
-            ..arguments("models/cover")
-        };
+        assert!(config(&arguments("--template t --out ..")).is_err());
+        let all = arguments("--template t --steps 1,2,3 --recording r --out models/cover");
         let names = ["cover.checkpoint", "cover.step-2.checkpoint", "cover.step-3.checkpoint"];
         let expected: Vec<PathBuf> = names.iter().map(|name| Path::new("models").join(name)).collect();
         assert_eq!(Plan::new(&all).unwrap().checkpoints(), expected);
@@ -179,54 +179,44 @@ mod tests {
     #[test]
     fn the_first_step_of_a_training_does_not_become_outdated() {
         use TuningStep::{Depth, Registration};
-        for (numbers, resume, outdated) in [
-            (&[1, 2, 3][..], true, &[Depth, Registration][..]),
-            (&[1, 2, 3], false, &[]),
-            (&[1, 3], true, &[Registration]),
-            (&[2, 3], true, &[Registration]),
-            (&[3], true, &[]),
+        for (words, outdated) in [
+            ("--template t --steps 1,2,3 --resume", &[Depth, Registration][..]),
+            ("--template t --steps 1,2,3", &[]),
+            ("--template t --steps 1,3 --resume", &[Registration]),
+            ("--model m --steps 2,3 --resume", &[Registration]),
+            ("--model m --steps 3 --resume", &[]),
         ] {
-            let arguments = TrainArguments {
-                steps: numbers.to_vec(),
-                template: numbers.contains(&1).then(|| "t".into()),
-                recording: Some("r".into()),
-                resume,
-                ..arguments("a")
-            };
+            let arguments = arguments(&format!("{words} --recording r --out a"));
             let plan = Plan::new(&arguments).unwrap();
             let found: Vec<_> = (plan.steps.iter().copied())
                 .filter(|&step| plan.may_be_outdated(step))
                 .collect();
-            assert_eq!(found, outdated, "{numbers:?} {resume}");
+            assert_eq!(found, outdated, "{words}");
         }
     }
 
     #[test]
-    fn steps_and_what_they_need_belong_together() {
-        let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
-        let steps = |numbers: &[u8]| TrainArguments {
-            steps: numbers.to_vec(),
-            ..arguments("a")
-        };
-        assert!(message(steps(&[2, 1])).contains("in their order"));
-        assert!(message(steps(&[2])).contains("--model"));
-        assert!(message(steps(&[1, 2])).contains("need --recording"));
-        let mut without_blocks = steps(&[1, 2]);
-        without_blocks.network = NetworkChoice::R50f;
-        assert!(message(without_blocks).contains("r50f has none"));
-        let mut unused = steps(&[1]);
-        unused.recording = Some("r".into());
-        assert!(message(unused).contains("add them to --steps"));
+    fn options_that_do_not_belong_together_are_refused() {
+        let held_out = TrainConfig::ours().held_out_seed;
+        for (words, part) in [
+            ("--template t --steps 2,1", "in their order"),
+            ("--template t --steps 2", "--model"),
+            ("--template t --steps 1,2", "need --recording"),
+            ("--template t --steps 1,2 --network r50f", "r50f has none"),
+            ("--template t --recording r", "add them to --steps"),
+            ("--model m --steps 2 --recording r --data d", "--data is for step 1"),
+            (&format!("--template t --seed {held_out}"), "held-out"),
+            (&format!("--template t --seed {ACCURACY_SEED}"), "held-out"),
+        ] {
+            let arguments = arguments(&format!("{words} --out a"));
+            let message = Plan::new(&arguments).err().unwrap().to_string();
+            assert!(message.contains(part), "{words}: {message}");
+        }
     }
 
     #[test]
     fn the_papers_preset_ends_after_the_papers_epochs() {
-        let paper = TrainArguments {
-            preset: Some(Preset::Paper),
-            epochs: Some(3),
-            ..arguments("a")
-        };
-        let config = config(&paper).unwrap();
+        let config = settings("--preset paper --epochs 3");
         assert_eq!(config.budget, Budget::Samples(40 * 47_000));
         assert_eq!((config.depth_tuning.epochs, config.registration_tuning.epochs), (3, 3));
         assert_eq!((config.depth_tuning.batch, config.registration_tuning.batch), (7, 6));
@@ -234,95 +224,64 @@ mod tests {
 
     #[test]
     fn the_papers_epochs_are_those_of_the_data_set_unless_a_budget_is_given() {
-        let budget = |preset, samples, minutes| {
-            let arguments = TrainArguments {
-                data: vec!["d".into()],
-                preset: Some(preset),
-                samples,
-                minutes,
-                ..arguments("a")
-            };
+        for (words, budget) in [
+            ("--preset paper", Budget::Samples(3600)),
+            ("--preset paper --samples 7", Budget::Samples(7)),
+            ("--preset paper --minutes 2", Budget::Seconds(120.0)),
+            ("--preset ours", Budget::Seconds(3600.0)),
+        ] {
+            let arguments = arguments(&format!("--template t --data d --out a {words}"));
             let mut plan = Plan::new(&arguments).unwrap();
             plan.take_training_samples(&arguments, 90);
-            plan.config.budget
-        };
-        assert_eq!(budget(Preset::Paper, None, None), Budget::Samples(3600));
-        assert_eq!(budget(Preset::Paper, Some(7), None), Budget::Samples(7));
-        assert_eq!(budget(Preset::Paper, None, Some(2.0)), Budget::Seconds(120.0));
-        assert_eq!(budget(Preset::Ours, None, None), Budget::Seconds(3600.0));
-    }
-
-    #[test]
-    fn data_sets_are_for_step_one() {
-        let message = |arguments: TrainArguments| Plan::new(&arguments).err().unwrap().to_string();
-        let without_step_one = TrainArguments {
-            template: None,
-            model: Some("m".into()),
-            steps: vec![2],
-            recording: Some("r".into()),
-            data: vec!["d".into()],
-            ..arguments("a")
-        };
-        assert!(message(without_step_one).contains("--data is for step 1"));
-    }
-
-    #[test]
-    fn the_weight_of_the_total_variation_is_that_of_both_steps() {
-        for (given, lambda) in [(None, 1e-9), (Some(0.0), 0.0), (Some(1e-6), 1e-6)] {
-            let config = config(&TrainArguments {
-                total_variation: given,
-                ..arguments("a")
-            });
-            let config = config.unwrap();
-            let weights = [
-                config.depth_loss.total_variation,
-                config.photo_consistency.total_variation,
-            ];
-            assert_eq!(weights, [lambda; 2]);
+            assert_eq!(plan.config.budget, budget, "{words}");
         }
     }
 
     #[test]
     fn the_papers_network_has_the_papers_settings_unless_others_are_asked_for() {
-        for (network, preset, expected) in [
-            (NetworkChoice::Compact, None, Preset::Ours),
-            (NetworkChoice::R50f, None, Preset::Ours),
-            (NetworkChoice::Paper, None, Preset::Paper),
-            (NetworkChoice::Paper, Some(Preset::Ours), Preset::Ours),
-            (NetworkChoice::Compact, Some(Preset::Paper), Preset::Paper),
+        for (words, expected) in [
+            ("", Preset::Ours),
+            ("--network r50f", Preset::Ours),
+            ("--network paper", Preset::Paper),
+            ("--network paper --preset ours", Preset::Ours),
+            ("--preset paper", Preset::Paper),
         ] {
-            let arguments = TrainArguments {
-                network,
-                preset,
-                ..arguments("a")
-            };
-            assert_eq!(arguments.preset(), expected, "{network:?} {preset:?}");
+            let arguments = arguments(&format!("--template t --out a {words}"));
+            assert_eq!(arguments.preset(), expected, "{words}");
         }
     }
 
     #[test]
-    fn light_is_as_the_preset_has_it_unless_it_is_asked_for() {
-        for (preset, given, light) in [
-            (Preset::Ours, None, Light::Recorded),
-            (Preset::Paper, None, Light::Ignored),
-            (Preset::Ours, Some(LightChoice::Fitted), Light::Fitted),
-            (Preset::Paper, Some(LightChoice::Recorded), Light::Recorded),
-            (Preset::Ours, Some(LightChoice::Ignored), Light::Ignored),
+    fn light_and_the_weight_of_the_total_variation_are_as_the_preset_has_them_unless_they_are_asked_for() {
+        for (words, light, lambda) in [
+            ("", Light::Recorded, 1e-9),
+            ("--preset paper", Light::Ignored, 1e-9),
+            ("--light fitted", Light::Fitted, 1e-9),
+            (
+                "--preset paper --light recorded --total-variation 0",
+                Light::Recorded,
+                0.0,
+            ),
+            ("--light ignored --total-variation 1e-6", Light::Ignored, 1e-6),
         ] {
-            let config = config(&TrainArguments {
-                preset: Some(preset),
-                light: given,
-                ..arguments("a")
-            });
-            assert_eq!(config.unwrap().photo_consistency.light, light, "{preset:?} {given:?}");
+            let config = settings(words);
+            assert_eq!(config.photo_consistency.light, light, "{words}");
+            let weights = [
+                config.depth_loss.total_variation,
+                config.photo_consistency.total_variation,
+            ];
+            assert_eq!(weights, [lambda; 2], "{words}");
         }
     }
 
     #[test]
-    fn the_seed_of_the_held_out_images_is_refused() {
-        for seed in [TrainConfig::ours().held_out_seed, ACCURACY_SEED] {
-            let held_out = TrainArguments { seed, ..arguments("a") };
-            assert!(config(&held_out).unwrap_err().to_string().contains("held-out"));
+    fn weights_of_losses_are_not_negative() {
+        for weight in ["-1", "inf"] {
+            let command = TrainArguments::augment_args(clap::Command::new("train"));
+            let words = ["train", "--template", "t", "--out", "a"].map(str::to_owned);
+            let words = words.into_iter().chain([format!("--total-variation={weight}")]);
+            let refusal = command.try_get_matches_from(words).unwrap_err().to_string();
+            assert!(refusal.contains("expected a number of 0 or more"), "{refusal}");
         }
     }
 }

@@ -16,7 +16,7 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
             seconds,
             loss,
         } => {
-            bar.set_position((fraction * progress::SHARE_LENGTH as f64) as u64);
+            bar.set_position((fraction * progress::FRACTION_LENGTH as f64) as u64);
             let left = seconds / fraction.max(1e-6) * (1.0 - fraction).max(0.0);
             bar.set_message(format!(
                 "{samples} samples, {:.1} per second, loss {}, {} left",

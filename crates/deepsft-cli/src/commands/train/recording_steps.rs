@@ -1,4 +1,4 @@
-//! Steps 2 and 3 of a training: a bundle refined on an RGB-D recording.
+//! Steps 2 and 3 of a training: a bundle tuned on an RGB-D recording.
 
 use super::plan::Plan;
 use super::progress_lines::tell;
@@ -18,10 +18,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Name of the file with the figures before and after, in a bundle.
-pub const FIGURES_FILE: &str = "refinement.json";
+pub const FIGURES_FILE: &str = "tuning.json";
+
+/// What earlier versions called it.
+pub const OLD_FIGURES_FILE: &str = "refinement.json";
 
 /// What steps on a recording leave behind.
-pub struct RefinedBundle {
+pub struct TunedBundle {
     pub network: Network,
     /// Samples seen and seconds spent by all steps.
     pub samples: u64,
@@ -33,7 +36,7 @@ pub struct RefinedBundle {
 }
 
 /// Trains the blocks of the steps of `plan` of the network of `bundle` on the recording in `folder`.
-pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<RefinedBundle> {
+pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<TunedBundle> {
     let recording = Recording::open(folder).blame("recording", folder)?;
     let canonical = training_camera();
     let mut network = bundle.network().clone();
@@ -69,7 +72,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         truth: &truth,
     };
     let mut rows = Vec::new();
-    let mut refined = RefinedBundle {
+    let mut tuned = TunedBundle {
         network: network.clone(),
         samples: 0,
         seconds: 0.0,
@@ -92,7 +95,7 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
             );
         }
         let (asked, frames_an_epoch) = (plan.epochs(step), frames.training.len() as u64);
-        let bar = progress::share();
+        let bar = progress::fraction();
         let done = tune(&network, step, set, &config, device, |told| {
             let begun = match told {
                 Progress::Resumed { samples, .. } => samples / frames_an_epoch,
@@ -110,21 +113,21 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
             rows.push(("before".to_owned(), done.before));
         }
         rows.push((format!("after step {}", step.number()), done.after));
-        refined.add(step, &done.state)?;
+        tuned.add(step, &done.state)?;
         network = done.network;
     }
     if let Some(exact) = RecordingMetrics::of_truth(set)? {
         rows.push(("the truth itself".to_owned(), exact));
     }
-    refined.network = network;
-    refined.table = tuning_table(kind, recording.frames(), frames.held_out.len(), &rows);
-    refined
+    tuned.network = network;
+    tuned.table = tuning_table(kind, recording.frames(), frames.held_out.len(), &rows);
+    tuned
         .files
         .insert(FIGURES_FILE.to_owned(), tuning_json(kind, &frames, &rows)?);
-    Ok(refined)
+    Ok(tuned)
 }
 
-impl RefinedBundle {
+impl TunedBundle {
     fn add(&mut self, step: TuningStep, state: &Checkpoint) -> Result<()> {
         self.samples += state.samples;
         self.seconds += state.seconds;

@@ -1,11 +1,11 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
 use super::arguments::TrainArguments;
-use super::bundle_folder::{BUNDLE_FOLDER, file_name};
+use super::bundle_folder::BUNDLE_FOLDER;
 use super::data_sets::{DataSets, blame_shard};
 use super::plan::Plan;
 use super::progress_lines::tell;
-use super::recording_steps::{self, RefinedBundle};
+use super::recording_steps::{self, TunedBundle};
 use crate::output::curve_plot;
 use crate::progress;
 use crate::synthesis::quoted;
@@ -47,7 +47,7 @@ impl Training<'_> {
             Some(data_sets) => data_sets.samples.clone(),
             None => self.synthesizer.clone(),
         };
-        let bar = progress::share();
+        let bar = progress::fraction();
         let trained = train(&source, &network, config, &self.device, |told| tell(&bar, told));
         let trained = blame_shard(trained)?;
         bar.finish_and_clear();
@@ -57,18 +57,18 @@ impl Training<'_> {
 
     /// Steps 2 and 3: a bundle from another one, written. `curve` is how that learned, if it did so now.
     pub fn recording_steps(&self, bundle: ModelBundle, curve: &[CurvePoint], recording: &Path) -> Result<ModelBundle> {
-        let refined = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
-        println!("\n{}", refined.table);
+        let tuned = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
+        println!("\n{}", tuned.table);
         let before = &bundle.card().provenance;
         let trained = Trained {
-            network: refined.network.clone(),
+            network: tuned.network.clone(),
             state: Checkpoint {
-                samples: before.samples + refined.samples,
-                seconds: before.seconds + refined.seconds,
+                samples: before.samples + tuned.samples,
+                seconds: before.seconds + tuned.seconds,
                 ..Checkpoint::default()
             },
         };
-        self.write(trained, curve, Some(refined))
+        self.write(trained, curve, Some(tuned))
     }
 
     /// The card of a bundle.
@@ -89,17 +89,21 @@ impl Training<'_> {
     }
 
     /// Measures a network on synthetic images, and writes its bundle.
-    fn write(&self, trained: Trained, curve: &[CurvePoint], refined: Option<RefinedBundle>) -> Result<ModelBundle> {
+    fn write(&self, trained: Trained, curve: &[CurvePoint], tuned: Option<TunedBundle>) -> Result<ModelBundle> {
         println!("measuring on held-out synthetic images");
         let arguments = self.arguments;
-        let name = arguments
-            .name
-            .clone()
-            .or_else(|| file_name(&arguments.out))
-            .unwrap_or_default();
+        let folder_name = || {
+            arguments
+                .out
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        let name = arguments.name.clone().unwrap_or_else(folder_name);
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
         let mut extra = BTreeMap::new();
-        let table = refined.as_ref().map(|refined| refined.table.as_str());
+        let table = tuned.as_ref().map(|tuned| tuned.table.as_str());
         extra.insert(CARD_FILE.to_owned(), self.card(&bundle, curve, table).into_bytes());
         if !curve.is_empty() {
             extra.insert(CURVE_FILE.to_owned(), curve_csv(curve).into_bytes());
@@ -107,7 +111,7 @@ impl Training<'_> {
         if let Some(plot) = curve_plot::curve_plot(curve) {
             extra.insert(curve_plot::PLOT_FILE.to_owned(), encode_png(&plot)?);
         }
-        extra.extend(refined.into_iter().flat_map(|refined| refined.files));
+        extra.extend(tuned.into_iter().flat_map(|tuned| tuned.files));
         extra.extend(bundle.to_files()?);
         deepsft_formats::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
         Ok(bundle)

@@ -2,7 +2,7 @@
 
 use super::outcome::{Errors, Series};
 use deepsft_cli::output::canvas::Canvas;
-use deepsft_cli::output::chart::{Chart, Curve, INK, PAPER, TITLE_SIZE, legend};
+use deepsft_cli::output::chart::{Chart, Curve, INK, NUMBER_SIZE, PAPER, TITLE_SIZE};
 use deepsft_cli::output::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
 
@@ -15,6 +15,10 @@ const SIZE: (usize, usize) = (300, 130);
 /// Height of the legend above the charts, and of a series' name above its charts, pixels.
 const LEGEND: usize = 40;
 const HEADING: usize = 22;
+
+/// Length of a line in a legend, and the gap beside it, pixels.
+const LEGEND_LINE: f64 = 22.0;
+const LEGEND_GAP: f64 = 7.0;
 
 /// Left end of headings and the legend, pixels.
 const LEFT: f64 = 16.0;
@@ -76,6 +80,19 @@ pub fn study_plot(series: &[Series]) -> Option<Picture> {
         }
     }
     Some(canvas.into_picture())
+}
+
+/// Draws what the colours of curves stand for, from `left` on with its middle at height `middle`.
+fn legend(canvas: &mut Canvas, entries: &[([u8; 3], &str)], left: f64, middle: f64) {
+    let lettering = Lettering::regular(NUMBER_SIZE, INK);
+    let mut x = left;
+    for &(color, name) in entries {
+        canvas.line(&[(x, middle), (x + LEGEND_LINE, middle)], 2.0, color);
+        canvas.dot((x + LEGEND_LINE / 2.0, middle), 3.0, color);
+        x += LEGEND_LINE + LEGEND_GAP;
+        canvas.write(name, (x, middle), Align::Left, lettering);
+        x += lettering.width(name) + 3.0 * LEGEND_GAP;
+    }
 }
 
 #[cfg(test)]

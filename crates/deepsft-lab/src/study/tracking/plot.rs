@@ -26,6 +26,9 @@ const SCALE: [f64; 2] = [0.1, 100.0];
 /// The error that counts as tracked.
 const TRACKED: f64 = 2.0;
 
+/// Length of a dash of the line at `TRACKED`, and of the gap after it, pixels.
+const DASH: f64 = 4.0;
+
 /// Height of the strip of marks, pixels.
 const STRIP: usize = 6;
 
@@ -81,7 +84,10 @@ pub fn track_plot(points: &[Point], event_frames: [usize; 2]) -> Picture {
         canvas.write(&error.to_string(), (left - 6.0, y), Align::Right, numbers);
     }
     let limit = y_of(TRACKED);
-    canvas.dashed_line(&[(left, limit), (right, limit)], 1.5, LIMIT);
+    for dash in 0..((right - left) / (2.0 * DASH)).ceil() as usize {
+        let from = left + 2.0 * DASH * dash as f64;
+        canvas.line(&[(from, limit), (right.min(from + DASH), limit)], 1.5, LIMIT);
+    }
     for frame in (0..points.len()).step_by(10) {
         let at = (x_of(frame as f64 + 0.5), HEIGHT as f64 - 9.0);
         canvas.write(&frame.to_string(), at, Align::Centre, numbers);
