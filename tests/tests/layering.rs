@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Our crates and the crates of ours each may use. `crates/README.md` draws the same picture.
 const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft-geometry", &[]),
+    ("deepsft-finding", &["deepsft-geometry"]),
     ("deepsft-formats", &["deepsft-geometry"]),
     ("deepsft", &["deepsft-formats", "deepsft-geometry"]),
     ("deepsft-synth", &["deepsft-formats", "deepsft-geometry"]),
@@ -30,6 +31,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "deepsft",
             "deepsft-synth",
             "deepsft-train",
+            "deepsft-finding",
             "deepsft-formats",
             "deepsft-geometry",
             "deepsft-cli",

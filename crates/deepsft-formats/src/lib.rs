@@ -4,8 +4,6 @@
 //! `fs`: [`write_file`], [`StagedFolder`]. Data sets as tar shards stand behind the feature `shards`, the import of scans
 //! behind the feature `scan`.
 
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-
 mod camera;
 mod error;
 mod fingerprint;

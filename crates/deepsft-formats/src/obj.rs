@@ -166,29 +166,3 @@ fn numbers<const N: usize>(words: &str) -> Option<[f64; N]> {
     }
     Some(numbers)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn polygons_are_fans_and_names_are_kept() {
-        let text = "o box\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nusemtl a b\nf 1 2 3 -1 # a square\nusemtl c\nf 1//7 2 3\nf 1 2\n";
-        let file = ObjFile::parse(text.as_bytes()).unwrap();
-        let corners = |group: &ObjGroup| -> Vec<[usize; 3]> {
-            group
-                .faces
-                .iter()
-                .map(|face| face.map(|corner| corner.position))
-                .collect()
-        };
-        assert_eq!(corners(&file.groups[0]), [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(corners(&file.groups[1]), [[0, 1, 2]]);
-        let names: Vec<_> = file
-            .groups
-            .iter()
-            .map(|g| (g.name.as_str(), g.material.as_deref()))
-            .collect();
-        assert_eq!(names, [("box", Some("a b")), ("box", Some("c"))]);
-    }
-}

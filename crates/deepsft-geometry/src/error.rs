@@ -1,5 +1,6 @@
 //! The one error type of this crate.
 
+use glam::DVec3;
 use thiserror::Error;
 
 /// What is wrong with a camera, a mesh, a picture, a pair of maps or a fit.
@@ -193,6 +194,16 @@ pub enum GeometryError {
         /// Size expected.
         expected: (usize, usize),
     },
+}
+
+/// Refuses a start shape that does not have the `expected` number of vertices.
+pub(crate) fn check_start(start: &[DVec3], expected: usize) -> Result<(), GeometryError> {
+    let actual = start.len();
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(GeometryError::StartLength { actual, expected })
+    }
 }
 
 /// Refuses pictures and maps of a size that is not the `expected` one, both (width, height).

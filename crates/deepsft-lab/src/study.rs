@@ -1,5 +1,6 @@
 //! `deepsft-lab study`: what a part of the pipeline is worth, measured where the truth is known.
 
+mod finding;
 mod fit;
 mod tracking;
 
@@ -8,6 +9,8 @@ use clap::Subcommand;
 
 #[derive(Subcommand)]
 pub enum StudyCommand {
+    /// Measure how often features find a print that nothing was trained for.
+    Finding(finding::FindingStudyArguments),
     /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
     Fit(fit::FitStudyArguments),
     /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
@@ -16,6 +19,7 @@ pub enum StudyCommand {
 
 pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
+        StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
         StudyCommand::Tracking(arguments) => tracking::run(arguments),
     }

@@ -102,12 +102,12 @@ fn run_from(
 /// The losses of all updates of a tuning, and what it ended with.
 fn losses_of(network: &Network, step: TuningStep, frames: &RecordedFrames, config: &TrainConfig) -> (Vec<f64>, Tuned) {
     let mut losses = Vec::new();
-    let refined = run_from(network, step, frames, config, |progress| {
+    let tuned = run_from(network, step, frames, config, |progress| {
         if let Progress::Step { loss, .. } = progress {
             losses.push(loss);
         }
     });
-    (losses, refined.unwrap())
+    (losses, tuned.unwrap())
 }
 
 fn frames(training: usize) -> RecordedFrames {
@@ -212,10 +212,10 @@ fn check_that_alone_moved(block: &str, before: &Network, after: &Network) {
 fn steps_two_and_three_learn_a_frame_by_heart_and_leave_all_other_blocks_bit_for_bit() {
     for (step, block) in STEPS {
         let folder = tempfile::tempdir().unwrap();
-        let (losses, refined) = losses_of(&network(), step, &frames(1), &config(folder.path(), 120));
+        let (losses, tuned) = losses_of(&network(), step, &frames(1), &config(folder.path(), 120));
         let (first, last) = (losses[0], losses[losses.len() - 1]);
         assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
-        check_that_alone_moved(block, &network(), &refined.network);
+        check_that_alone_moved(block, &network(), &tuned.network);
     }
 }
 
@@ -229,15 +229,15 @@ fn step_three_can_compare_with_the_template_in_the_cameras_colours() {
     frames.colors = dull;
     frames.training[0].image = dull.apply(&frames.training[0].image);
     frames.held_out = frames.training.clone();
-    let refined = |light| {
+    let tuned = |light| {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 120);
         config.photo_consistency.light = light;
-        let refined = run(TuningStep::Registration, &frames, &config, |_| {});
-        refined.unwrap().after
+        let tuned = run(TuningStep::Registration, &frames, &config, |_| {});
+        tuned.unwrap().after
     };
     let of = |figure: Option<MeanMedian>| figure.unwrap().mean;
-    let (ignored, recorded) = (refined(Light::Ignored), refined(Light::Recorded));
+    let (ignored, recorded) = (tuned(Light::Ignored), tuned(Light::Recorded));
     assert!(of(recorded.recorded_colors_photometric_error) < 0.01, "{recorded:?}");
     assert!(of(recorded.photometric_error) > 0.03, "{recorded:?}");
     // In the template's own colours a wrong registration is nearest, that of duller texels.
@@ -267,10 +267,10 @@ fn steps_two_and_three_train_the_network_of_a_template_with_seams() {
     let network = network_with_seams();
     for (step, block) in STEPS {
         let folder = tempfile::tempdir().unwrap();
-        let (losses, refined) = losses_of(&network, step, &frames, &config(folder.path(), 120));
+        let (losses, tuned) = losses_of(&network, step, &frames, &config(folder.path(), 120));
         let (first, last) = (losses[0], losses[losses.len() - 1]);
         assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
-        check_that_alone_moved(block, &network, &refined.network);
+        check_that_alone_moved(block, &network, &tuned.network);
     }
 }
 
@@ -300,7 +300,7 @@ fn frames_between_others() -> RecordedFrames {
 #[test]
 fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
     let frames = frames_between_others();
-    let refined = |step| {
+    let tuned = |step| {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 60);
         for steps in [&mut config.depth_tuning, &mut config.registration_tuning] {
@@ -311,10 +311,10 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
         run(step, &frames, &config, |_| {}).unwrap()
     };
     let mean = |figure: Option<MeanMedian>| figure.unwrap().mean;
-    let Tuned { before, after, .. } = refined(TuningStep::Depth);
+    let Tuned { before, after, .. } = tuned(TuningStep::Depth);
     let [before, after] = [before, after].map(|figures| mean(figures.measured_depth_rmse_mm));
     assert!(after < before / 4.0, "depth RMSE {before} -> {after} mm");
-    let Tuned { before, after, .. } = refined(TuningStep::Registration);
+    let Tuned { before, after, .. } = tuned(TuningStep::Registration);
     let [before, after] = [before, after].map(|figures| mean(figures.photometric_error));
     assert!(after < before / 4.0, "E_pr {before} -> {after}");
     // The one registration that is in the middle of all frames does not do that.

@@ -212,11 +212,10 @@ impl Model {
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         deepsft_formats::write_folder(folder, &RESULTS_FOLDER, &files)?;
-        let found = if judgement.found { "found" } else { "not found" };
         Ok(format!(
-            "{}: {found}, confidence {:.2}: {}",
+            "{}: {}: {}",
             path.display(),
-            judgement.confidence,
+            verdict(&judgement),
             folder.display()
         ))
     }
@@ -231,10 +230,9 @@ impl Model {
     ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (rows, columns) = (maps.height(), maps.width());
         let template = self.bundle.template();
-        let found = if judgement.found { "found" } else { "not found" };
         let rows_of_panels = [
             sheet::Row {
-                caption: format!("{found}, confidence {:.2}", judgement.confidence),
+                caption: verdict(judgement),
                 panels: vec![
                     panels::plain("input", canonical),
                     panels::overlay("registration", canonical, maps, template.size_mm()),
@@ -276,6 +274,12 @@ impl Model {
         }
         Ok(files)
     }
+}
+
+/// Whether the object was found and how sure that is, for people.
+fn verdict(judgement: &Judgement) -> String {
+    let found = if judgement.found { "found" } else { "not found" };
+    format!("{found}, confidence {:.2}", judgement.confidence)
 }
 
 /// Least, median and greatest depth inside the mask, mm.

@@ -151,18 +151,7 @@ mod tests {
         for text in ["297x210.5", "297X210.5", "297 × 210.5"] {
             assert_eq!(text.parse(), Ok(size), "{text}");
         }
-        for text in [
-            "",
-            "297",
-            "297x",
-            "x210",
-            "0x210",
-            "-1x2",
-            "NaNx2",
-            "infx2",
-            "297x210x3",
-            "A4",
-        ] {
+        for text in ",297,297x,x210,0x210,-1x2,NaNx2,infx2,297x210x3,A4".split(',') {
             assert!(text.parse::<SizeMm>().is_err(), "{text}");
         }
     }

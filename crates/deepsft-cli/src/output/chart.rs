@@ -64,16 +64,9 @@ impl Chart {
         let scale = |value: f64| if self.logarithmic { value.max(1e-9).ln() } else { value };
         let title = Lettering::semibold(TITLE_SIZE, INK).fitting(&self.title, width);
         canvas.write(&self.title, (left, top - 20.0), Align::Left, title);
-        let values = || {
-            self.curves
-                .iter()
-                .flat_map(|curve| &curve.points)
-                .map(|&(_, value)| value)
-        };
-        let (least, most) = (
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let points = || self.curves.iter().flat_map(|curve| &curve.points);
+        let least = points().fold(f64::INFINITY, |least, point| least.min(point.1));
+        let most = points().fold(f64::NEG_INFINITY, |most, point| most.max(point.1));
         if !(least.is_finite() && most.is_finite()) {
             return;
         }

@@ -404,7 +404,7 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
         INVALID_INPUT,
         &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
     );
-    ended_early(path, 3, &["Invalid NAL unit size"]);
+    ended_early_in(path, "track.partial", 3, &["Invalid NAL unit size"]);
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }

@@ -129,7 +129,9 @@ fn ten_thousand_primitives_of_one_accessor_do_not_fill_the_memory() {
             })
         })
     };
-    assert!(read(&json).unwrap_err().to_string().contains("make it coarser"));
+    // The error alone: to print what was read would take minutes.
+    let error = read(&json).err().map(|error| error.to_string());
+    assert!(error.is_some_and(|error| error.contains("make it coarser")));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::report::{Completion, CompletionEnergy, CompletionReport};
 use super::rotation_extension::extended_rotations;
 use super::stiffness::Stiffness;
 use super::visible_points::Visible;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
 use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
@@ -224,12 +224,7 @@ impl ArapCompletion {
         let Some(start) = start else {
             return Ok(None);
         };
-        if start.len() != self.welding.vertices() {
-            return Err(GeometryError::StartLength {
-                actual: start.len(),
-                expected: self.welding.vertices(),
-            });
-        }
+        check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
             Some(vertex) => Err(GeometryError::VertexNotFinite { vertex }),
             None => Ok(Some(self.welding.weld(start))),

@@ -6,7 +6,7 @@ use super::measurements::{Measurement, measurements};
 use super::mesh_fitter::{MeshFitter, Resolution, Round, WINDOW_PX, check_blurs};
 use super::options::FitOptions;
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size};
+use crate::error::{GeometryError, check_size, check_start};
 use crate::image::{GreyImage, Normalizer, Picture};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
@@ -93,12 +93,8 @@ impl FrameFitter {
     ) -> Result<Option<FrameFit>, GeometryError> {
         check_size(image.size(), camera.size())?;
         check_size(maps.size(), camera.size())?;
-        let vertices = self.mesh_fitter.template.mesh().vertices().len();
-        if let Some(actual) = start.map(<[DVec3]>::len).filter(|&actual| actual != vertices) {
-            return Err(GeometryError::StartLength {
-                actual,
-                expected: vertices,
-            });
+        if let Some(start) = start {
+            check_start(start, self.mesh_fitter.template.mesh().vertices().len())?;
         }
         let measured = measurements(maps, &self.mesh_fitter.template);
         if measured.len() < FEWEST_MEASUREMENTS {

@@ -103,8 +103,11 @@ impl Template {
         })
     }
 
-    /// The same sheet with `times` as large cells.
-    pub(crate) fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
+    /// The same sheet with `times` as large cells and no picture.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotASheet`] for a template of another shape.
+    pub fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
         self.expect_sheet("a coarser grid")?;
         let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.

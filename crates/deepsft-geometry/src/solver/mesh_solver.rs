@@ -3,7 +3,7 @@
 use super::energy::Energy;
 use super::length_scale::LengthScale;
 use super::normal_equations::NormalEquations;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_start};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
@@ -299,12 +299,7 @@ impl MeshSolver {
 
     fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {
         let vertices = self.equations.gradient().len();
-        if start.len() != vertices {
-            return Err(GeometryError::StartLength {
-                actual: start.len(),
-                expected: vertices,
-            });
-        }
+        check_start(start, vertices)?;
         for term in terms {
             let mut held = true;
             term.stencils(&mut |stencil| {

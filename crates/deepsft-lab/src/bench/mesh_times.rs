@@ -34,14 +34,14 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         .map(|image| pollster::block_on(estimator.infer(image)))
         .collect::<Result<_, _>>()?;
 
-    let mut physics = FrameFitter::new(bundle.template(), FitOptions::default())?;
+    let mut fitter = FrameFitter::new(bundle.template(), FitOptions::default())?;
     let mut arap = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default())?;
     let (mut fit, mut completion) = (Vec::new(), Vec::new());
     let (mut track_start, mut track) = (Vec::new(), Vec::new());
     for (image, maps) in frames.iter().zip(&maps) {
         let mut ms = 0.0;
-        let refined = timed(&mut ms, || physics.fit(image, &camera, maps, None))?;
-        ensure!(refined.is_some(), "the network did not find the template in the clip");
+        let fitted = timed(&mut ms, || fitter.fit(image, &camera, maps, None))?;
+        ensure!(fitted.is_some(), "the network did not find the template in the clip");
         fit.push(ms);
         let completed = timed(&mut ms, || arap.complete(maps, &camera, None))?;
         ensure!(

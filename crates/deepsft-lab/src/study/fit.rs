@@ -89,7 +89,7 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
         eprintln!("warning: the model was trained with seed {seed}: these frames are not new to it");
     }
     let (estimator, _) = input::estimator(&bundle, arguments.device)?;
-    let mut refinement = FrameFitter::new(bundle.template(), FitOptions::default())?;
+    let mut fitter = FrameFitter::new(bundle.template(), FitOptions::default())?;
     let bar = progress::counting(study_length(frames), "frames");
     let mut worst = Worst::default();
     let each = |frame: &StudiedFrame<'_>| {
@@ -99,7 +99,7 @@ pub fn run(arguments: &FitStudyArguments) -> Result<()> {
         bar.set_message(format!("{}: {} {}", frame.series, frame.level, frame.unit));
         bar.inc(1);
     };
-    let series = study_fit(&estimator, &mut refinement, bundle.template(), frames, seed, each)?;
+    let series = study_fit(&estimator, &mut fitter, bundle.template(), frames, seed, each)?;
     bar.finish_and_clear();
     println!(
         "{}: {frames} frames per level, seed {seed}; medians before -> after the fit (mean after)",

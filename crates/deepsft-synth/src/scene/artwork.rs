@@ -15,8 +15,22 @@ const LONG_SIDE: f64 = 560.0;
 
 type Painter<R> = fn(&mut Frame, Vec2, Vec2, &mut R);
 
-/// Artwork number `number`. The number chooses the kind of picture, the generator everything else.
-pub(crate) fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
+/// What the artworks of numbers 0 to 9 are; number 10 is of the first kind again.
+pub const ARTWORK_KINDS: [&str; 10] = [
+    "collage",
+    "mosaic",
+    "geometric",
+    "collage",
+    "rings",
+    "text",
+    "triangles",
+    "scribble",
+    "landscape",
+    "noise",
+];
+
+/// A painted print. `number` chooses its kind ([`ARTWORK_KINDS`]), the generator everything else.
+pub fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
     let painters: [Painter<R>; 10] = [
         collage,
         mosaic,

@@ -1,7 +1,7 @@
 //! How far a tracked mesh is from the truth of a synthetic clip.
 
 use crate::TrainError;
-use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, Template};

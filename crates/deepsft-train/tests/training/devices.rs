@@ -78,14 +78,14 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
                 truth: &BTreeMap::new(),
             };
             let mut losses = Vec::new();
-            let refined = tune(&network, step, data, &config, &Device::flex(), |told| {
+            let tuned = tune(&network, step, data, &config, &Device::flex(), |told| {
                 if let Progress::Step { loss, .. } = told {
                     losses.push(loss);
                 }
             })
             .unwrap();
             assert_eq!(losses.len(), 1);
-            (losses[0], weights(&refined.network))
+            (losses[0], weights(&tuned.network))
         };
         let start = weights(&network);
         let (loss, one) = run(1);

@@ -1,5 +1,6 @@
 //! Trainings: where they are resumed, on several devices, in half precision, from data sets, until a sample is learnt by heart.
-//! (`tuning` is a program of its own: burn's random numbers are one stream, and its tests run beside one another.)
+//! They run one at a time: burn has one stream of random numbers for all threads. `tuning` is a program of its own, whose
+//! tests run side by side.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -271,22 +271,22 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
             truth: &BTreeMap::new(),
         };
         let mut told = Told::default();
-        let refined = tune(&network, TuningStep::Depth, data, config, &Device::flex(), |progress| {
+        let tuned = tune(&network, TuningStep::Depth, data, config, &Device::flex(), |progress| {
             told.hear(&progress);
         });
-        (refined.unwrap(), told)
+        (tuned.unwrap(), told)
     };
-    let (refined, told) = run(&config);
+    let (tuned, told) = run(&config);
     assert_eq!((told.losses.len(), told.skipped.len()), (0, 2));
     // Before the first epoch, and after each.
-    assert_eq!(refined.state.curve.len(), 3);
-    assert!(refined.state.curve.iter().all(|point| point.loss.is_nan()));
+    assert_eq!(tuned.state.curve.len(), 3);
+    assert!(tuned.state.curve.iter().all(|point| point.loss.is_nan()));
     // Such a checkpoint can be gone on from.
     config.resume = true;
     config.depth_tuning.epochs = 3;
-    let (refined, told) = run(&config);
-    assert_eq!((refined.state.curve.len(), told.skipped.len()), (4, 1));
-    assert!(refined.state.curve[..3].iter().all(|point| point.loss.is_nan()));
+    let (tuned, told) = run(&config);
+    assert_eq!((tuned.state.curve.len(), told.skipped.len()), (4, 1));
+    assert!(tuned.state.curve[..3].iter().all(|point| point.loss.is_nan()));
 }
 
 #[test]

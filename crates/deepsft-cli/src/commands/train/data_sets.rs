@@ -80,19 +80,16 @@ impl fmt::Display for DataSets {
 
 /// A data set that is of the template and whole, as far as its files' sizes tell.
 fn open_one(folder: &Path, template: &Template) -> Result<DatasetFolder> {
+    let refused = |reason: String| Err(anyhow!(reason)).blame("data set", folder);
     if folder.join(CAMERA_FILE).is_file() {
-        let recording = Err(anyhow!(
-            "it is an RGB-D recording, which steps 2 and 3 train on: --recording"
-        ));
-        return recording.blame("data set", folder);
+        return refused("it is an RGB-D recording, which steps 2 and 3 train on: --recording".to_owned());
     }
     let set = DatasetFolder::open(folder)?;
     let description = set.description();
     if description.seed == ACCURACY_SEED {
-        let measured = Err(anyhow!(
+        return refused(format!(
             "its seed {ACCURACY_SEED} is that of the images on which the accuracy of a model is measured"
         ));
-        return measured.blame("data set", folder);
     }
     description.check_template(template).blame("data set", folder)?;
     set.check_shards()?;

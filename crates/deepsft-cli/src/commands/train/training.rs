@@ -7,7 +7,6 @@ use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, TunedBundle};
 use crate::output::curve_plot;
-use crate::paths::file_name;
 use crate::progress;
 use crate::synthesis::quoted;
 use anyhow::Result;
@@ -93,11 +92,15 @@ impl Training<'_> {
     fn write(&self, trained: Trained, curve: &[CurvePoint], tuned: Option<TunedBundle>) -> Result<ModelBundle> {
         println!("measuring on held-out synthetic images");
         let arguments = self.arguments;
-        let name = arguments
-            .name
-            .clone()
-            .or_else(|| file_name(&arguments.out))
-            .unwrap_or_default();
+        let folder_name = || {
+            arguments
+                .out
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        let name = arguments.name.clone().unwrap_or_else(folder_name);
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
         let mut extra = BTreeMap::new();
         let table = tuned.as_ref().map(|tuned| tuned.table.as_str());

@@ -26,7 +26,7 @@ pub struct StudiedFrame<'a> {
     pub level: f64,
     /// Number of the frame.
     pub index: u64,
-    /// The picture that was refined on.
+    /// The picture that the mesh was fitted to.
     pub image: &'a Picture,
     /// The true maps of what is visible.
     pub truth: &'a Maps,
@@ -43,14 +43,14 @@ pub fn study_length(frames: u64) -> u64 {
     frames * plans().iter().map(|plan| plan.conditions.len() as u64).sum::<u64>()
 }
 
-/// Runs the study of `refinement`, which fits the mesh of `template`, from the maps of `estimator`: `frames` frames
+/// Runs the study of `fitter`, which fits the mesh of `template`, from the maps of `estimator`: `frames` frames
 /// of `seed` a level, calling `each` after every one that shows the object.
 ///
 /// # Errors
 /// When the device fails or something does not fit.
 pub fn study_fit(
     estimator: &Estimator,
-    refinement: &mut FrameFitter,
+    fitter: &mut FrameFitter,
     template: &Template,
     frames: u64,
     seed: u64,
@@ -63,7 +63,7 @@ pub fn study_fit(
             let synthesizer = condition.synthesizer(template, estimator.canonical_camera())?;
             let mut bench = Bench {
                 estimator,
-                refinement,
+                fitter,
                 template,
                 seed,
             };
@@ -90,7 +90,7 @@ pub fn study_fit(
 /// What a frame is put through.
 struct Bench<'a> {
     estimator: &'a Estimator,
-    refinement: &'a mut FrameFitter,
+    fitter: &'a mut FrameFitter,
     template: &'a Template,
     seed: u64,
 }
@@ -119,12 +119,12 @@ impl Bench<'_> {
             start,
             found,
         } = self.disturbed(condition, index, sample)?;
-        let refined = if found {
-            self.refinement.fit(&image, &believed, &start, None)?
+        let fit = if found {
+            self.fitter.fit(&image, &believed, &start, None)?
         } else {
             None
         };
-        let fitted = refined.as_ref().map_or(&start, |refined| &refined.maps);
+        let fitted = fit.as_ref().map_or(&start, |fit| &fit.maps);
         let grid = (self.template.grid()).ok_or(GeometryError::NotASheet {
             operation: "the study of the fit",
         })?;
@@ -132,9 +132,9 @@ impl Bench<'_> {
             found,
             start: self.errors(&start, &believed, &truth, &sample.camera)?,
             fitted: self.errors(fitted, &believed, &truth, &sample.camera)?,
-            accepted: refined.as_ref().map(|refined| refined.accepted),
-            mesh_rmse_mm: (refined.as_ref().filter(|refined| refined.accepted))
-                .and_then(|refined| mesh_rmse(&refined.vertices_camera, &sample.vertices_camera, grid)),
+            accepted: fit.as_ref().map(|fit| fit.accepted),
+            mesh_rmse_mm: (fit.as_ref().filter(|fit| fit.accepted))
+                .and_then(|fit| mesh_rmse(&fit.vertices_camera, &sample.vertices_camera, grid)),
         };
         each(&StudiedFrame {
             series: plan.name,

@@ -77,7 +77,7 @@ pub struct Series {
     pub name: &'static str,
     /// Unit of the levels.
     pub unit: &'static str,
-    /// Where the refinement starts.
+    /// Where the fit starts.
     pub start: Start,
     /// The levels.
     pub rows: Vec<Level>,

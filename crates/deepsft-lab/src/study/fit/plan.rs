@@ -12,7 +12,7 @@ pub const LEAK_PX: usize = 5;
 /// Registration error of the disturbed truth in the series that vary something else, pixels.
 const TYPICAL_ERROR_PX: f64 = 4.0;
 
-/// Where a refinement starts.
+/// Where a fit starts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {

@@ -1,0 +1,134 @@
+//! Matches that their neighbours confirm.
+//!
+//! A match of two corners with direction and scale tells how the sheet lies around it: a similarity from image to sheet. On a
+//! sheet that bends, neighbours still agree about it roughly, and wrong matches agree with nobody. (Pizarro and Bartoli 2012 and
+//! ROBUSfT, Shetab-Bushehri et al. 2022, use the same idea on positions alone.)
+
+use crate::matching::Match;
+use deepsft_geometry::DisjointSets;
+use deepsft_geometry::glam::Vec2;
+use std::f32::consts::{PI, TAU};
+
+/// How far the place of a neighbour may lie from where a match's similarity puts it, as a fraction of their distance: a tilt of
+/// 60 degrees halves lengths along one direction.
+const DISTORTION: f32 = 0.5;
+
+/// The same in mm, for neighbours so near that the corners' own positions count.
+const PLACE_MM: f32 = 2.5;
+
+/// Largest difference between the angles of neighbours, radians, and between the logarithms of their scales.
+const TURN: f32 = 0.6;
+const SCALING: f32 = 0.6;
+
+/// Matches nearer than this to each other may be of one corner, pixels.
+const SAME_PX: f32 = 3.0;
+
+/// Fewest neighbours that confirm a match.
+const FEWEST: usize = 3;
+
+/// Most matches that are looked at.
+const MOST_MATCHES: usize = 1500;
+
+/// Groups of matches that confirm one another, the largest first. `reach`: distance in the image within which matches are
+/// neighbours, pixels.
+pub(crate) fn groups(matches: &[Match], reach: f32) -> Vec<Vec<Match>> {
+    let matches = &matches[..matches.len().min(MOST_MATCHES)];
+    let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
+    let explains = |i: usize, j: usize| {
+        let (a, b) = (&matches[i], &matches[j]);
+        let expected = similarities[i].rotate(b.pixel - a.pixel);
+        let off = (b.place - a.place).distance(expected);
+        off <= DISTORTION * expected.length() + PLACE_MM
+    };
+    let agree = |i: usize, j: usize| {
+        let (a, b) = (&matches[i], &matches[j]);
+        let turn = (a.angle - b.angle + PI).rem_euclid(TAU) - PI;
+        (a.scale / b.scale).ln().abs() < SCALING && turn.abs() < TURN && explains(i, j) && explains(j, i)
+    };
+    let mut order: Vec<usize> = (0..matches.len()).collect();
+    order.sort_by(|&i, &j| matches[i].pixel.x.total_cmp(&matches[j].pixel.x));
+    let mut pairs = Vec::new();
+    let mut confirmed = vec![0_usize; matches.len()];
+    for (k, &i) in order.iter().enumerate() {
+        for &j in &order[k + 1..] {
+            let apart = matches[j].pixel - matches[i].pixel;
+            if apart.x > reach {
+                break;
+            }
+            // Matches of one corner at two sizes say nothing of each other.
+            if (SAME_PX..=reach).contains(&apart.length()) && agree(i, j) {
+                pairs.push([i, j]);
+                confirmed[i] += 1;
+                confirmed[j] += 1;
+            }
+        }
+    }
+    grouped(matches, &pairs, &confirmed)
+}
+
+/// The connected groups of confirmed matches.
+fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<Vec<Match>> {
+    let mut sets = DisjointSets::new(matches.len());
+    for &[i, j] in pairs {
+        if confirmed[i] >= FEWEST && confirmed[j] >= FEWEST {
+            sets.join(i, j);
+        }
+    }
+    let mut groups: Vec<Vec<Match>> = vec![Vec::new(); matches.len()];
+    for (i, m) in matches.iter().enumerate() {
+        if confirmed[i] >= FEWEST {
+            groups[sets.first(i)].push(*m);
+        }
+    }
+    groups.retain(|g| !g.is_empty());
+    groups.sort_by_key(|g| std::cmp::Reverse(g.len()));
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_matches_nine_tenths_wrong_those_on_a_bent_sheet_are_kept() {
+        let mut state = 5_u64;
+        let mut random = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1_u64 << 24) as f32
+        };
+        // A sheet of 200 x 150 mm around a cylinder of radius 70 mm seen from far away, turned by 2 radians, 2 pixels per mm:
+        // x = 70 sin(u / 70), so lengths across shrink by cos(u / 70), down to 0.14 at the edges.
+        let turn = 2.0_f32;
+        let mut matches = Vec::new();
+        for k in 0..1000 {
+            let place = Vec2::new(200.0 * random(), 150.0 * random());
+            let bend = (place.x - 100.0) / 70.0;
+            let flat = Vec2::new(70.0 * bend.sin(), place.y - 75.0) * 2.0;
+            let m = Match {
+                pixel: Vec2::from_angle(turn).rotate(flat) + 500.0,
+                place,
+                // Corners tell angle and scale roughly.
+                angle: -turn + 0.3 * (random() - 0.5),
+                scale: 0.5 * (0.5 * (random() - 0.5)).exp(),
+            };
+            let wrong = Match {
+                pixel: Vec2::new(1000.0 * random(), 1000.0 * random()),
+                place,
+                angle: TAU * random(),
+                scale: random() + 0.2,
+            };
+            matches.push(if k % 10 == 0 { m } else { wrong });
+        }
+        let right = |m: &&Match| {
+            let bend = (m.place.x - 100.0) / 70.0;
+            let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
+            m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
+        };
+        let groups = groups(&matches, 116.0);
+        let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
+        assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
+        assert!(groups.get(1).is_none_or(|second| second.len() < 8));
+    }
+}

@@ -1,0 +1,77 @@
+//! Binary descriptors: comparisons of pairs of blurred pixels (BRIEF, Calonder et al. 2010), turned with the corner.
+
+use crate::corners::Corner;
+use crate::pyramid::Level;
+use std::sync::LazyLock;
+
+const WORDS: usize = 4;
+
+/// Comparisons in a descriptor.
+pub(crate) const BITS: u32 = 64 * WORDS as u32;
+
+/// Directions in which the pattern stands ready.
+const TURNS: usize = 64;
+
+/// Farthest that a compared pixel lies from the corner, pixels.
+const REACH: f32 = 15.0;
+
+/// Deviation of the compared pixels from the corner, pixels.
+const SPREAD: f32 = 6.5;
+
+/// A descriptor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Descriptor([u64; WORDS]);
+
+impl Descriptor {
+    /// Number of comparisons that come out differently.
+    pub fn distance(&self, other: &Self) -> u32 {
+        self.0.iter().zip(other.0).map(|(a, b)| (a ^ b).count_ones()).sum()
+    }
+
+    /// The descriptor of a corner of `level`.
+    pub fn of(level: &Level, corner: &Corner) -> Self {
+        let turn = (corner.angle / std::f32::consts::TAU * TURNS as f32).round() as i32;
+        let pattern = &PATTERNS[turn.rem_euclid(TURNS as i32) as usize];
+        let centre = usize::from(corner.y) * level.width + usize::from(corner.x);
+        let value =
+            |[x, y]: [i8; 2]| level.smooth[centre.wrapping_add_signed(y as isize * level.width as isize + x as isize)];
+        let mut words = [0; WORDS];
+        for (word, pairs) in words.iter_mut().zip(pattern.as_chunks::<64>().0) {
+            for (bit, [a, b]) in pairs.iter().enumerate() {
+                *word |= u64::from(value(*a) < value(*b)) << bit;
+            }
+        }
+        Self(words)
+    }
+}
+
+/// Compared pairs of pixels around the corner, for each direction.
+static PATTERNS: LazyLock<Vec<Vec<[[i8; 2]; 2]>>> = LazyLock::new(|| {
+    let pairs = pairs();
+    let turned = |turn: usize| {
+        let (sin, cos) = (turn as f32 / TURNS as f32 * std::f32::consts::TAU).sin_cos();
+        let place = |[x, y]: [f32; 2]| [(cos * x - sin * y).round() as i8, (sin * x + cos * y).round() as i8];
+        pairs.iter().map(|pair| pair.map(place)).collect()
+    };
+    (0..TURNS).map(turned).collect()
+});
+
+/// Pairs of points drawn from a normal distribution around the corner, cut off at [`REACH`].
+fn pairs() -> Vec<[[f32; 2]; 2]> {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut uniform = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 40) as f32 / (1 << 24) as f32
+    };
+    let mut point = move || loop {
+        // Twelve uniform numbers make a normal one.
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f32>() - 6.0;
+        let p = [normal() * SPREAD, normal() * SPREAD];
+        if p[0].hypot(p[1]) <= REACH - 0.5 {
+            return p;
+        }
+    };
+    (0..BITS).map(|_| [point(), point()]).collect()
+}

@@ -1,0 +1,82 @@
+//! Corners and descriptors of a picture at many sizes.
+
+use crate::corners::corners;
+use crate::descriptor::Descriptor;
+use crate::pyramid::pyramid;
+use deepsft_geometry::Picture;
+use deepsft_geometry::glam::Vec2;
+
+/// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
+const SHORTEST_SIDE: usize = 48;
+
+/// How features are looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureOptions {
+    /// Most corners in all levels together. Default 2000.
+    pub corners: usize,
+    /// Levels of the pyramid, each 1.25 times smaller. Default 8.
+    pub levels: usize,
+    /// Least difference between a corner and the pixels around, grey levels. Default 8.
+    pub threshold: u8,
+}
+
+impl Default for FeatureOptions {
+    fn default() -> Self {
+        Self {
+            corners: 2000,
+            levels: 8,
+            threshold: 8,
+        }
+    }
+}
+
+/// A corner with its descriptor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Feature {
+    /// Position in the whole picture, pixels, pixel centres at half integers.
+    pub position: Vec2,
+    /// Direction, radians.
+    pub angle: f32,
+    /// Pixels of the whole picture per pixel of the level that has the corner.
+    pub scale: f32,
+    pub descriptor: Descriptor,
+}
+
+/// The features of one picture.
+#[derive(Clone, Debug, Default)]
+pub struct Features {
+    pub(crate) all: Vec<Feature>,
+}
+
+impl Features {
+    /// Finds the features of `picture`. Finer detail than a pixel of an image with 960 columns helps little: see
+    /// [`crate::feature_image`].
+    pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
+        let levels = pyramid(picture, SHORTEST_SIDE, options.levels);
+        let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
+        let mut all = Vec::new();
+        for level in &levels {
+            let part = (level.width * level.height) as f32 / whole;
+            let budget = (part * options.corners as f32).ceil() as usize;
+            for corner in corners(level, options.threshold, budget) {
+                all.push(Feature {
+                    position: level.position(corner.x, corner.y),
+                    angle: corner.angle,
+                    scale: level.scale,
+                    descriptor: Descriptor::of(level, &corner),
+                });
+            }
+        }
+        Self { all }
+    }
+
+    /// Number of features.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+}

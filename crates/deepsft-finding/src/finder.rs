@@ -1,0 +1,155 @@
+//! The finder: one picture in images.
+
+use crate::consensus::groups;
+use crate::features::Features;
+use crate::guided_matching::guided_matches;
+use crate::matching::{Match, matches};
+use crate::pyramid::resized;
+use crate::sheet_solver::SheetSolver;
+use crate::target::PictureTarget;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
+
+/// Longest side of the image that features are taken from, pixels. At 480 a sheet that is far away has too few corners;
+/// beyond 960 time grows and little is gained.
+const LONGEST_SIDE: usize = 960;
+
+/// Columns of the image in which the distances below are pixels.
+const COLUMNS: f64 = 480.0;
+
+/// Fewest matches that a mesh is fitted to.
+const FEWEST: usize = 6;
+
+/// Most groups of matches that a mesh is tried on.
+const MOST_GROUPS: usize = 4;
+
+/// A group that is smaller than this fraction of the largest is not tried.
+const LEAST_GROUP: f64 = 0.25;
+
+/// How far in the image neighbours confirm each other, pixels.
+const NEIGHBOURS_PX: f64 = 58.0;
+
+/// Standard deviation of the first matches, pixels.
+const FIRST_DEVIATION_PX: f64 = 3.0;
+
+/// Error of a match that counts half when meshes are compared, pixels.
+const HALF_PX: f64 = 2.0;
+
+/// Within how many pixels matches are looked for again, round by round. The mesh grows from the first group over the sheet,
+/// then the matches have to be exact.
+const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
+
+/// Standard deviation of matches, as a fraction of the distance within which they were looked for.
+const DEVIATION: f64 = 0.2;
+
+/// A sheet as the features show it.
+#[derive(Clone, Debug)]
+pub struct FoundSheet {
+    /// Depth (mm) and registration of the coarse mesh, as if nothing hid it.
+    pub maps: Maps,
+    /// The matches that it was fitted to last. Right ones and wrong ones: the mesh is robust.
+    pub matches: Vec<Match>,
+}
+
+/// The image that features are taken from, and its camera: `image` with at most 960 pixels along its longer side.
+///
+/// # Errors
+/// [`GeometryError::CameraParameter`] for a camera without pixels.
+pub fn feature_image(image: &Picture, camera: &Camera) -> Result<(Picture, Camera), GeometryError> {
+    let image = resized(image, LONGEST_SIDE);
+    let camera = camera.resized(image.width() as u32, image.height() as u32)?;
+    Ok((image, camera))
+}
+
+/// Finds one picture.
+pub struct FeatureFinder {
+    target: PictureTarget,
+    solver: SheetSolver,
+}
+
+impl FeatureFinder {
+    /// Prepares everything that does not depend on the image.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the sheet's mesh cannot be solved on.
+    pub fn new(target: PictureTarget) -> Result<Self, GeometryError> {
+        Ok(Self {
+            solver: SheetSolver::new(target.template())?,
+            target,
+        })
+    }
+
+    /// What it finds.
+    pub fn target(&self) -> &PictureTarget {
+        &self.target
+    }
+
+    /// Looks for the picture among `features` of an image that `camera` took. The maps are for `view`, a camera at the same
+    /// place. `None` when too few matches agree. A sheet that is found may still be a mistake: its fit to the image decides.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the solver refuses its input.
+    pub fn find(
+        &mut self,
+        features: &Features,
+        camera: &Camera,
+        view: &Camera,
+    ) -> Result<Option<FoundSheet>, GeometryError> {
+        let pixel = f64::from(camera.width()) / COLUMNS;
+        let groups = groups(&matches(features, &self.target), (NEIGHBOURS_PX * pixel) as f32);
+        let least = groups.first().map_or(0.0, |largest| LEAST_GROUP * largest.len() as f64);
+        let mut best: Option<(f64, Vec<DVec3>)> = None;
+        for group in groups.iter().take(MOST_GROUPS) {
+            if group.len() < FEWEST || (group.len() as f64) < least {
+                break;
+            }
+            for start in self.solver.flat_starts(camera, group).into_iter().flatten() {
+                let tried = self.tried(features, camera, group, &start)?;
+                if let Some(tried) = tried.filter(|(score, _)| best.as_ref().is_none_or(|(most, _)| score > most)) {
+                    best = Some(tried);
+                }
+            }
+        }
+        let Some((_, mut vertices)) = best else {
+            return Ok(None);
+        };
+        let mut last = Vec::new();
+        for search in SEARCH_PX.map(|search| search * pixel) {
+            last = self.guided(features, camera, &vertices, search);
+            if last.len() < FEWEST {
+                return Ok(None);
+            }
+            vertices = self.solver.bend(camera, &last, &vertices, DEVIATION * search, false)?;
+        }
+        Ok(Some(FoundSheet {
+            maps: VisibleSurface::new(self.solver.mesh(), &vertices, view).maps(),
+            matches: last,
+        }))
+    }
+
+    /// The mesh bent to a group's matches from a flat start, then to all matches near it, and how many of these it explains.
+    fn tried(
+        &mut self,
+        features: &Features,
+        camera: &Camera,
+        group: &[Match],
+        start: &[DVec3],
+    ) -> Result<Option<(f64, Vec<DVec3>)>, GeometryError> {
+        let pixel = f64::from(camera.width()) / COLUMNS;
+        let deviation = FIRST_DEVIATION_PX * pixel;
+        let vertices = self.solver.bend(camera, group, start, deviation, true)?;
+        let near = self.guided(features, camera, &vertices, SEARCH_PX[0] * pixel);
+        if near.len() < FEWEST {
+            return Ok(None);
+        }
+        let vertices = self.solver.bend(camera, &near, &vertices, deviation, false)?;
+        let score = self.solver.explained(camera, &near, &vertices, HALF_PX * pixel);
+        Ok(Some((score, vertices)))
+    }
+
+    fn guided(&self, features: &Features, camera: &Camera, vertices: &[DVec3], search_px: f64) -> Vec<Match> {
+        let maps = VisibleSurface::new(self.solver.mesh(), vertices, camera).maps();
+        guided_matches(features, &self.target, camera, &maps, search_px)
+    }
+}

@@ -1,0 +1,145 @@
+//! Matches between the features of an image and those of a target.
+
+use crate::descriptor::BITS;
+use crate::features::Features;
+use crate::target::PictureTarget;
+use deepsft_geometry::glam::Vec2;
+
+/// Matches whose descriptors differ in more than this fraction of their bits are none.
+const MOST_DIFFERENT: f32 = 0.33;
+
+/// The best match must be this much nearer than the best one elsewhere on the target.
+const MOST_RATIO: f32 = 0.95;
+
+/// Elsewhere: farther than this, mm. Several corners of one spot must not reject one another.
+const ELSEWHERE_MM: f32 = 6.0;
+
+/// A point of the image and one of the sheet that look alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Match {
+    /// Position in the image, pixels.
+    pub pixel: Vec2,
+    /// Place on the sheet, mm from its upper left corner.
+    pub place: Vec2,
+    /// Angle by which directions of the image turn into those of the sheet, radians.
+    pub angle: f32,
+    /// Length on the sheet per length in the image, mm per pixel.
+    pub scale: f32,
+}
+
+impl Match {
+    /// The match of feature `image` of `features` with feature `other` of `target`.
+    pub(crate) fn of(features: &Features, image: usize, target: &PictureTarget, other: usize) -> Self {
+        let feature = &features.all[image];
+        Self {
+            pixel: feature.position,
+            place: target.places()[other],
+            angle: target.features().all[other].angle - feature.angle,
+            scale: target.scale_mm(other) / feature.scale,
+        }
+    }
+}
+
+/// For each feature of the image the most similar of the target, where it stands out; the clearest first.
+pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match> {
+    let others = &target.features().all;
+    let mut distances = vec![0_u32; others.len()];
+    let most = (MOST_DIFFERENT * BITS as f32) as u32;
+    let mut found = Vec::new();
+    for (image, feature) in features.all.iter().enumerate() {
+        let (mut best, mut least) = (0, u32::MAX);
+        for (i, (other, distance)) in others.iter().zip(&mut distances).enumerate() {
+            *distance = feature.descriptor.distance(&other.descriptor);
+            if *distance < least {
+                (best, least) = (i, *distance);
+            }
+        }
+        if least > most {
+            continue;
+        }
+        let place = target.places()[best];
+        // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
+        let limit = ((least + 1) as f32 / MOST_RATIO) as u32 + 1;
+        let elsewhere = |other: &Vec2| other.distance(place) > ELSEWHERE_MM;
+        let rivals = distances.iter().zip(target.places());
+        let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
+        let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
+        let ratio = (least + 1) as f32 / (rival + 1) as f32;
+        if ratio <= MOST_RATIO {
+            found.push((ratio, Match::of(features, image, target, best)));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, m)| m).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::FeatureOptions;
+    use deepsft_geometry::Picture;
+
+    /// Rectangles of random grey on random grey: many corners, none like the other.
+    fn print() -> Picture {
+        let mut state = 11_u64;
+        let mut random = move |below: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % below
+        };
+        let mut grey = vec![120_u8; 400 * 300];
+        for _ in 0..250 {
+            let (left, top) = (random(400) as usize, random(300) as usize);
+            let (right, bottom) = (left + 6 + random(50) as usize, top + 6 + random(50) as usize);
+            let value = random(256) as u8;
+            for y in top..bottom.min(300) {
+                grey[400 * y + left..400 * y + right.min(400)].fill(value);
+            }
+        }
+        Picture::from_fn(400, 300, |x, y| [grey[400 * y + x]; 3])
+    }
+
+    #[test]
+    fn a_print_turned_by_a_quarter_is_matched_with_angle_scale_and_place() {
+        let print = print();
+        let target = PictureTarget::picture(print.clone(), 400.0).unwrap();
+        // Column x of the print is row x of the image, from right to left: turned clockwise.
+        let turned = Picture::from_fn(300, 400, |x, y| print.pixel(y, 299 - x));
+        let features = Features::of(&turned, &FeatureOptions::default());
+        let found = matches(&features, &target);
+        assert!(found.len() > 300, "{}", found.len());
+        let right = found.iter().filter(|m| {
+            let expected = Vec2::new(m.pixel.y, 300.0 - m.pixel.x);
+            let turn = (m.angle + std::f32::consts::FRAC_PI_2).rem_euclid(std::f32::consts::TAU);
+            m.place.distance(expected) < 3.0
+                && turn.min(std::f32::consts::TAU - turn) < 0.2
+                && (0.75..1.34).contains(&m.scale)
+        });
+        let right = right.count();
+        // Most of the others are corners of coarse levels, whose pixels are larger than 3 mm.
+        assert!(right * 5 > found.len() * 4, "{right} of {}", found.len());
+    }
+
+    #[test]
+    fn a_print_of_equal_motifs_gives_no_match_inside() {
+        let motif = print();
+        let print = Picture::from_fn(400, 300, |x, y| motif.pixel(100 + x % 100, 100 + y % 100));
+        let target = PictureTarget::picture(print.clone(), 400.0).unwrap();
+        let finest = FeatureOptions {
+            levels: 1,
+            ..FeatureOptions::default()
+        };
+        let features = Features::of(&print, &finest);
+        let found = matches(&features, &target);
+        // Only the border and what a level of the pyramid makes of it is like nothing else.
+        let inside =
+            |m: &&Match| m.place.cmpge(Vec2::splat(40.0)).all() && m.place.cmple(Vec2::new(360.0, 260.0)).all();
+        let inside = found.iter().filter(inside).count();
+        assert!(
+            features.len() > 500 && inside * 50 < features.len(),
+            "{inside} of {}",
+            features.len()
+        );
+    }
+}

@@ -1,0 +1,200 @@
+//! The mesh of a sheet from matches: first flat, then bent under isometry (Shape-from-Template from correspondences, Bartoli et
+//! al. 2015).
+
+use crate::matching::Match;
+use deepsft_geometry::fitting::SurfaceLocator;
+use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
+use deepsft_geometry::solver::{
+    Bending, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, Reprojection, Robust, SolveOptions,
+};
+use deepsft_geometry::{Camera, GeometryError, Template, TriangleMesh};
+
+/// How much larger the cells are than those of the template's own mesh.
+const COARSE_CELLS: usize = 3;
+
+/// Fractions of the weight of isometry that are solved with in turn.
+const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
+
+/// Weight of isometry on the template's own mesh, as in the fit of a frame.
+const ISOMETRY: f64 = 1e4;
+
+/// Weight of bending, as in the fit of a frame.
+const BENDING: f64 = 1.0;
+
+/// How many independent measurements the matches of a frame are worth together.
+const INDEPENDENT: f64 = 100.0;
+
+/// Accepted steps per stiffness.
+const STEPS: usize = 10;
+
+/// What a wrong match counts on average, found within a few pixels of a wrong mesh.
+const BY_CHANCE: f64 = 0.25;
+
+/// Robust steps of the affine fit.
+const AFFINE_STEPS: usize = 8;
+
+/// The coarse mesh of a sheet with everything that does not depend on the frame.
+pub(crate) struct SheetSolver {
+    mesh: TriangleMesh,
+    locator: SurfaceLocator,
+    isometry: Vec<Isometry>,
+    bending: Bending,
+    solver: MeshSolver,
+    size_mm: DVec2,
+}
+
+impl SheetSolver {
+    pub fn new(template: &Template) -> Result<Self, GeometryError> {
+        let mesh = template.coarser(COARSE_CELLS)?.mesh().clone();
+        let scale = LengthScale::of(&mesh)?;
+        let weight = ISOMETRY * template.mesh().edges().len() as f64 / mesh.edges().len().max(1) as f64;
+        let isometry = STIFFENING
+            .iter()
+            .map(|fraction| Isometry::new(&mesh, scale, fraction * weight))
+            .collect::<Result<Vec<_>, _>>()?;
+        let bending = Bending::new(&mesh, BENDING)?;
+        Ok(Self {
+            solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
+            locator: SurfaceLocator::new(&mesh),
+            size_mm: template.size_mm(),
+            mesh,
+            isometry,
+            bending,
+        })
+    }
+
+    /// The rest mesh.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch
+    /// at first.
+    pub fn bend(
+        &mut self,
+        camera: &Camera,
+        matches: &[Match],
+        start: &[DVec3],
+        deviation_px: f64,
+        soft: bool,
+    ) -> Result<Vec<DVec3>, GeometryError> {
+        let weight = INDEPENDENT / matches.len().max(1) as f64 / (deviation_px * deviation_px);
+        let points: Vec<ImagePoint> = matches
+            .iter()
+            .filter_map(|m| {
+                Some(ImagePoint {
+                    point: self.locator.locate(self.uv(m))?,
+                    pixel: m.pixel.as_dvec2(),
+                    weight,
+                })
+            })
+            .collect();
+        let data = Reprojection::new(&self.mesh, camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
+        let options = SolveOptions {
+            max_iterations: STEPS,
+            step_tolerance: 1e-3,
+            energy_tolerance: 1e-4,
+            judge_rank: false,
+            first_damping: 1e-6,
+        };
+        let mut vertices = start.to_vec();
+        let first = if soft { 0 } else { STIFFENING.len() - 1 };
+        for isometry in &self.isometry[first..] {
+            let terms: [&dyn Energy; 3] = [&data, isometry, &self.bending];
+            vertices = self.solver.solve(&terms, &vertices, &options)?.vertices;
+        }
+        Ok(vertices)
+    }
+
+    /// How many of `matches` the mesh at `vertices` explains: each counts 1 / (1 + (error / scale)^2).
+    pub fn explained(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
+        let one = |m: &Match| {
+            let point = self.locator.locate(self.uv(m))?;
+            let projected = camera.project(point.position(self.mesh.faces(), vertices))?;
+            Some(1.0 / (1.0 + (projected - m.pixel.as_dvec2()).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
+        };
+        matches.iter().filter_map(one).sum()
+    }
+
+    fn uv(&self, m: &Match) -> DVec2 {
+        (m.place.as_dvec2() / self.size_mm).clamp(DVec2::ZERO, DVec2::ONE)
+    }
+
+    /// The flat mesh in the two poses that a weak perspective allows: tilted to either side.
+    pub fn flat_starts(&self, camera: &Camera, matches: &[Match]) -> Option<[Vec<DVec3>; 2]> {
+        let affine = Affine::fit(matches, self.size_mm)?;
+        let focal = camera.focal().x;
+        // Singular values of the affine map: focal / depth, and the same shortened by the tilt.
+        let m = affine.matrix;
+        let squares = m.transpose() * m;
+        let (mean, half) = (
+            (squares.x_axis.x + squares.y_axis.y) / 2.0,
+            ((squares.x_axis.x - squares.y_axis.y) / 2.0).hypot(squares.x_axis.y),
+        );
+        let largest = (mean + half).sqrt();
+        if !(largest > 0.0 && m.determinant() > 0.0) {
+            return None;
+        }
+        let depth = focal / largest;
+        let (x, y) = (m.x_axis / largest, m.y_axis / largest);
+        let out = |v: DVec2| (1.0 - v.length_squared()).max(0.0).sqrt();
+        let (zx, zy) = (out(x), out(y));
+        // Columns of a rotation are at right angles.
+        let sign = if x.dot(y) > 0.0 { -1.0 } else { 1.0 };
+        let centre = camera.unproject(affine.centre_px, depth);
+        let start = |side: f64| {
+            let (a, b) = (x.extend(side * zx), y.extend(side * sign * zy));
+            let rotation = DMat3::from_cols(a, b, a.cross(b));
+            let at = |p: &DVec3| rotation * (*p - affine.centre_template.extend(0.0)) + centre;
+            self.mesh.vertices().iter().map(at).collect::<Vec<_>>()
+        };
+        Some([start(1.0), start(-1.0)])
+    }
+}
+
+/// A robust affine map from the sheet (mm, its centre the origin) to the image (pixels).
+struct Affine {
+    matrix: DMat2,
+    centre_template: DVec2,
+    centre_px: DVec2,
+}
+
+impl Affine {
+    fn fit(matches: &[Match], size_mm: DVec2) -> Option<Self> {
+        let place = |m: &Match| m.place.as_dvec2() - size_mm / 2.0;
+        let pixel = |m: &Match| m.pixel.as_dvec2();
+        let mut weights = vec![1.0; matches.len()];
+        let mut fitted = None;
+        for _ in 0..AFFINE_STEPS {
+            let total: f64 = weights.iter().sum();
+            let mean = |f: &dyn Fn(&Match) -> DVec2| {
+                matches.iter().zip(&weights).map(|(m, w)| *w * f(m)).sum::<DVec2>() / total
+            };
+            let (centre_template, centre_px) = (mean(&place), mean(&pixel));
+            let (mut moments, mut cross) = (DMat2::ZERO, DMat2::ZERO);
+            for (m, &w) in matches.iter().zip(&weights) {
+                let (p, q) = (place(m) - centre_template, pixel(m) - centre_px);
+                moments += DMat2::from_cols(p * p.x, p * p.y) * w;
+                cross += DMat2::from_cols(q * p.x, q * p.y) * w;
+            }
+            if moments.determinant().abs() < 1e-9 {
+                return None;
+            }
+            let matrix = cross * moments.inverse();
+            let errors: Vec<f64> = matches
+                .iter()
+                .map(|m| (matrix * (place(m) - centre_template) + centre_px - pixel(m)).length())
+                .collect();
+            let mut sorted = errors.clone();
+            sorted.sort_by(f64::total_cmp);
+            let scale = (2.0 * sorted[sorted.len() / 2]).max(2.0);
+            weights = errors.iter().map(|e| 1.0 / (1.0 + (e / scale).powi(2))).collect();
+            fitted = Some(Self {
+                matrix,
+                centre_template,
+                centre_px,
+            });
+        }
+        fitted
+    }
+}
