@@ -13,9 +13,6 @@ use std::path::PathBuf;
 const SEED: u64 = 0x51b;
 const FRAMES: u64 = 40;
 
-/// Largest in-plane rotation of the images that the shipped network was trained on, degrees.
-const MAX_ROLL_DEG: f64 = 45.0;
-
 /// How much worse than the card a median over 40 frames may be: the spread of such medians, seen over
 /// several seeds, is under a fifth.
 const SLACK: f64 = 1.5;
@@ -48,17 +45,15 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
     for (folder, bundle) in bundles() {
         let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
         let estimator = Estimator::new(&bundle, &device).unwrap();
-        let mut config = SynthConfig::default();
-        config.pose.max_roll_deg = MAX_ROLL_DEG;
-        let synthesizer = Synthesizer::new(bundle.template(), config).unwrap();
-        let summary = |refinement: Option<&mut MeshRecovery>| {
+        let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
+        let summary = |recovery: Option<&mut MeshRecovery>| {
             let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
-            let evaluation = Evaluation::run(&estimator, refinement, bundle.template(), samples, |_, _, _| {});
+            let evaluation = Evaluation::run(&estimator, recovery, bundle.template(), samples, |_, _, _| {});
             evaluation.unwrap().summary()
         };
-        let refined = {
-            let refinement = FrameFitter::new(bundle.template(), FitOptions::default()).unwrap();
-            summary(Some(&mut refinement.into())).median
+        let fitted = {
+            let fitter = FrameFitter::new(bundle.template(), FitOptions::default()).unwrap();
+            summary(Some(&mut fitter.into())).median
         };
         let completed = {
             let completion = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default()).unwrap();
@@ -82,11 +77,11 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         // Completion leaves what is seen about as it is.
         let completed = completed.depth_rmse_mm.unwrap();
         assert!(completed <= 1.1 * depth, "{name}: {depth} mm, completed {completed} mm");
-        // Physics halves the errors at least.
-        let (refined_pixels, refined_depth) = (refined.registration_rmse_px.unwrap(), refined.depth_rmse_mm.unwrap());
+        // The fit halves the errors at least.
+        let (fitted_pixels, fitted_depth) = (fitted.registration_rmse_px.unwrap(), fitted.depth_rmse_mm.unwrap());
         assert!(
-            2.0 * refined_pixels <= pixels && 2.0 * refined_depth <= depth,
-            "{name}: {pixels} px, {depth} mm; refined {refined_pixels} px, {refined_depth} mm"
+            2.0 * fitted_pixels <= pixels && 2.0 * fitted_depth <= depth,
+            "{name}: {pixels} px, {depth} mm; fitted {fitted_pixels} px, {fitted_depth} mm"
         );
     }
 }

@@ -62,9 +62,6 @@ export async function unseenFrames(folder, count) {
     String(2 * count),
     "--seed",
     String(UNSEEN_SEED),
-    // What the shipped network was trained on.
-    "--max-roll",
-    "45",
     "--out",
     dataset,
   );
