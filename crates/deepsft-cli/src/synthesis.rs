@@ -113,3 +113,19 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
         None => synthesizer,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_roll_is_an_angle_of_at_most_half_a_turn() {
+        let accepts = |angle: &str| {
+            let command = SynthesisOptions::augment_args(clap::Command::new("synth"));
+            command
+                .try_get_matches_from(["synth", &format!("--max-roll={angle}")])
+                .is_ok()
+        };
+        assert_eq!(["0", "180", "181", "-1"].map(accepts), [true, true, false, false]);
+    }
+}

@@ -11,6 +11,7 @@ use crate::synthesis::SynthesisOptions;
 use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
 use deepsft::{DeviceKind, Estimate, Estimator, ModelBundle, Stage, encode_png};
+use deepsft_geometry::Maps;
 use deepsft_train::{Evaluation, EvaluationFrame, EvaluationReport, FrameResult, accuracy_table, reports_to_json};
 use drawn_frames::{DrawnFrames, FIGURE, WORST};
 use sets::{DataSet, FrameSet};
@@ -183,8 +184,9 @@ impl Measured<'_> {
         let mut recovery = self.arguments.mesh.prepare(self.bundle.template())?;
         let set_name = set.name.clone();
         let evaluation = set.measure(|frames, bar| {
-            let each = |frame: &EvaluationFrame, estimate: &Estimate, result: &FrameResult| {
-                drawn.iter_mut().for_each(|drawn| drawn.offer(frame, estimate, result));
+            let each = |frame: &EvaluationFrame, estimate: &Estimate, compared: &Maps, result: &FrameResult| {
+                let offer = |drawn: &mut DrawnFrames| drawn.offer(frame, estimate, compared, result);
+                drawn.iter_mut().for_each(offer);
                 bar.inc(1);
             };
             Evaluation::run(&self.estimator, recovery.as_mut(), self.bundle.template(), frames, each)

@@ -92,9 +92,12 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         let samples: Vec<Sample> =
             deepsft_synth::samples(synthesizer.clone(), seed, shown.clone()).collect::<Result<_, _>>()?;
         // A part of a small set may have none.
-        if let Some(sheet) = sheet::sheet(&sheet_rows(shown, &samples)) {
-            deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
-            println!("{} samples on a sheet: {}", samples.len(), path.display());
+        match sheet::sheet(&sheet_rows(shown, &samples)) {
+            Some(sheet) => {
+                deepsft_formats::write_file(path, &encode_png(&sheet)?)?;
+                println!("{} samples on a sheet: {}", samples.len(), path.display());
+            }
+            None => println!("this part has no samples: no sheet"),
         }
     }
     match DatasetFolder::open(&place) {
@@ -203,5 +206,32 @@ fn print_deformations(description: &DatasetDescription) {
             "of {} shapes {} were made weaker than drawn and {} left at rest, to keep the lengths of edges",
             shapes.shapes, shapes.weakened, shapes.at_rest
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_geometry::{Picture, Template};
+    use deepsft_synth::SynthConfig;
+
+    #[test]
+    fn a_sheet_has_two_samples_in_a_row_and_one_scale_of_depth() {
+        let texture = Picture::from_fn(40, 30, |x, y| [6 * x as u8, 8 * y as u8, 90]);
+        let template = Template::thin_shell(texture, 200.0, 150.0).unwrap();
+        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+        let samples: Vec<Sample> = deepsft_synth::samples(synthesizer, 3, 5..8)
+            .collect::<Result<_, _>>()
+            .unwrap();
+        let rows = sheet_rows(5..8, &samples);
+        let titles = |row: &sheet::Row| row.panels.iter().map(|panel| panel.title.clone()).collect::<Vec<_>>();
+        let first = ["sample 5", "depth", "u", "v", "sample 6", "depth", "u", "v"];
+        assert_eq!(
+            rows.iter().map(titles).collect::<Vec<_>>(),
+            [&first[..], &["sample 7", "depth", "u", "v"]]
+        );
+        let depths = [&rows[0].panels[1], &rows[0].panels[5], &rows[1].panels[1]];
+        assert!(depths[0].bar.is_some() && depths.iter().all(|panel| panel.bar == depths[0].bar));
+        assert!(sheet::sheet(&sheet_rows(5..5, &[])).is_none());
     }
 }

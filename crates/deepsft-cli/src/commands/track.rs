@@ -188,16 +188,19 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         print(&report, &committed?);
         return Ok(());
     };
-    // Why the track ended comes before what could then not be kept.
-    if let Ok(place) = committed {
-        print(&report, &place);
-        println!(
-            "the track ends before the video: {} holds the frames until then",
-            place.display()
-        );
-        if place != arguments.out {
-            println!("{} keeps its older track, which is whole", arguments.out.display());
+    match committed {
+        Ok(place) => {
+            print(&report, &place);
+            println!(
+                "the track ends before the video: {} holds the frames until then",
+                place.display()
+            );
+            if place != arguments.out {
+                println!("{} keeps its older track, which is whole", arguments.out.display());
+            }
         }
+        // The exit code is that of why the track ended.
+        Err(error) => eprintln!("error: the frames are not kept: {}", failure::message(&error)),
     }
     Err(failure)
 }

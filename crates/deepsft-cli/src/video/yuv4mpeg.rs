@@ -11,7 +11,7 @@ use y4m::{Colorspace, Decoder, Error, Frame};
 /// Bytes of a header line that are read; the `y4m` crate takes 1024.
 const LONGEST_HEADER: u64 = 4096;
 
-/// The frames of a stream, until the first error.
+/// The frames of a stream. After an error there is no more to be had of it.
 pub struct Yuv4Mpeg<R: Read> {
     decoder: Decoder<Counted<R>>,
     width: usize,

@@ -265,6 +265,9 @@ fn contradictions_on_the_command_line_are_usage_errors() {
     run(&["train", "--template", "t", "--out", "b", "--device", "abacus"]).fails(USAGE, &["abacus", "cpu"]);
     run(&["reconstruct", "--model", "m", "--out", "o"]).fails(USAGE, &["IMAGE"]);
     run(&["reconstruct", "--model", "m", "--out", "o", "a/x.png", "b/x.png"]).fails(USAGE, &["o/x"]);
+    let names = ["a/x.png", "b/y.png", "c/x.jpg"];
+    run(&[&["reconstruct", "--model", "m", "--out", "out"], &names[..]].concat()).fails(USAGE, &["out/x:"]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]

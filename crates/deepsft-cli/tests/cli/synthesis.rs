@@ -210,3 +210,21 @@ fn presets_and_photographs_change_the_images_and_bad_photographs_are_told() {
     let fingerprints = ["a", "b", "c", "d"].map(fingerprint);
     assert!((0..4).all(|i| (0..i).all(|j| fingerprints[i] != fingerprints[j])));
 }
+
+#[test]
+fn a_part_without_samples_has_no_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    write_template(folder.path(), "template");
+    let synth = |part: &str| {
+        let words = format!("synth --template template --count 1 --seed 8 --out set --sheet s.png --shard {part}");
+        deepsft(folder.path(), &words.split(' ').collect::<Vec<_>>())
+    };
+    let parts = [synth("1/2"), synth("2/2")];
+    let without = |run: &&crate::common::Run| run.succeeds().stdout.contains("this part has no samples: no sheet");
+    assert_eq!(parts.iter().filter(without).count(), 1);
+    assert!(
+        parts
+            .iter()
+            .any(|run| run.stdout.contains("1 samples on a sheet: s.png"))
+    );
+}

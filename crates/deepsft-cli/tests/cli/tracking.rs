@@ -269,7 +269,8 @@ fn a_video_that_ends_in_an_error_leaves_the_frames_before_and_the_reason() {
     for name in ["f1.png", "f2.png", "f3.png"] {
         write_frame(&path.join("mixed"), name, if name == "f3.png" { 60 } else { 64 });
     }
-    track(path, "model", &["mixed"]).fails(INVALID_INPUT, &["mixed/f3.png", "60 x 36 pixels", "64 x 36"]);
+    const DIFFERENT: &str = "60 x 36 pixels, the frames before it 64 x 36";
+    track(path, "model", &["mixed"]).fails(INVALID_INPUT, &["mixed/f3.png", DIFFERENT]);
     ended_early(path, 2, &["mixed/f3.png"]);
     // A video that is whole says nothing of the kind.
     write_stream(&path.join("whole.y4m"), 2);
@@ -311,15 +312,25 @@ fn a_track_that_ends_early_does_not_replace_one_that_is_whole() {
         assert_eq!(frames(), Some(4), "the whole track was replaced");
         ended_early_in(path, "track.partial", 4 - missing, &["within a frame"]);
     }
-    // What somebody keeps there is not ours to replace, and why the track ended is still told.
-    fs::remove_dir_all(path.join("track.partial")).unwrap();
-    fs::create_dir(path.join("track.partial")).unwrap();
+    // The next whole track makes it outdated, but for what somebody put there.
+    cut(0);
     fs::write(path.join("track.partial/thesis.txt"), "mine").unwrap();
-    track(path, "model", &["video.y4m"]).fails(INVALID_INPUT, &["within a frame"]);
+    track(path, "model", &["video.y4m"]).succeeds();
+    let left = fs::read_dir(path.join("track.partial")).unwrap();
+    let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["thesis.txt"]);
+    // That is not ours to replace: the command says so before it tracks a frame.
+    cut(1);
+    track(path, "model", &["video.y4m"]).fails(FAILED, &["track.partial", "holds no track.json"]);
     assert_eq!(
         (frames(), fs::read(path.join("track.partial/thesis.txt")).unwrap()),
         (Some(4), b"mine".to_vec())
     );
+    fs::remove_file(path.join("track.partial/thesis.txt")).unwrap();
+    track(path, "model", &["video.y4m"]).fails(INVALID_INPUT, &["within a frame"]);
+    cut(0);
+    track(path, "model", &["video.y4m"]).succeeds();
+    assert!(!path.join("track.partial").exists());
 }
 
 #[cfg(unix)]

@@ -69,8 +69,8 @@ impl EdgeLengthHistogram {
         }
     }
 
-    fn percentile(&self, share: f64) -> f64 {
-        let wanted = share * self.bins.iter().sum::<u64>() as f64;
+    fn percentile(&self, fraction: f64) -> f64 {
+        let wanted = fraction * self.bins.iter().sum::<u64>() as f64;
         let mut below = 0.0;
         for (bin, &count) in self.bins.iter().enumerate() {
             if count > 0 && below + count as f64 >= wanted {
@@ -83,10 +83,10 @@ impl EdgeLengthHistogram {
     }
 }
 
-fn percentile(values: &mut [f64], share: f64) -> f64 {
+fn percentile(values: &mut [f64], fraction: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
-    let rank = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len()) - 1;
+    let rank = ((values.len() as f64 * fraction).ceil() as usize).clamp(1, values.len()) - 1;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }

@@ -6,6 +6,7 @@ use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// What came out for one frame; by default a frame without the template in which nothing was found.
@@ -45,7 +46,7 @@ pub struct MeasuredPixels {
 pub struct FitOutcome {
     /// Whether the mesh was taken; otherwise the network's own maps stay.
     pub mesh_taken: bool,
-    /// Errors of the network's own maps.
+    /// Errors of the network's own maps; against a measured depth at the pixels that the mesh covers, if it was taken.
     pub network: FrameMetrics,
     /// Of a fit to the image: mean robust photometric cost of the network's maps and of the mesh's.
     pub photometric_cost: Option<[f64; 2]>,
@@ -121,7 +122,8 @@ pub struct FitSummary {
 
 impl Evaluation {
     /// Evaluates `estimator` on `frames`, fitting a mesh to the frames in which the template was found if
-    /// there is a `recovery`, calling `each` after every frame.
+    /// there is a `recovery`, calling `each` after every frame with the frame, the answer, the maps whose depth was
+    /// compared (see [`EvaluationFrame::metrics`]) and the result.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.
@@ -130,7 +132,7 @@ impl Evaluation {
         mut recovery: Option<&mut MeshRecovery>,
         template: &Template,
         frames: impl IntoIterator<Item = impl Into<EvaluationFrame>>,
-        mut each: impl FnMut(&EvaluationFrame, &Estimate, &FrameResult),
+        mut each: impl FnMut(&EvaluationFrame, &Estimate, &Maps, &FrameResult),
     ) -> Result<Self, TrainError> {
         let mut results = Vec::new();
         for (index, frame) in frames.into_iter().enumerate() {
@@ -153,9 +155,15 @@ impl Evaluation {
                 seconds += start.elapsed().as_secs_f64();
                 if let Some(recovered) = recovered.map_err(DeepSftError::from)? {
                     let network = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
+                    // A mesh is measured where it covers the measured pixels: there its rival is, too.
+                    let shared = if recovered.accepted && !frame.truth.has_registration() {
+                        Cow::Owned(reference_within(&reference, &recovered.maps))
+                    } else {
+                        Cow::Borrowed(&*reference)
+                    };
                     fit = Some(FitOutcome {
                         mesh_taken: recovered.accepted,
-                        network: frame.metrics(&estimate.maps, network, &reference, template.size_mm())?,
+                        network: frame.metrics(&estimate.maps, network, &shared, template.size_mm())?,
                         photometric_cost: recovered.photo_consistency_cost,
                     });
                     estimate.maps = recovered.maps;
@@ -169,7 +177,7 @@ impl Evaluation {
                 seconds: Some(seconds),
                 ..result
             };
-            each(&frame, &estimate, &result);
+            each(&frame, &estimate, compared, &result);
             results.push(result);
         }
         Ok(Self { frames: results })
@@ -319,4 +327,13 @@ impl FrameResult {
             seconds: None,
         })
     }
+}
+
+/// `reference` in the pixels that `mesh` covers.
+fn reference_within(reference: &Maps, mesh: &Maps) -> Maps {
+    let mut maps = Maps::empty(reference.width(), reference.height());
+    for pixel in (0..reference.depth().len()).filter(|&p| reference.inside(p) && mesh.inside(p)) {
+        maps.set(pixel, reference.depth()[pixel], reference.registration()[pixel]);
+    }
+    maps
 }

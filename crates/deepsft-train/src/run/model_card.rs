@@ -105,7 +105,7 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         command = provenance.command,
         origin = match (training_images, tuning) {
             (Some(_), Some(_)) => "Trained on synthetic images and tuned on an RGB-D recording (the steps of the paper)",
-            (None, Some(_)) => "Refined on an RGB-D recording (steps 2 and 3 of the paper)",
+            (None, Some(_)) => "Tuned on an RGB-D recording (steps 2 and 3 of the paper)",
             (_, None) => "Trained on synthetic images alone",
         },
         seed = provenance.seed,

@@ -48,7 +48,7 @@ pub fn export_bundle(
     let mut bundle = ModelBundle::new(trained.network, template, synthesizer.config().camera, card);
     let estimator = Estimator::new(&bundle, &Device::flex())?;
     let samples = (0..FRAMES).map(|index| synthesizer.sample(ACCURACY_SEED, index));
-    let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _| {})?;
+    let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _, _| {})?;
     synthesizer.check_photographs()?;
     let mut card = bundle.card().clone();
     card.found.least_confidence = separating_confidence(&evaluation, card.found.least_area);

@@ -72,7 +72,7 @@ fn each_row_measures_the_maps_of_its_block_and_the_last_is_the_answer() {
     let samples = samples(&bundle, 2);
     let template = bundle.template();
     let rows = Evaluation::ablation(&estimator, template, samples.clone(), || {}).unwrap();
-    let answer = Evaluation::run(&estimator, None, template, samples.clone(), |_, _, _| {}).unwrap();
+    let answer = Evaluation::run(&estimator, None, template, samples.clone(), |_, _, _, _| {}).unwrap();
     let stages: Vec<Stage> = rows.iter().map(|row| row.0).collect();
     assert_eq!(stages, bundle.network().stages());
     let network = bundle.network();

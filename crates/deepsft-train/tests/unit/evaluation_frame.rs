@@ -104,7 +104,7 @@ fn every_model_is_compared_at_all_pixels_that_the_recording_offers_whatever_its_
         recorded(|_| 400.0, Some(mask.collect()))
     });
     let ablation = Evaluation::ablation(&estimator, &template, halves.clone(), || {}).unwrap();
-    let answer = Evaluation::run(&estimator, None, &template, halves, |_, _, _| {}).unwrap();
+    let answer = Evaluation::run(&estimator, None, &template, halves, |_, _, _, _| {}).unwrap();
     let last = &ablation.last().unwrap().1;
     for evaluation in ablation.iter().map(|(_, row)| row).chain([&answer]) {
         for frame in &evaluation.frames {

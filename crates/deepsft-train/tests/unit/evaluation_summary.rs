@@ -37,7 +37,7 @@ fn frames_per_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
 }
 
 #[test]
-fn the_summary_tells_where_physics_lost_and_where_the_networks_maps_stay() {
+fn the_summary_tells_where_the_fit_lost_and_where_the_networks_maps_stay() {
     let mut evaluation = Evaluation {
         frames: vec![
             frame(true, Some(true), 0.5, 3.0),

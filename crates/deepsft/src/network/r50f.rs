@@ -12,7 +12,7 @@ use super::description::{Cost, LayerTable};
 use super::fold::{Fold, folded};
 use super::half_precision::widened;
 use super::maps::NetworkMaps;
-use super::resnet::{NormalisedConvolution, Stack, WeightInit, max_pool};
+use super::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool};
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
@@ -59,14 +59,15 @@ impl R50FNetwork {
     /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
     pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let width = |full: usize| full / shape.width_divisor;
+        use Resizing::{Kept, Stride};
         let stack = Stack::narrowed(shape.width_divisor, init);
         let neurons = width(shape.neurons);
         Self {
             entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
-            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
-            encode4: stack(512, [256, 256, 1024], 2, 1, 5, None),
-            encode5: stack(1024, [512, 512, ENCODED_WIDTH], 2, 1, 2, None),
+            encode2: stack(64, [64, 64, 256], Kept, 2),
+            encode3: stack(256, [128, 128, 512], Stride(2), 3),
+            encode4: stack(512, [256, 256, 1024], Stride(2), 5),
+            encode5: stack(1024, [512, 512, ENCODED_WIDTH], Stride(2), 2),
             neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, init),
             maps: Dense::new(neurons, MAP_VALUES, init),
             config: config.clone(),

@@ -58,18 +58,18 @@ impl DrawnFrames {
     }
 
     /// Keeps a frame if it belongs to those that are drawn, as far as the set is known until it.
-    pub fn offer(&mut self, frame: &EvaluationFrame, estimate: &Estimate, result: &FrameResult) {
+    pub fn offer(&mut self, frame: &EvaluationFrame, estimate: &Estimate, compared: &Maps, result: &FrameResult) {
         if !result.has_template {
             return;
         }
         let kept = self.spread.len() as u64;
         if kept < self.kind.spread && result.index >= kept * self.count / self.kind.spread {
-            self.spread.push(Frame::new(frame, estimate, result));
+            self.spread.push(Frame::new(frame, estimate, compared, result));
         }
         let bad = badness(result, frame.truth.has_registration());
         let at = self.worst.partition_point(|kept| kept.badness() >= bad);
         if at < self.kind.worst {
-            self.worst.insert(at, Frame::new(frame, estimate, result));
+            self.worst.insert(at, Frame::new(frame, estimate, compared, result));
             self.worst.truncate(self.kind.worst);
         }
     }
@@ -94,17 +94,20 @@ struct Frame {
     result: FrameResult,
     image: Picture,
     predicted: Maps,
+    /// The maps whose depth error is told, as [`EvaluationFrame::metrics`] has it.
+    compared: Maps,
     /// As [`deepsft_train::FrameTruth::reference`] has it.
     truth: Maps,
     has_registration: bool,
 }
 
 impl Frame {
-    fn new(frame: &EvaluationFrame, estimate: &Estimate, result: &FrameResult) -> Self {
+    fn new(frame: &EvaluationFrame, estimate: &Estimate, compared: &Maps, result: &FrameResult) -> Self {
         Self {
             result: *result,
             image: estimate.canonical.clone(),
             predicted: estimate.maps.clone(),
+            compared: compared.clone(),
             truth: frame.truth.reference(&estimate.maps).into_owned(),
             has_registration: frame.truth.has_registration(),
         }
@@ -146,7 +149,7 @@ fn badness(result: &FrameResult, has_registration: bool) -> f64 {
 fn columns_of_the_worst(frame: &Frame, template: &Template, _: &Camera) -> Vec<sheet::Panel> {
     let (image, predicted, truth) = (&frame.image, &frame.predicted, &frame.truth);
     let size = template.size_mm();
-    let depth_error = panels::depth_error("depth error", predicted, truth, DEPTH_SCALE_MM);
+    let depth_error = panels::depth_error("depth error", &frame.compared, truth, DEPTH_SCALE_MM);
     let mut columns = vec![
         panels::plain("input", image),
         panels::overlay("registration, estimated", image, predicted, size),
@@ -180,7 +183,7 @@ fn columns_of_the_paper(frame: &Frame, template: &Template, camera: &Camera) -> 
         panels::depth_within("depth", predicted, range),
         panels::coordinate("u", predicted, 0),
         panels::coordinate("v", predicted, 1),
-        panels::depth_error("depth error", predicted, truth, DEPTH_SCALE_MM),
+        panels::depth_error("depth error", &frame.compared, truth, DEPTH_SCALE_MM),
     ];
     if frame.has_registration {
         columns.push(panels::registration_error_px(
@@ -260,7 +263,7 @@ mod tests {
         let mut drawn = DrawnFrames::new(kind, errors.len() as u64);
         for (index, &error) in (0..).zip(errors) {
             let (frame, estimate, result) = frame(index, error, false);
-            drawn.offer(&frame, &estimate, &result);
+            drawn.offer(&frame, &estimate, &estimate.maps, &result);
         }
         let rows = drawn.rows(&template(), &training_camera(), "here, ");
         let start = |row: sheet::Row| row.caption.split(':').next().unwrap().to_owned();
@@ -298,7 +301,8 @@ mod tests {
     fn a_row_has_its_columns_with_colour_bars_and_a_recording_those_that_are_known() {
         let panels = |measured| {
             let (frame, estimate, result) = frame(0, Some(1.0), measured);
-            columns_of_the_paper(&Frame::new(&frame, &estimate, &result), &template(), &training_camera())
+            let frame = Frame::new(&frame, &estimate, &estimate.maps, &result);
+            columns_of_the_paper(&frame, &template(), &training_camera())
         };
         let exact = panels(false);
         let titles: Vec<&str> = exact.iter().map(|panel| panel.title.as_str()).collect();
@@ -328,5 +332,18 @@ mod tests {
         let measured = panels(true);
         assert_eq!(measured[1].title, "measured depth");
         assert_eq!(measured.len(), expected.len() - 1);
+    }
+
+    #[test]
+    fn the_depth_error_is_drawn_of_the_compared_maps_where_the_models_own_mask_has_nothing() {
+        let (frame, mut estimate, result) = frame(0, Some(1.0), true);
+        let compared = std::mem::replace(&mut estimate.maps, Maps::empty(480, 270));
+        let mut frame = Frame::new(&frame, &estimate, &compared, &result);
+        frame.truth = compared;
+        for panels in [columns_of_the_worst, columns_of_the_paper].map(|of| of(&frame, &template(), &training_camera()))
+        {
+            let error = panels.iter().find(|panel| panel.title == "depth error").unwrap();
+            assert_eq!(error.picture.pixel(100, 100), error.bar.as_ref().unwrap().color(0.0));
+        }
     }
 }

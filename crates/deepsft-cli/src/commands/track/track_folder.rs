@@ -40,6 +40,10 @@ pub struct TrackFolder {
 impl TrackFolder {
     /// Begins the folder that is to stand at `path`, for a mesh of so many vertices.
     pub fn new(path: &Path, vertices_per_frame: usize) -> Result<Self> {
+        if is_whole(path) {
+            // There the frames are kept if the video ends early.
+            deepsft_formats::check_folder(&partial(path), &TRACK_FOLDER)?;
+        }
         let folder = StagedFolder::new(path, &TRACK_FOLDER)?;
         let create = |name: &str| {
             let path = folder.path().join(name);
@@ -109,12 +113,31 @@ impl TrackFolder {
         let path = self.folder.path().join(TRACK_FILE);
         deepsft_formats::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
         let place = match report.ended_early {
-            Some(_) if is_whole(&self.place) => beside(&self.place, ".partial"),
+            Some(_) if is_whole(&self.place) => partial(&self.place),
             _ => self.place,
         };
         self.folder.commit_to(&place)?;
+        if report.ended_early.is_none() {
+            remove_track(&partial(&place))?;
+        }
         Ok(place)
     }
+}
+
+/// Where a track that ends early is put if the one at `place` is whole.
+fn partial(place: &Path) -> PathBuf {
+    beside(place, ".partial")
+}
+
+/// Removes the track in `folder`, if there is one; files that are not of a track stay.
+fn remove_track(folder: &Path) -> Result<()> {
+    if folder.join(TRACK_FILE).is_file() {
+        // In its place comes a track without files.
+        StagedFolder::new(folder, &TRACK_FOLDER)?.commit()?;
+        // This fails, as it should, where other files are left.
+        let _ = fs::remove_dir(folder);
+    }
+    Ok(())
 }
 
 /// Whether there is a track in `folder` that has all frames of its video, as far as can be told.

@@ -42,10 +42,10 @@ which on the object counts as found, are always measured on images made on the f
 --camera-effects and --backgrounds choose only those.
 
 --preset paper has the paper's optimisers, learning rates, batches and epochs, and its losses in steps 2 and 3. There we
-take means over pixels where the paper prints sums, and depths in decimetres: so its learning rates work. The preset
-chooses neither network nor images; the paper's are --network paper and --images paper. The loss of step 1 belongs to the
-network (compact: ours, smooth L1 and bins). --preset ours has settings that work for the compact network in the time
-of a CPU.
+take means over pixels where the paper prints sums. We measure depths in decimetres, since the paper's learning rates work
+with them. The preset chooses neither network nor images; the paper's are --network paper and --images paper. The loss of
+step 1 belongs to the network (compact: ours, smooth L1 and bins). --preset ours has settings that work for the compact
+network in the time of a CPU.
 
 --network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they
 are for a large GPU: `deepsft network describe paper` lists what they cost. --width-divisor 8 or 16 makes narrow ones (ours,

@@ -24,7 +24,7 @@ pub struct Errors {
 /// What became of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Whether the estimator found the object. Only then there is anything to refine.
+    /// Whether the estimator found the object. Only then there is anything to fit.
     pub found: bool,
     /// Errors of the maps that the fit starts from.
     pub start: Errors,

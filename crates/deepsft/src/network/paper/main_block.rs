@@ -2,7 +2,7 @@
 
 use crate::network::description::LayerTable;
 use crate::network::fold::{Fold, folded};
-use crate::network::resnet::{NormalisedConvolution, Stack, WeightInit, crop_rows, max_pool};
+use crate::network::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, crop_rows, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -25,15 +25,16 @@ impl PaperMainBlock {
     /// Layers of `1 / divisor` of the paper's widths.
     pub fn new(divisor: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
+        use Resizing::{Kept, Stride, UpSampling};
         let stack = Stack::narrowed(divisor, init);
         Self {
             entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
-            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
-            encode4: stack(512, [256, 256, 1024], 2, 1, 5, None),
-            decode5: stack(1024, [1024, 1024, 256], 1, 1, 5, None),
-            decode6: stack(256, [512, 512, 128], 1, 2, 3, Some((0, 23))),
-            decode7: stack(128, [256, 256, 64], 1, 2, 2, None),
+            encode2: stack(64, [64, 64, 256], Kept, 2),
+            encode3: stack(256, [128, 128, 512], Stride(2), 3),
+            encode4: stack(512, [256, 256, 1024], Stride(2), 5),
+            decode5: stack(1024, [1024, 1024, 256], Kept, 5),
+            decode6: stack(256, [512, 512, 128], UpSampling(2), 3).cropped(0, 23),
+            decode7: stack(128, [256, 256, 64], UpSampling(2), 2),
             smooth: NormalisedConvolution::new([width(64), width(64)], 7, 1, init),
             output: NormalisedConvolution::plain([width(64), 3], 3, init),
         }

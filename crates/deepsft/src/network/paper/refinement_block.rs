@@ -2,7 +2,7 @@
 
 use crate::network::description::LayerTable;
 use crate::network::fold::{Fold, folded};
-use crate::network::resnet::{NormalisedConvolution, Stack, WeightInit, max_pool};
+use crate::network::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -22,13 +22,14 @@ impl PaperRefinementBlock {
     /// Layers of `1 / divisor` of the paper's widths, saying `outputs` values per pixel: 1 for depth, 2 for registration.
     pub fn new(divisor: usize, outputs: usize, init: WeightInit) -> Self {
         let width = |paper: usize| paper / divisor;
+        use Resizing::{Kept, Stride, UpSampling};
         let stack = Stack::narrowed(divisor, init);
         Self {
             entry: NormalisedConvolution::new([6, width(64)], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], 1, 1, 2, None),
-            encode3: stack(256, [128, 128, 512], 2, 1, 3, None),
-            decode6: stack(512, [512, 512, 128], 1, 2, 3, None),
-            decode7: stack(128, [256, 256, 64], 1, 2, 2, Some((1, 90))),
+            encode2: stack(64, [64, 64, 256], Kept, 2),
+            encode3: stack(256, [128, 128, 512], Stride(2), 3),
+            decode6: stack(512, [512, 512, 128], UpSampling(2), 3),
+            decode7: stack(128, [256, 256, 64], UpSampling(2), 2).cropped(1, 90),
             output: NormalisedConvolution::plain([width(64), outputs], 3, init),
         }
     }

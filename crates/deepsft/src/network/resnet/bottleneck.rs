@@ -95,6 +95,17 @@ impl Fold for Bottleneck {
     }
 }
 
+/// What the first block of a [`Stack`] does to the size of a map.
+#[derive(Clone, Copy, Debug)]
+pub enum Resizing {
+    /// The size stays.
+    Kept,
+    /// It is divided by the stride of the block.
+    Stride(usize),
+    /// It is multiplied by nearest up-sampling before the block.
+    UpSampling(usize),
+}
+
 /// A convolutional or decoding block, a crop and identity blocks.
 #[derive(Module, Debug)]
 pub struct Stack {
@@ -105,24 +116,29 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// What makes stacks of `1 / divisor` of the widths it is told. A stack has
-    ///
-    /// * the channels that come in, and the widths of the 1x1, 3x3 and 1x1 convolutions of each block,
-    /// * the stride of the first block and the up-sampling before it,
-    /// * the number of identity blocks after the first,
-    /// * where the first block's map is cropped, the first row and the number of rows that the identity blocks see.
-    pub fn narrowed(
-        divisor: usize,
-        init: WeightInit,
-    ) -> impl Fn(usize, [usize; 3], usize, usize, usize, Option<(usize, usize)>) -> Self {
-        move |inputs, widths, stride, upsampling, identities, crop| {
+    /// What makes stacks of `1 / divisor` of the widths it is told: the channels that come in, the widths of the 1x1, 3x3
+    /// and 1x1 convolutions of each block, what the first block does to the size, and the number of identity blocks after
+    /// it.
+    pub fn narrowed(divisor: usize, init: WeightInit) -> impl Fn(usize, [usize; 3], Resizing, usize) -> Self {
+        move |inputs, widths, resizing, identities| {
             let widths = widths.map(|width| width / divisor);
+            let (stride, upsampling) = match resizing {
+                Resizing::Kept => (1, 1),
+                Resizing::Stride(stride) => (stride, 1),
+                Resizing::UpSampling(factor) => (1, factor),
+            };
             Self {
                 first: Bottleneck::convolutional(inputs / divisor, widths, stride, upsampling, init),
                 identities: (0..identities).map(|_| Bottleneck::identity(widths, init)).collect(),
-                crop,
+                crop: None,
             }
         }
+    }
+
+    /// The stack whose identity blocks see `height` rows of the first block's map, from the row `top` on.
+    pub fn cropped(mut self, top: usize, height: usize) -> Self {
+        self.crop = Some((top, height));
+        self
     }
 
     /// [N, in, H, W] -> [N, out, H', W'].

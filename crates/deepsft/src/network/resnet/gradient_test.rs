@@ -1,7 +1,7 @@
 //! Gradients through every kind of layer in training (batch statistics, strides, max pooling, up-sampling, cropping)
 //! against central differences, in double precision.
 
-use super::{NormalisedConvolution, Stack, WeightInit, crop_rows, max_pool};
+use super::{NormalisedConvolution, Resizing, Stack, WeightInit, crop_rows, max_pool};
 use crate::network::upsampling::upsample_nearest;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, FloatDType, Gradients, Tensor, TensorData, activation::relu};
@@ -22,11 +22,12 @@ struct Small {
 
 impl Small {
     fn new(init: WeightInit) -> Self {
+        use Resizing::{Stride, UpSampling};
         let stack = Stack::narrowed(1, init);
         Self {
             entry: NormalisedConvolution::new([3, 4], 7, 2, init),
-            encode: stack(4, [3, 4, 6], 2, 1, 1, None),
-            decode: stack(6, [4, 3, 4], 1, 2, 1, Some((0, 5))),
+            encode: stack(4, [3, 4, 6], Stride(2), 1),
+            decode: stack(6, [4, 3, 4], UpSampling(2), 1).cropped(0, 5),
             output: NormalisedConvolution::plain([4, 2], 3, init),
         }
     }
