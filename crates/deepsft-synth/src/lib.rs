@@ -46,5 +46,5 @@ pub use scene::{
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
-    pub use crate::scene::{ARTWORK_KINDS, artwork};
+    pub use crate::scene::artwork;
 }
