@@ -1,6 +1,6 @@
 //! `camera.json`: a camera's intrinsics as a file.
 
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 
