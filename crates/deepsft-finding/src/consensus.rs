@@ -13,15 +13,9 @@ use std::f32::consts::{PI, TAU};
 /// 60 degrees halves lengths along one direction.
 const DISTORTION: f32 = 0.5;
 
-/// The same in mm, for neighbours so near that the corners' own positions count.
-const PLACE_MM: f32 = 2.5;
-
 /// Largest difference between the angles of neighbours, radians, and between the logarithms of their scales.
 const TURN: f32 = 0.6;
 const SCALING: f32 = 0.6;
-
-/// Matches nearer than this to each other may be of one corner, pixels.
-const SAME_PX: f32 = 3.0;
 
 /// Fewest neighbours that confirm a match.
 const FEWEST: usize = 3;
@@ -29,16 +23,26 @@ const FEWEST: usize = 3;
 /// Most matches that are looked at.
 const MOST_MATCHES: usize = 1500;
 
-/// Groups of matches that confirm one another, the largest first. `reach`: distance in the image within which matches are
-/// neighbours, pixels.
-pub(crate) fn groups(matches: &[Match], reach: f32) -> Vec<Vec<Match>> {
+/// Which matches are neighbours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Neighbourhood {
+    /// Least and greatest distance in the image, pixels. Matches nearer to each other may be of one corner at two sizes, and
+    /// say nothing of each other.
+    pub distance_px: [f32; 2],
+    /// How exact places are, mm: what neighbours may be off beside the distortion.
+    pub place_mm: f32,
+}
+
+/// Groups of matches that confirm one another, the largest first.
+pub(crate) fn groups(matches: &[Match], neighbourhood: Neighbourhood) -> Vec<Vec<Match>> {
+    let [nearest, farthest] = neighbourhood.distance_px;
     let matches = &matches[..matches.len().min(MOST_MATCHES)];
     let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
     let explains = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
         let expected = similarities[i].rotate(b.pixel - a.pixel);
         let off = (b.place - a.place).distance(expected);
-        off <= DISTORTION * expected.length() + PLACE_MM
+        off <= DISTORTION * expected.length() + neighbourhood.place_mm
     };
     let agree = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
@@ -52,11 +56,10 @@ pub(crate) fn groups(matches: &[Match], reach: f32) -> Vec<Vec<Match>> {
     for (k, &i) in order.iter().enumerate() {
         for &j in &order[k + 1..] {
             let apart = matches[j].pixel - matches[i].pixel;
-            if apart.x > reach {
+            if apart.x > farthest {
                 break;
             }
-            // Matches of one corner at two sizes say nothing of each other.
-            if (SAME_PX..=reach).contains(&apart.length()) && agree(i, j) {
+            if (nearest..=farthest).contains(&apart.length()) && agree(i, j) {
                 pairs.push([i, j]);
                 confirmed[i] += 1;
                 confirmed[j] += 1;
@@ -126,7 +129,11 @@ mod tests {
             let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
             m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
         };
-        let groups = groups(&matches, 116.0);
+        let neighbourhood = Neighbourhood {
+            distance_px: [3.0, 116.0],
+            place_mm: 2.5,
+        };
+        let groups = groups(&matches, neighbourhood);
         let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
         assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
         assert!(groups.get(1).is_none_or(|second| second.len() < 8));

@@ -12,7 +12,7 @@ const SHORTEST_SIDE: usize = 48;
 /// How features are looked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureOptions {
-    /// Most corners in all levels together. Default 2000.
+    /// Corners in all levels together, at most; a few more where cells are many. Default 2000.
     pub corners: usize,
     /// Levels of the pyramid, each 1.25 times smaller. Default 8.
     pub levels: usize,
@@ -50,8 +50,11 @@ pub struct Features {
 
 impl Features {
     /// Finds the features of `picture`. Finer detail than a pixel of an image with 960 columns helps little: see
-    /// [`crate::feature_image`].
+    /// [`crate::feature_image`]. A picture with a side beyond 65,535 pixels has no features.
     pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
+        if picture.width().max(picture.height()) > usize::from(u16::MAX) {
+            return Self::default();
+        }
         let levels = pyramid(picture, SHORTEST_SIDE, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
         let mut all = Vec::new();

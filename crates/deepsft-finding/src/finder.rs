@@ -1,6 +1,6 @@
 //! The finder: one picture in images.
 
-use crate::consensus::groups;
+use crate::consensus::{Neighbourhood, groups};
 use crate::features::Features;
 use crate::guided_matching::guided_matches;
 use crate::matching::{Match, matches};
@@ -15,8 +15,8 @@ use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
 /// beyond 960 time grows and little is gained.
 const LONGEST_SIDE: usize = 960;
 
-/// Columns of the image in which the distances below are pixels.
-const COLUMNS: f64 = 480.0;
+/// Focal length, in pixels, of the image in which the distances below are pixels: the canonical one.
+const FOCAL: f64 = 380.0;
 
 /// Fewest matches that a mesh is fitted to.
 const FEWEST: usize = 6;
@@ -27,8 +27,11 @@ const MOST_GROUPS: usize = 4;
 /// A group that is smaller than this fraction of the largest is not tried.
 const LEAST_GROUP: f64 = 0.25;
 
-/// How far in the image neighbours confirm each other, pixels.
-const NEIGHBOURS_PX: f64 = 58.0;
+/// Least and greatest distance in the image at which matches confirm each other, pixels.
+const NEIGHBOURS_PX: [f64; 2] = [1.5, 58.0];
+
+/// How exact places on the sheet are, pixels of the target's picture (2.5 mm on an A4 sheet).
+const PLACE_PX: f32 = 5.4;
 
 /// Standard deviation of the first matches, pixels.
 const FIRST_DEVIATION_PX: f64 = 3.0;
@@ -96,15 +99,19 @@ impl FeatureFinder {
         camera: &Camera,
         view: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
-        let pixel = f64::from(camera.width()) / COLUMNS;
-        let groups = groups(&matches(features, &self.target), (NEIGHBOURS_PX * pixel) as f32);
+        let pixel = pixel(camera);
+        let neighbourhood = Neighbourhood {
+            distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
+            place_mm: PLACE_PX * self.target.mm_per_pixel(),
+        };
+        let groups = groups(&matches(features, &self.target), neighbourhood);
         let least = groups.first().map_or(0.0, |largest| LEAST_GROUP * largest.len() as f64);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
         for group in groups.iter().take(MOST_GROUPS) {
             if group.len() < FEWEST || (group.len() as f64) < least {
                 break;
             }
-            for start in self.solver.flat_starts(camera, group).into_iter().flatten() {
+            for start in self.solver.flat_starts(camera, group) {
                 let tried = self.tried(features, camera, group, &start)?;
                 if let Some(tried) = tried.filter(|(score, _)| best.as_ref().is_none_or(|(most, _)| score > most)) {
                     best = Some(tried);
@@ -136,7 +143,7 @@ impl FeatureFinder {
         group: &[Match],
         start: &[DVec3],
     ) -> Result<Option<(f64, Vec<DVec3>)>, GeometryError> {
-        let pixel = f64::from(camera.width()) / COLUMNS;
+        let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
         let near = self.guided(features, camera, &vertices, SEARCH_PX[0] * pixel);
@@ -152,4 +159,9 @@ impl FeatureFinder {
         let maps = VisibleSurface::new(self.solver.mesh(), vertices, camera).maps();
         guided_matches(features, &self.target, camera, &maps, search_px)
     }
+}
+
+/// Pixels of the camera's image per pixel of the canonical one.
+fn pixel(camera: &Camera) -> f64 {
+    camera.focal().x / FOCAL
 }

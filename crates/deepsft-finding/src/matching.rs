@@ -11,8 +11,9 @@ const MOST_DIFFERENT: f32 = 0.33;
 /// The best match must be this much nearer than the best one elsewhere on the target.
 const MOST_RATIO: f32 = 0.95;
 
-/// Elsewhere: farther than this, mm. Several corners of one spot must not reject one another.
-const ELSEWHERE_MM: f32 = 6.0;
+/// Elsewhere: farther than this, pixels of the target's picture (6 mm on an A4 sheet). Several corners of one spot must not
+/// reject one another.
+const ELSEWHERE_PX: f32 = 13.0;
 
 /// A point of the image and one of the sheet that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,7 @@ impl Match {
 /// For each feature of the image the most similar of the target, where it stands out; the clearest first.
 pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match> {
     let others = &target.features().all;
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
     let mut distances = vec![0_u32; others.len()];
     let most = (MOST_DIFFERENT * BITS as f32) as u32;
     let mut found = Vec::new();
@@ -60,7 +62,7 @@ pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match>
         let place = target.places()[best];
         // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
         let limit = ((least + 1) as f32 / MOST_RATIO) as u32 + 1;
-        let elsewhere = |other: &Vec2| other.distance(place) > ELSEWHERE_MM;
+        let elsewhere = |other: &Vec2| other.distance(place) > elsewhere_mm;
         let rivals = distances.iter().zip(target.places());
         let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
         let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
@@ -119,6 +121,23 @@ mod tests {
         let right = right.count();
         // Most of the others are corners of coarse levels, whose pixels are larger than 3 mm.
         assert!(right * 5 > found.len() * 4, "{right} of {}", found.len());
+    }
+
+    #[test]
+    fn the_size_of_the_sheet_changes_nothing_but_lengths() {
+        let print = print();
+        let features = Features::of(&print, &FeatureOptions::default());
+        let found = [30.0, 300.0, 5000.0].map(|width_mm| {
+            let target = PictureTarget::picture(print.clone(), width_mm).unwrap();
+            let relative = |m: &Match| (m.pixel, m.place / width_mm as f32);
+            matches(&features, &target).iter().map(relative).collect::<Vec<_>>()
+        });
+        assert!(found[0].len() > 300 && found[0].len() == found[1].len() && found[1].len() == found[2].len());
+        for (a, others) in found[0].iter().zip(found[1].iter().zip(&found[2])) {
+            for b in [others.0, others.1] {
+                assert!(a.0 == b.0 && a.1.distance(b.1) < 1e-5);
+            }
+        }
     }
 
     #[test]

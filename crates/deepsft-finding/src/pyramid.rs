@@ -6,7 +6,7 @@ use deepsft_geometry::{Picture, luma};
 /// How much smaller each level is than the one before.
 pub(crate) const STEP: f32 = 1.25;
 
-/// Half of the blur's window: binomial weights 1 6 15 20 15 6 1, a deviation of 1.2 pixels.
+/// The blur's window: binomial weights, a deviation of 1.2 pixels.
 const BLUR: [u16; 7] = [1, 6, 15, 20, 15, 6, 1];
 
 /// One level of a pyramid.

@@ -106,7 +106,8 @@ impl SheetSolver {
         Ok(vertices)
     }
 
-    /// How many of `matches` the mesh at `vertices` explains: each counts 1 / (1 + (error / scale)^2).
+    /// How many of `matches` the mesh at `vertices` explains beyond chance: each counts 1 / (1 + (error / scale)^2) less what a
+    /// wrong one counts on average.
     pub fn explained(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
         let one = |m: &Match| {
             let point = self.locator.locate(self.uv(m))?;
@@ -121,8 +122,11 @@ impl SheetSolver {
     }
 
     /// The flat mesh in the two poses that a weak perspective allows: tilted to either side.
-    pub fn flat_starts(&self, camera: &Camera, matches: &[Match]) -> Option<[Vec<DVec3>; 2]> {
-        let affine = Affine::fit(matches, self.size_mm)?;
+    /// None of a pose that has a match behind the camera.
+    pub fn flat_starts(&self, camera: &Camera, matches: &[Match]) -> Vec<Vec<DVec3>> {
+        let Some(affine) = Affine::fit(matches, self.size_mm) else {
+            return Vec::new();
+        };
         let focal = camera.focal().x;
         // Singular values of the affine map: focal / depth, and the same shortened by the tilt.
         let m = affine.matrix;
@@ -133,7 +137,7 @@ impl SheetSolver {
         );
         let largest = (mean + half).sqrt();
         if !(largest > 0.0 && m.determinant() > 0.0) {
-            return None;
+            return Vec::new();
         }
         let depth = focal / largest;
         let (x, y) = (m.x_axis / largest, m.y_axis / largest);
@@ -145,10 +149,12 @@ impl SheetSolver {
         let start = |side: f64| {
             let (a, b) = (x.extend(side * zx), y.extend(side * sign * zy));
             let rotation = DMat3::from_cols(a, b, a.cross(b));
-            let at = |p: &DVec3| rotation * (*p - affine.centre_template.extend(0.0)) + centre;
-            self.mesh.vertices().iter().map(at).collect::<Vec<_>>()
+            let at = |p: DVec3| rotation * (p - affine.centre_template.extend(0.0)) + centre;
+            let before = |m: &Match| at((m.place.as_dvec2() - self.size_mm / 2.0).extend(0.0)).z > 0.0;
+            let vertices = || self.mesh.vertices().iter().map(|&p| at(p)).collect::<Vec<_>>();
+            matches.iter().all(before).then(vertices)
         };
-        Some([start(1.0), start(-1.0)])
+        [1.0, -1.0].into_iter().filter_map(start).collect()
     }
 }
 

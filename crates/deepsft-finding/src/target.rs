@@ -9,8 +9,8 @@ use deepsft_geometry::{GeometryError, Picture, Template};
 /// 960 columns sees it 35 cm away.
 const LONGEST_SIDE: usize = 640;
 
-/// Side of the cells in which features are looked up by place, mm.
-const CELL_MM: f32 = 8.0;
+/// Side of the cells in which features are looked up by place, pixels of the picture that corners are taken from.
+const CELL_PX: f32 = 17.0;
 
 /// A printed picture with its features, on a flat sheet of known size.
 #[derive(Clone, Debug)]
@@ -56,17 +56,19 @@ impl PictureTarget {
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
         let places: Vec<Vec2> = features.all.iter().map(|f| f.position * scale).collect();
-        let [columns, rows] = [size.x, size.y].map(|side| (side / CELL_MM) as usize + 1);
+        let mm_per_pixel = scale.element_sum() / 2.0;
+        let cell_mm = CELL_PX * mm_per_pixel;
+        let [columns, rows] = [size.x, size.y].map(|side| (side / cell_mm) as usize + 1);
         let mut cells = vec![Vec::new(); columns * rows];
         for (i, place) in places.iter().enumerate() {
-            let (x, y) = ((place.x / CELL_MM) as usize, (place.y / CELL_MM) as usize);
+            let (x, y) = ((place.x / cell_mm) as usize, (place.y / cell_mm) as usize);
             cells[y.min(rows - 1) * columns + x.min(columns - 1)].push(i);
         }
         Ok(Self {
             template,
             features,
             places,
-            mm_per_pixel: scale.element_sum() / 2.0,
+            mm_per_pixel,
             cells,
             columns,
         })
@@ -87,6 +89,11 @@ impl PictureTarget {
         &self.places
     }
 
+    /// mm on the sheet per pixel of the picture that corners were taken from.
+    pub(crate) fn mm_per_pixel(&self) -> f32 {
+        self.mm_per_pixel
+    }
+
     /// mm on the sheet per pixel of the level that has feature `index`.
     pub(crate) fn scale_mm(&self, index: usize) -> f32 {
         self.features.all[index].scale * self.mm_per_pixel
@@ -94,9 +101,9 @@ impl PictureTarget {
 
     /// The features whose places are at most `reach` mm from `place`.
     pub(crate) fn near(&self, place: Vec2, reach: f32) -> impl Iterator<Item = usize> {
-        let rows = self.cells.len() / self.columns;
-        let cells = |at: f32, count: usize| {
-            let cell = |at: f32| ((at / CELL_MM).max(0.0) as usize).min(count - 1);
+        let (rows, cell_mm) = (self.cells.len() / self.columns, CELL_PX * self.mm_per_pixel);
+        let cells = move |at: f32, count: usize| {
+            let cell = |at: f32| ((at / cell_mm).max(0.0) as usize).min(count - 1);
             cell(at - reach)..=cell(at + reach)
         };
         let columns = cells(place.x, self.columns);

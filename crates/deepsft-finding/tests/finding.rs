@@ -10,7 +10,7 @@ use deepsft_synth::{SynthConfig, Synthesizer};
 
 /// A print of the kind collage, on a sheet 297 mm wide.
 fn print(seed: u64) -> Template {
-    let picture = artwork(0, &mut generator(seed, 0, Stream::Scene));
+    let (_, picture) = artwork(0, &mut generator(seed, 0, Stream::Scene));
     let height = 297.0 * picture.height() as f64 / picture.width() as f64;
     Template::thin_shell(picture, 297.0, height).unwrap()
 }

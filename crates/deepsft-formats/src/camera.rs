@@ -1,8 +1,11 @@
 //! `camera.json`: a camera's intrinsics as a file.
 
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
+
+/// Name of the file with the camera in a folder of frames, a clip or a recording.
+pub const CAMERA_FILE: &str = "camera.json";
 
 /// The fields of a `camera.json`. Unknown ones are passed over: recordings keep more about their sensors there.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

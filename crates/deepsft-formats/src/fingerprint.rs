@@ -20,13 +20,13 @@ pub fn sha256(bytes: &[u8]) -> String {
 /// # Errors
 /// [`FormatError::File`](crate::FormatError::File).
 #[cfg(feature = "fs")]
-pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::FormatError> {
+pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::error::FormatError> {
     let hash = || -> io::Result<String> {
         let mut hash = HashingWriter(Sha256::new());
         io::copy(&mut std::fs::File::open(path)?, &mut hash)?;
         Ok(hexadecimal(hash.0))
     };
-    hash().map_err(|error| crate::FormatError::unreadable(path, error))
+    hash().map_err(|error| crate::error::FormatError::unreadable(path, error))
 }
 
 /// The SHA-256 of a value's JSON, in 64 hexadecimal digits: the same for equal values, in every version and on every

@@ -22,7 +22,7 @@ mod scan;
 mod shards;
 mod template;
 
-pub use camera::{CameraFile, PixelCenters, camera_to_json, parse_camera};
+pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_to_json, parse_camera};
 pub use error::FormatError;
 #[cfg(feature = "fs")]
 pub use fingerprint::sha256_file;

@@ -1,6 +1,6 @@
 //! Meshes as text: the part of Wavefront OBJ that templates and scans need.
 
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::fmt::Write;

@@ -1,6 +1,7 @@
 //! Picture files: PNG and JPEG bytes to pictures and back.
 
-use crate::{FormatError, image_codec};
+use crate::error::FormatError;
+use crate::image_codec;
 use deepsft_geometry::Picture;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageReader, Limits, RgbImage, Rgba};
 use std::io::Cursor;

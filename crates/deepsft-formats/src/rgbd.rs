@@ -1,6 +1,7 @@
 //! The pictures of an RGB-D recording: colour, 16-bit depth, masks.
 
-use crate::{FormatError, image_codec};
+use crate::error::FormatError;
+use crate::image_codec;
 use deepsft_geometry::{Camera, Picture};
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ExtendedColorType, ImageEncoder};

@@ -1,6 +1,8 @@
 //! Template files: `template.json`, and beside it the texture and, of a template that is no sheet, the mesh.
 
-use crate::{FormatError, decode_picture, encode_png, mesh_from_obj, mesh_to_obj};
+use crate::error::FormatError;
+use crate::obj::{mesh_from_obj, mesh_to_obj};
+use crate::picture::{decode_picture, encode_png};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -185,3 +185,35 @@ fn a_forward_pass_is_timed() {
     );
     deepsft_lab(folder.path(), &["network-time", "vgg"]).fails(3, &["vgg", "no such folder"]);
 }
+
+#[test]
+fn finding_is_studied_by_kind_of_print() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "study",
+        "finding",
+        "--prints",
+        "2",
+        "--frames",
+        "1",
+        "--seed",
+        "5",
+        "--json",
+        "finding.json",
+    ];
+    let run = deepsft_lab(folder.path(), &arguments);
+    assert!(
+        run.succeeds().stdout.contains("collage") && run.stdout.contains("mosaic"),
+        "{run:?}"
+    );
+    let report = json(&folder.path().join("finding.json"));
+    let frames = report["frames"].as_array().unwrap();
+    assert_eq!(frames.len(), 2);
+    for frame in frames {
+        assert!(
+            frame["agreement"].as_f64().unwrap() > frame["agreement_without"].as_f64().unwrap(),
+            "{frame}"
+        );
+    }
+    deepsft_lab(folder.path(), &["study", "finding", "--prints", "1", "--seed", "5"]).fails(1, &["two prints"]);
+}

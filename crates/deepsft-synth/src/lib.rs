@@ -23,8 +23,9 @@ pub use clip::{
 };
 pub use dataset::{DatasetPlan, UnfinishedDataset};
 pub use deepsft_formats::{
-    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, IndexedShards, Sample,
-    SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg, encode_mask_png, write_shard,
+    CAMERA_FILE, DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample,
+    IndexedShards, Sample, SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg,
+    encode_mask_png, write_shard,
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
@@ -33,8 +34,8 @@ pub use deform::{
 pub use error::SynthError;
 pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
-    ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER,
-    RecordedFrame, Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
+    ASSOCIATIONS_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame,
+    Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use scene::{
@@ -46,5 +47,5 @@ pub use scene::{
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};
-    pub use crate::scene::{ARTWORK_KINDS, artwork};
+    pub use crate::scene::artwork;
 }

@@ -1,7 +1,7 @@
 //! Files and folders that are there whole or not at all: written beside their place, then renamed.
 
 use super::FolderKind;
-use crate::FormatError;
+use crate::error::FormatError;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, ErrorKind, Write};

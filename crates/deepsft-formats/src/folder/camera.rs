@@ -1,6 +1,7 @@
 //! Cameras of the disk.
 
-use crate::{FormatError, parse_camera};
+use crate::camera::parse_camera;
+use crate::error::FormatError;
 use deepsft_geometry::Camera;
 use std::fs;
 use std::path::Path;

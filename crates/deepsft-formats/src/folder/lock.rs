@@ -1,6 +1,6 @@
 //! One process per folder.
 
-use crate::FormatError;
+use crate::error::FormatError;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -16,7 +16,7 @@ pub use lock::FolderLock;
 pub use scan::read_scan_file;
 pub use template::read_template;
 
-use crate::FormatError;
+use crate::error::FormatError;
 use std::path::Path;
 use std::{fs, io};
 

@@ -1,7 +1,9 @@
 //! Scans of the disk.
 
 use super::read;
-use crate::{FormatError, Scan, decode_picture, read_scan};
+use crate::error::FormatError;
+use crate::picture::decode_picture;
+use crate::scan::{Scan, read_scan};
 use std::path::Path;
 
 /// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts.

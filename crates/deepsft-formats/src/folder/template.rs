@@ -1,6 +1,8 @@
 //! Templates of the disk.
 
-use crate::{FormatError, TEMPLATE_FILE, TemplateFile, decode_picture};
+use crate::error::FormatError;
+use crate::picture::decode_picture;
+use crate::template::{TEMPLATE_FILE, TemplateFile};
 use deepsft_geometry::Template;
 use std::fs;
 use std::path::Path;

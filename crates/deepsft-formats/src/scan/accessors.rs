@@ -3,7 +3,7 @@
 //! The crate `gltf` can read them too, but trusts what a file says of lengths and types: these are checked here.
 
 use super::{Textures, refused};
-use crate::FormatError;
+use crate::error::FormatError;
 use base64::Engine;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::{Checked, USize64};

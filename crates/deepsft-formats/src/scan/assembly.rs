@@ -2,7 +2,7 @@
 
 use super::atlas::atlas;
 use super::{Scan, ScanPart, refused};
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{DisjointSets, GeometryError, Template, Topology, TriangleMesh};
 use std::collections::HashMap;

@@ -1,7 +1,8 @@
 //! All textures of a scan in one.
 
 use super::refused;
-use crate::{FormatError, pack_rectangles};
+use crate::error::FormatError;
+use crate::packing::pack_rectangles;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::DVec2;
 

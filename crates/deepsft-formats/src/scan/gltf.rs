@@ -2,7 +2,7 @@
 
 use super::accessors::{Buffers, content};
 use super::{ScanPart, Textures, refused};
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::glam::{DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec3};
 use gltf::binary::Glb;
 use gltf::json::mesh::{Mode, Primitive, Semantic};

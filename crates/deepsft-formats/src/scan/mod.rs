@@ -10,7 +10,8 @@ mod obj;
 
 pub use assembly::{ScannedTemplate, assemble_scan};
 
-use crate::{FormatError, decode_picture};
+use crate::error::FormatError;
+use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::path::{Component, Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The parts of a Wavefront OBJ file, and the textures that its materials (MTL) name.
 
 use super::{ScanPart, Textures, refused};
-use crate::FormatError;
+use crate::error::FormatError;
 use crate::obj::{ObjCorner, ObjFile, ObjGroup};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::collections::HashMap;

@@ -4,7 +4,8 @@ use super::{
     DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, Sample, SampleRecord, ShapeCounts,
     ShardReader, write_shard,
 };
-use crate::{FormatError, sha256_file};
+use crate::error::FormatError;
+use crate::fingerprint::sha256_file;
 use deepsft_geometry::Camera;
 use std::error::Error;
 use std::ffi::OsString;

@@ -1,7 +1,8 @@
 //! `dataset.json`: what a data set is, beside its shards.
 
 use super::{DEPTH_UNITS_PER_MM, EdgeLengthChange, EdgeLengthHistogram, UV_ONE};
-use crate::{FormatError, fingerprint, template_fingerprint};
+use crate::error::FormatError;
+use crate::fingerprint::{fingerprint, template_fingerprint};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

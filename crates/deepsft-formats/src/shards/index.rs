@@ -2,7 +2,7 @@
 
 use super::reader::PendingSample;
 use super::{SampleRecord, ShardReader};
-use crate::FormatError;
+use crate::error::FormatError;
 use deepsft_geometry::Camera;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

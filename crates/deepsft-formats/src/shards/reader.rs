@@ -2,7 +2,7 @@
 
 use super::sample::decode;
 use super::{PARTS, SampleRecord};
-use crate::FormatError;
+use crate::error::FormatError;
 use std::io::Read;
 
 /// Largest entry that is read, bytes: a 16-bit RGB map of 4096 x 2160 uncompressed.

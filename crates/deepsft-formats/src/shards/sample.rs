@@ -1,7 +1,9 @@
 //! A sample, and its entries in a shard.
 
 use super::{DEPTH_UNITS_PER_MM, PARTS, UV_ONE};
-use crate::{CameraFile, FormatError, image_codec};
+use crate::camera::CameraFile;
+use crate::error::FormatError;
+use crate::image_codec;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture};
 use image::{DynamicImage, ExtendedColorType, ImageFormat};

@@ -1,7 +1,7 @@
 //! Shards written sample by sample.
 
 use super::{EncodedSample, PARTS, SampleRecord};
-use crate::FormatError;
+use crate::error::FormatError;
 use std::io::Write;
 
 /// Writes samples as a shard, numbered from 0 in their order; returns how many there were. Depth is rounded to 0.1 mm,

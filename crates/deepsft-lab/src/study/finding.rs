@@ -1,17 +1,17 @@
 //! `deepsft-lab study finding`: how often features find a print that nothing was trained for.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Args;
-use deepsft_cli::progress;
+use deepsft_cli::{input, progress};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
-use deepsft_formats::{decode_picture, write_file};
+use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Template, training_camera};
-use deepsft_synth::painting::{ARTWORK_KINDS, artwork};
+use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Longer side of every print, mm.
@@ -51,12 +51,15 @@ pub struct FindingStudyArguments {
 }
 
 /// One frame.
-#[derive(Clone, Serialize)]
+#[derive(Serialize)]
 struct FrameResult {
     print: usize,
-    kind: String,
+    kind: &'static str,
     index: u64,
-    /// Median registration error of the features' mesh and of the fitted one; `None` where nothing was found.
+    /// Whether the features gave a sheet.
+    found: bool,
+    /// Median registration error of the features' mesh and of the fitted one. `None` where less than half of the visible sheet
+    /// has a registration.
     start_px: Option<f64>,
     fitted_px: Option<f64>,
     /// Agreement of the fit with the image.
@@ -112,31 +115,18 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
 }
 
 /// The prints and what they are.
-fn prints(arguments: &FindingStudyArguments) -> Result<Vec<(String, Picture)>> {
+fn prints(arguments: &FindingStudyArguments) -> Result<Vec<(&'static str, Picture)>> {
     let paint = |number: usize| {
         let mut rng = generator(arguments.seed, number as u64, Stream::Pool);
-        (
-            ARTWORK_KINDS[number % ARTWORK_KINDS.len()].to_owned(),
-            artwork(number, &mut rng),
-        )
+        artwork(number, &mut rng)
     };
     let mut prints: Vec<_> = (0..arguments.prints).map(paint).collect();
     if let Some(folder) = &arguments.photographs {
-        for file in sorted_files(folder)? {
-            let bytes = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
-            let picture = decode_picture(&bytes).with_context(|| file.display().to_string())?;
-            prints.push(("photograph".to_owned(), picture));
+        for file in input::images(folder, "folder of photographs")? {
+            prints.push(("photograph", input::picture(&file)?));
         }
     }
     Ok(prints)
-}
-
-fn sorted_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
-    let mut files: Vec<PathBuf> = entries.map(|entry| Ok(entry?.path())).collect::<Result<_>>()?;
-    files.retain(|file| file.is_file());
-    files.sort();
-    Ok(files)
 }
 
 fn template(picture: &Picture) -> Result<Template> {
@@ -178,7 +168,7 @@ impl<'a> Studied<'a> {
         })
     }
 
-    fn frame(&mut self, (print, kind): (usize, &str), seed: u64, index: u64) -> Result<FrameResult> {
+    fn frame(&mut self, (print, kind): (usize, &'static str), seed: u64, index: u64) -> Result<FrameResult> {
         let sample = self.shown.sample(seed, index);
         let truth = halved(&sample.truth);
         let (found, features_ms, find_ms) = self.found(&sample.image)?;
@@ -186,10 +176,11 @@ impl<'a> Studied<'a> {
         let error = |maps: &Maps| error_px(&truth, maps, self.template, &self.canonical);
         Ok(FrameResult {
             print,
-            kind: kind.to_owned(),
+            kind,
             index,
-            start_px: found.as_ref().map(|(start, ..)| error(start)),
-            fitted_px: found.as_ref().map(|(_, fitted, _)| error(fitted)),
+            found: found.is_some(),
+            start_px: found.as_ref().and_then(|(start, ..)| error(start)),
+            fitted_px: found.as_ref().and_then(|(_, fitted, _)| error(fitted)),
             agreement: found.map_or(0.0, |(.., agreement)| agreement),
             agreement_without: without.map_or(0.0, |(.., agreement)| agreement),
             features_ms,
@@ -232,8 +223,8 @@ fn halved(maps: &Maps) -> Maps {
     half
 }
 
-/// Median distance between two registrations over the visible sheet, pixels; where one lacks it, infinite.
-fn error_px(truth: &Maps, found: &Maps, template: &Template, camera: &Camera) -> f64 {
+/// Median distance between two registrations over the visible sheet, pixels; `None` when most of it has none.
+fn error_px(truth: &Maps, found: &Maps, template: &Template, camera: &Camera) -> Option<f64> {
     let error = |pixel: usize| {
         if !found.inside(pixel) {
             return f64::INFINITY;
@@ -242,7 +233,7 @@ fn error_px(truth: &Maps, found: &Maps, template: &Template, camera: &Camera) ->
         off * camera.focal().x / f64::from(truth.depth()[pixel])
     };
     let pixels = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel));
-    median(pixels.map(error)).unwrap_or(f64::INFINITY)
+    median(pixels.map(error)).filter(|error| error.is_finite())
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -252,7 +243,7 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn print_table(results: &[FrameResult]) {
-    let mut kinds: Vec<&str> = results.iter().map(|r| r.kind.as_str()).collect();
+    let mut kinds: Vec<&str> = results.iter().map(|r| r.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     println!("prints      frames  within 8 px  within 2 px  found  found and   another print");

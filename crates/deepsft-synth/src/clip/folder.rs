@@ -1,8 +1,7 @@
 //! Clips as folders: numbered frames, their camera, what happens in them, and the truth as a data set.
 
 use super::ClipStory;
-use crate::recording::CAMERA_FILE;
-use deepsft_formats::{DatasetFolder, FormatError, Sample, read_camera};
+use deepsft_formats::{CAMERA_FILE, DatasetFolder, FormatError, Sample, read_camera};
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -305,7 +305,7 @@ fn difference(found: &DatasetPlan, asked: &DatasetPlan) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SynthConfig;
+    use crate::scene::SynthConfig;
     use deepsft_geometry::{Picture, Template};
 
     fn plan(samples: u64) -> DatasetPlan {

@@ -1,7 +1,5 @@
 //! Names of the files and folders of a recording.
 
-/// Name of the file with the cameras.
-pub const CAMERA_FILE: &str = "camera.json";
 /// Name of the file that tells which pictures belong together.
 pub const ASSOCIATIONS_FILE: &str = "associations.txt";
 /// Name of the folder with the colour pictures.

@@ -11,7 +11,7 @@ mod simulator;
 
 pub use alignment::DepthAlignment;
 pub use depth_camera::{DepthNoise, SeenDepth};
-pub use layout::{ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER};
+pub use layout::{ASSOCIATIONS_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER};
 pub use print_response::PrintResponse;
 pub use reader::{RecordedFrame, Recording};
 pub use sensor::RgbdSensor;

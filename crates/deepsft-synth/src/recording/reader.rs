@@ -2,9 +2,10 @@
 
 use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
-use crate::recording::layout::{CAMERA_FILE, MASK_FOLDER};
+use crate::recording::layout::MASK_FOLDER;
 use crate::recording::pairing::{self, Pair};
 use crate::recording::sensor::RgbdSensor;
+use deepsft_formats::CAMERA_FILE;
 use deepsft_formats::{FormatError, decode_camera_picture, decode_depth_png};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use std::fs;

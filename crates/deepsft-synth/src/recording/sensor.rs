@@ -106,7 +106,7 @@ impl RgbdSensor {
             simulated: self.simulated,
         };
         serde_json::to_string_pretty(&json).map_err(|source| FormatError::Json {
-            name: crate::recording::layout::CAMERA_FILE.to_owned(),
+            name: deepsft_formats::CAMERA_FILE.to_owned(),
             source,
         })
     }

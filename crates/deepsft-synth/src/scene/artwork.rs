@@ -15,34 +15,26 @@ const LONG_SIDE: f64 = 560.0;
 
 type Painter<R> = fn(&mut Frame, Vec2, Vec2, &mut R);
 
-/// What the artworks of numbers 0 to 9 are; number 10 is of the first kind again.
-pub const ARTWORK_KINDS: [&str; 10] = [
-    "collage",
-    "mosaic",
-    "geometric",
-    "collage",
-    "rings",
-    "text",
-    "triangles",
-    "scribble",
-    "landscape",
-    "noise",
-];
-
-/// A painted print. `number` chooses its kind ([`ARTWORK_KINDS`]), the generator everything else.
-pub fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
-    let painters: [Painter<R>; 10] = [
-        collage,
-        mosaic,
-        geometric_poster,
-        collage,
-        rings,
-        text_page,
-        triangles,
-        scribble,
-        landscape,
-        colored_noise,
+/// The kinds of artworks and their painters; number 10 is of the first kind again.
+fn painter<R: Rng + ?Sized>(number: usize) -> (&'static str, Painter<R>) {
+    let painters: [(&'static str, Painter<R>); 10] = [
+        ("collage", collage),
+        ("mosaic", mosaic),
+        ("geometric", geometric_poster),
+        ("collage", collage),
+        ("rings", rings),
+        ("text", text_page),
+        ("triangles", triangles),
+        ("scribble", scribble),
+        ("landscape", landscape),
+        ("noise", colored_noise),
     ];
+    painters[number % painters.len()]
+}
+
+/// A painted print and its kind, such as "collage". `number` chooses the kind, the generator everything else.
+pub fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> (&'static str, Picture) {
+    let (kind, paint) = painter(number);
     let ratio = uniform(rng, [0.6, 1.0]);
     let (long, short) = (LONG_SIDE as usize, (LONG_SIDE as f32 * ratio) as usize);
     let (width, height) = if rng.random_bool(0.6) {
@@ -55,11 +47,11 @@ pub fn artwork<R: Rng + ?Sized>(number: usize, rng: &mut R) -> Picture {
     let side = Vec2::new(width as f32, height as f32);
     let margin = draw_or(rng, 0.75, 0.0, |rng| uniform(rng, [0.02, 0.09]) * side.min_element());
     let (low, high) = (Vec2::splat(margin), side - margin);
-    painters[number % painters.len()](&mut frame, low, high, rng);
+    paint(&mut frame, low, high, rng);
     if rng.random_bool(0.5) {
         title(&mut frame, low, high, rng);
     }
-    frame.to_picture()
+    (kind, frame.to_picture())
 }
 
 fn point<R: Rng + ?Sized>(low: Vec2, high: Vec2, rng: &mut R) -> Vec2 {

@@ -43,7 +43,7 @@ static ARTWORK: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
         .into_par_iter()
         .map(|number| {
             let mut rng = generator(POOL_SEED, (BACKGROUNDS + number) as u64, Stream::Pool);
-            Arc::new(Texture::new(&artwork(number, &mut rng)))
+            Arc::new(Texture::new(&artwork(number, &mut rng).1))
         })
         .collect()
 });

@@ -11,7 +11,7 @@ mod photographs;
 mod pose;
 mod synthesizer;
 
-pub use artwork::{ARTWORK_KINDS, artwork};
+pub use artwork::artwork;
 pub(crate) use composition::Moment;
 pub use composition::Scene;
 pub use config::{PhotographUse, SynthConfig};

@@ -3,7 +3,7 @@
 use super::map_batch::MapBatch;
 use super::sample_source::SampleSource;
 use super::window_batch::{Batch, BatchShape, TargetShape};
-use crate::TrainError;
+use crate::error::TrainError;
 use deepsft::{DepthRange, NetworkConfig};
 use deepsft_synth::Sample;
 use rand::{RngExt, SeedableRng};

@@ -1,6 +1,6 @@
 //! Where the samples of step 1 come from: made on the fly, or read from data sets.
 
-use crate::TrainError;
+use crate::error::TrainError;
 use deepsft_synth::{DatasetDescription, IndexedShards, Sample, Synthesizer};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -5,7 +5,7 @@
 //! half precision, since a layer of [`deepsft::Network`] computes in the precision of what comes in and the images are cast.
 //! Gradients that would vanish in [`Precision::F16`] are kept by a scale on the loss.
 
-use crate::TrainError;
+use crate::error::TrainError;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, FloatDType, Tensor};

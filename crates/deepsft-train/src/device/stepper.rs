@@ -2,7 +2,7 @@
 
 use super::precision::{LossScale, Precision, unscaled};
 use super::replica::{RunningStatistics, replica};
-use crate::TrainError;
+use crate::error::TrainError;
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, FloatDType, Tensor};

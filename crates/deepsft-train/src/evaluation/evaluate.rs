@@ -1,7 +1,7 @@
 //! Evaluation: the errors of a model over frames whose truth is known.
 
 use super::evaluation_frame::EvaluationFrame;
-use crate::TrainError;
+use crate::error::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};

@@ -1,6 +1,6 @@
 //! How far a tracked mesh is from the truth of a synthetic clip.
 
-use crate::TrainError;
+use crate::error::TrainError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;

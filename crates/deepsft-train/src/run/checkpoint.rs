@@ -1,8 +1,8 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
 use super::fingerprint::Fingerprint;
-use crate::TrainError;
 use crate::device::LossScale;
+use crate::error::TrainError;
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;

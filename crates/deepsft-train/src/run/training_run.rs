@@ -3,9 +3,9 @@
 use super::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use super::fingerprint::Fingerprint;
 use super::progress::Progress;
-use crate::TrainError;
 use crate::config::{Optimizer, TrainConfig};
 use crate::device::{Step, Stepper, WeightAverage};
+use crate::error::TrainError;
 use burn::module::Module;
 use burn::tensor::Tensor;
 use deepsft::Network;

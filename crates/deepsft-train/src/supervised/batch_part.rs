@@ -1,8 +1,8 @@
 //! Parts of a batch of step 1, one per device, whose losses sum to the loss of the whole.
 
-use crate::TrainError;
 use crate::data::{Batch, TrainingBatch};
 use crate::device::{part_sizes, weighed};
+use crate::error::TrainError;
 use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::Network;

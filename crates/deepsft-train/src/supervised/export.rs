@@ -2,8 +2,8 @@
 //! on held-out frames.
 
 use super::training::Trained;
-use crate::TrainError;
 use crate::config::TrainConfig;
+use crate::error::TrainError;
 use crate::evaluation::Evaluation;
 use burn::tensor::Device;
 use deepsft::{Accuracy, Estimator, FoundRule, ModelBundle, ModelCard, Provenance};

@@ -2,10 +2,10 @@
 
 use super::batch_part::BatchPart;
 use super::fingerprint::fingerprint;
-use crate::TrainError;
 use crate::config::TrainConfig;
 use crate::data::{Loader, SampleSource, Targets};
 use crate::device::Stepper;
+use crate::error::TrainError;
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, FloatDType, Tensor};
 use deepsft::{Network, NetworkConfig};

@@ -1,8 +1,8 @@
 //! What a checkpoint of steps 2 and 3 belongs to, and the one that belongs to a network which is gone.
 
 use super::recorded_frames::TuningSet;
-use crate::TrainError;
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
+use crate::error::TrainError;
 use crate::run::{CheckpointFolder, Fingerprint};
 use deepsft::Network;
 use deepsft_formats::{picture_fingerprint, sha256};

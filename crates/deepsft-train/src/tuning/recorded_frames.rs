@@ -1,7 +1,7 @@
 //! What steps 2 and 3 learn from and are measured on: the frames of a recording.
 
 use super::training_frame::TrainingFrame;
-use crate::TrainError;
+use crate::error::TrainError;
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft::Network;

@@ -2,7 +2,7 @@
 
 use super::recorded_frames::TuningSet;
 use super::training_frame::TrainingFrame;
-use crate::TrainError;
+use crate::error::TrainError;
 use burn::tensor::Device;
 use deepsft::Network;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};

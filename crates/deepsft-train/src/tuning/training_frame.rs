@@ -1,6 +1,6 @@
 //! Frames of an RGB-D recording made ready for training: which pixels count, and at which resolution the template is seen.
 
-use crate::TrainError;
+use crate::error::TrainError;
 use crate::evaluation::{comparable_depth, eroded, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{Network, pictures_to_tensor};
