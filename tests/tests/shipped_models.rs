@@ -48,7 +48,7 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
         let summary = |recovery: Option<&mut MeshRecovery>| {
             let samples = (0..FRAMES).map(|index| synthesizer.sample(SEED, index));
-            let evaluation = Evaluation::run(&estimator, recovery, bundle.template(), samples, |_, _, _| {});
+            let evaluation = Evaluation::run(&estimator, recovery, bundle.template(), samples, |_, _, _, _| {});
             evaluation.unwrap().summary()
         };
         let fitted = {
