@@ -171,42 +171,67 @@ impl<'a> Studied<'a> {
     fn frame(&mut self, (print, kind): (usize, &'static str), seed: u64, index: u64) -> Result<FrameResult> {
         let sample = self.shown.sample(seed, index);
         let truth = halved(&sample.truth);
-        let (found, features_ms, find_ms) = self.found(&sample.image)?;
-        let without = self.found(&self.another.sample(seed, index).image)?.0;
+        let search = self.search(&sample.image)?;
+        let without = self.search(&self.another.sample(seed, index).image)?;
         let error = |maps: &Maps| error_px(&truth, maps, self.template, &self.canonical);
         Ok(FrameResult {
             print,
             kind,
             index,
-            found: found.is_some(),
-            start_px: found.as_ref().and_then(|(start, ..)| error(start)),
-            fitted_px: found.as_ref().and_then(|(_, fitted, _)| error(fitted)),
-            agreement: found.map_or(0.0, |(.., agreement)| agreement),
-            agreement_without: without.map_or(0.0, |(.., agreement)| agreement),
-            features_ms,
-            find_ms,
+            found: search.sheet.is_some(),
+            start_px: search.sheet.as_ref().and_then(|sheet| error(&sheet.start)),
+            fitted_px: search.sheet.as_ref().and_then(|sheet| error(&sheet.fitted)),
+            agreement: search.agreement(),
+            agreement_without: without.agreement(),
+            features_ms: search.features_ms,
+            find_ms: search.find_ms,
         })
     }
 
-    /// Maps before and after the fit with its agreement, and the milliseconds of features and finding.
-    fn found(&mut self, image: &Picture) -> Result<(Option<(Maps, Maps, f64)>, f64, f64)> {
+    fn search(&mut self, image: &Picture) -> Result<Search> {
         let start = Instant::now();
         let (small, camera) = feature_image(image, &self.camera)?;
         let features = Features::of(&small, &FeatureOptions::default());
         let features_ms = start.elapsed().as_secs_f64() * 1e3;
         let start = Instant::now();
-        let sheet = self.finder.find(&features, &camera, &self.canonical)?;
+        let found = self.finder.find(&features, &camera, &self.canonical)?;
         let find_ms = start.elapsed().as_secs_f64() * 1e3;
-        let Some(sheet) = sheet else {
-            return Ok((None, features_ms, find_ms));
-        };
-        let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
-        let fit = self.fitter.fit(&canonical, &self.canonical, &sheet.maps, None)?;
-        let result = match fit {
-            Some(fit) => (sheet.maps, fit.maps, fit.agreement),
-            None => (sheet.maps.clone(), sheet.maps, 0.0),
-        };
-        Ok((Some(result), features_ms, find_ms))
+        let mut sheet = None;
+        if let Some(found) = found {
+            let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
+            let fit = self.fitter.fit(&canonical, &self.canonical, &found.maps, None)?;
+            let (fitted, agreement) = fit.map_or_else(|| (found.maps.clone(), 0.0), |fit| (fit.maps, fit.agreement));
+            sheet = Some(FittedSheet {
+                start: found.maps,
+                fitted,
+                agreement,
+            });
+        }
+        Ok(Search {
+            sheet,
+            features_ms,
+            find_ms,
+        })
+    }
+}
+
+/// What became of one image.
+struct Search {
+    sheet: Option<FittedSheet>,
+    features_ms: f64,
+    find_ms: f64,
+}
+
+/// Maps before and after the fit, and its agreement with the image.
+struct FittedSheet {
+    start: Maps,
+    fitted: Maps,
+    agreement: f64,
+}
+
+impl Search {
+    fn agreement(&self) -> f64 {
+        self.sheet.as_ref().map_or(0.0, |sheet| sheet.agreement)
     }
 }
 
