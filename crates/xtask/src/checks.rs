@@ -113,8 +113,9 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
 fn browser_tests(root: &Path) -> Result<Count> {
     let manifest = Manifest::load(root)?;
     let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
-    // The tests ask the native estimator for the same frames.
-    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-cli"]))?;
+    // The tests ask the native estimator for the same frames. Built with the features of the whole workspace, as the tests of
+    // the crates have left it.
+    tools::run(tools::cargo(root).args(["build", "--release", "--workspace", "--bin", "deepsft"]))?;
     let program = format!("deepsft{}", env::consts::EXE_SUFFIX);
     let mut command = tools::npm(root);
     command.arg("test");
