@@ -1,10 +1,10 @@
 //! Scans of the disk.
 
-use super::read;
 use crate::error::FormatError;
 use crate::picture::decode_picture;
 use crate::scan::{Scan, read_scan};
 use std::path::Path;
+use std::{fs, io};
 
 /// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts.
 ///
@@ -19,4 +19,22 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
 
 fn read_picture(path: &Path) -> Result<deepsft_geometry::Picture, FormatError> {
     decode_picture(&read(path)?).map_err(|error| FormatError::unreadable(path, error))
+}
+
+/// Largest file that is read whole, bytes.
+const LARGEST_FILE: u64 = 4 << 30;
+
+/// The bytes of a file. Devices and pipes, which may never end, are refused.
+fn read(path: &Path) -> Result<Vec<u8>, FormatError> {
+    let read = || -> io::Result<Vec<u8>> {
+        let file = fs::metadata(path)?;
+        if !file.is_file() {
+            return Err(io::Error::other("it is not a file"));
+        }
+        if file.len() > LARGEST_FILE {
+            return Err(io::Error::other("it is larger than 4 GiB"));
+        }
+        fs::read(path)
+    };
+    read().map_err(|error| FormatError::unreadable(path, error))
 }
