@@ -2,7 +2,7 @@
 
 use crate::consensus::{Neighbourhood, groups};
 use crate::features::Features;
-use crate::guided_matching::guided_matches;
+use crate::guided_matching::{candidates_near, guided_matches};
 use crate::matching::{Match, matches};
 use crate::pyramid::resized;
 use crate::sheet_solver::SheetSolver;
@@ -99,12 +99,32 @@ impl FeatureFinder {
         camera: &Camera,
         view: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
+        self.find_among(&matches(features, &self.target), features, camera, view)
+    }
+
+    /// As [`Self::find`], among `candidates` that were matched elsewhere, the clearest first. The mesh gathers more matches from
+    /// `features`, which may be empty: it then lives on the candidates alone.
+    ///
+    /// # Errors
+    /// As [`Self::find`].
+    pub fn find_among(
+        &mut self,
+        candidates: &[Match],
+        features: &Features,
+        camera: &Camera,
+        view: &Camera,
+    ) -> Result<Option<FoundSheet>, GeometryError> {
         let pixel = pixel(camera);
         let neighbourhood = Neighbourhood {
             distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
             place_mm: PLACE_PX * self.target.mm_per_pixel(),
         };
-        let groups = groups(&matches(features, &self.target), neighbourhood);
+        let seen = Seen {
+            candidates,
+            features,
+            camera,
+        };
+        let groups = groups(candidates, neighbourhood);
         let least = groups.first().map_or(0.0, |largest| LEAST_GROUP * largest.len() as f64);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
         for group in groups.iter().take(MOST_GROUPS) {
@@ -112,7 +132,7 @@ impl FeatureFinder {
                 break;
             }
             for start in self.solver.flat_starts(camera, group) {
-                let tried = self.tried(features, camera, group, &start)?;
+                let tried = self.tried(&seen, group, &start)?;
                 if let Some(tried) = tried.filter(|(score, _)| best.as_ref().is_none_or(|(most, _)| score > most)) {
                     best = Some(tried);
                 }
@@ -123,7 +143,7 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = self.guided(features, camera, &vertices, search);
+            last = self.guided(&seen, &vertices, search);
             if last.len() < FEWEST {
                 return Ok(None);
             }
@@ -138,15 +158,15 @@ impl FeatureFinder {
     /// The mesh bent to a group's matches from a flat start, then to all matches near it, and how many of these it explains.
     fn tried(
         &mut self,
-        features: &Features,
-        camera: &Camera,
+        seen: &Seen<'_>,
         group: &[Match],
         start: &[DVec3],
     ) -> Result<Option<(f64, Vec<DVec3>)>, GeometryError> {
+        let camera = seen.camera;
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let near = self.guided(features, camera, &vertices, SEARCH_PX[0] * pixel);
+        let near = self.guided(seen, &vertices, SEARCH_PX[0] * pixel);
         if near.len() < FEWEST {
             return Ok(None);
         }
@@ -155,10 +175,22 @@ impl FeatureFinder {
         Ok(Some((score, vertices)))
     }
 
-    fn guided(&self, features: &Features, camera: &Camera, vertices: &[DVec3], search_px: f64) -> Vec<Match> {
-        let maps = VisibleSurface::new(self.solver.mesh(), vertices, camera).maps();
-        guided_matches(features, &self.target, camera, &maps, search_px)
+    fn guided(&self, seen: &Seen<'_>, vertices: &[DVec3], search_px: f64) -> Vec<Match> {
+        let maps = VisibleSurface::new(self.solver.mesh(), vertices, seen.camera).maps();
+        let mut near = guided_matches(seen.features, &self.target, seen.camera, &maps, search_px);
+        if seen.features.is_empty() {
+            let size = self.target.template().size_mm().as_vec2();
+            near.extend(candidates_near(seen.candidates, size, seen.camera, &maps, search_px));
+        }
+        near
     }
+}
+
+/// What is known of one image.
+struct Seen<'a> {
+    candidates: &'a [Match],
+    features: &'a Features,
+    camera: &'a Camera,
 }
 
 /// Pixels of the camera's image per pixel of the canonical one.

@@ -31,26 +31,64 @@ pub(crate) fn guided_matches(
     let most = (MOST_DIFFERENT * BITS as f32) as u32;
     let mut found = Vec::new();
     for (image, feature) in features.all.iter().enumerate() {
-        let column = (feature.position.x as usize).min(maps.width() - 1);
-        let row = (feature.position.y as usize).min(maps.height() - 1);
-        let index = row * maps.width() + column;
-        let Some(turn) = turn(maps, index, size) else {
+        let Some(expected) = Expected::at(feature.position, size, camera, maps) else {
             continue;
         };
-        let mm_per_pixel = maps.depth()[index] / camera.focal().x as f32;
-        let expected = Vec2::from(maps.registration()[index]) * size;
         let fits = |&other: &usize| {
-            let off = others[other].angle - feature.angle - turn;
-            let scaling = target.scale_mm(other) / (feature.scale * mm_per_pixel);
-            ((off + PI).rem_euclid(TAU) - PI).abs() < TURN && (SCALING.recip()..SCALING).contains(&scaling)
+            let angle = others[other].angle - feature.angle;
+            expected.fits(angle, target.scale_mm(other) / feature.scale)
         };
-        let near = target.near(expected, search_px as f32 * mm_per_pixel).filter(fits);
+        let reach = search_px as f32 * expected.mm_per_pixel;
+        let near = target.near(expected.place, reach).filter(fits);
         let compared = near.map(|other| (feature.descriptor.distance(&others[other].descriptor), other));
         if let Some((_, other)) = compared.min().filter(|(distance, _)| *distance <= most) {
             found.push(Match::of(features, image, target, other));
         }
     }
     found
+}
+
+/// Those of `candidates` that lie within `search_px` pixels of where the surface of `maps` has them. `size`: of the sheet, mm.
+pub(crate) fn candidates_near(
+    candidates: &[Match],
+    size: Vec2,
+    camera: &Camera,
+    maps: &Maps,
+    search_px: f64,
+) -> impl Iterator<Item = Match> {
+    candidates.iter().copied().filter(move |m| {
+        Expected::at(m.pixel, size, camera, maps).is_some_and(|expected| {
+            let reach = search_px as f32 * expected.mm_per_pixel;
+            expected.place.distance(m.place) <= reach && expected.fits(m.angle, m.scale)
+        })
+    })
+}
+
+/// What a surface says of a match at a pixel.
+struct Expected {
+    place: Vec2,
+    turn: f32,
+    mm_per_pixel: f32,
+}
+
+impl Expected {
+    /// `None` where the surface is not seen.
+    fn at(pixel: Vec2, size: Vec2, camera: &Camera, maps: &Maps) -> Option<Self> {
+        let column = (pixel.x as usize).min(maps.width() - 1);
+        let row = (pixel.y as usize).min(maps.height() - 1);
+        let index = row * maps.width() + column;
+        Some(Self {
+            turn: turn(maps, index, size)?,
+            place: Vec2::from(maps.registration()[index]) * size,
+            mm_per_pixel: maps.depth()[index] / camera.focal().x as f32,
+        })
+    }
+
+    /// Whether a match with this angle and scale, see [`Match`], may be right.
+    fn fits(&self, angle: f32, scale: f32) -> bool {
+        let off = (angle - self.turn + PI).rem_euclid(TAU) - PI;
+        off.abs() < TURN && (SCALING.recip()..SCALING).contains(&(scale / self.mm_per_pixel))
+    }
 }
 
 /// The angle by which the registration turns directions of the image around a pixel into directions on the sheet, radians.
