@@ -98,7 +98,9 @@ type PrintedSize = (f64, Option<f64>);
 fn size_mm(text: &str) -> Result<PrintedSize, String> {
     let side = |text: &str| match text.trim().parse::<f64>() {
         Ok(side) if side.is_finite() && side > 0.0 => Ok(side),
-        _ => Err(format!("{text:?} is no length in mm; write 210x297, or 210 for the width alone")),
+        _ => Err(format!(
+            "{text:?} is no length in mm; write 210x297, or 210 for the width alone"
+        )),
     };
     match text.split_once(['x', 'X', '×']) {
         Some((width, height)) => Ok((side(width)?, Some(side(height)?))),

@@ -3,8 +3,8 @@
 use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
-use crate::output::{panels, sheet};
 use crate::object_choice::{ChosenTarget, ObjectChoice};
+use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -131,7 +131,9 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     };
     let mesh = arguments.mesh.unwrap_or(default);
     if mesh != MeshChoice::Fit && target.network().is_none() {
-        return Err(usage("--mesh none and complete are about a network's maps: they need --model"));
+        return Err(usage(
+            "--mesh none and complete are about a network's maps: they need --model",
+        ));
     }
     let mut object = Object {
         // The finder fits by itself.

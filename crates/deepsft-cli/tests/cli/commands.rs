@@ -202,7 +202,12 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     assert!(report["mesh_taken"].is_null());
 
     // An untrained network finds nothing to fit a mesh to, and the report says so; the option's first names still work.
-    for how in [&[][..], &["--mesh", "complete"], &["--refine", "physics"], &["--refine", "arap"]] {
+    for how in [
+        &[][..],
+        &["--mesh", "complete"],
+        &["--refine", "physics"],
+        &["--refine", "arap"],
+    ] {
         deepsft(folder.path(), &[&arguments[..], how].concat()).succeeds();
         let report = json(&results.join("report.json"));
         assert_eq!(report["mesh_taken"].as_bool(), Some(false), "{how:?}");

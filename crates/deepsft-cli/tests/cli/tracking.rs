@@ -177,27 +177,56 @@ fn a_picture_is_followed_and_reconstructed_without_any_training() {
     let track = ["track", "--out", "track", "clip"];
     deepsft(folder.path(), &[&track[..], &printed].concat()).succeeds();
     let report = json(&folder.path().join("track/track.json"));
-    assert!(report["device"].is_null() && report["found"].as_u64().unwrap() >= 18, "{report}");
+    assert!(
+        report["device"].is_null() && report["found"].as_u64().unwrap() >= 18,
+        "{report}"
+    );
     let detection = &report["per_frame"][4]["detection"];
-    assert_eq!((detection["by"].as_str(), detection["effect"].as_str()), (Some("features"), Some("started")));
+    assert_eq!(
+        (detection["by"].as_str(), detection["effect"].as_str()),
+        (Some("features"), Some("started"))
+    );
     let errors = &report["errors"];
     assert!(errors["tracked"].as_u64().unwrap() >= 16, "{errors}");
-    assert!(errors["registration_rmse_px"]["median"].as_f64().unwrap() < 1.5, "{errors}");
+    assert!(
+        errors["registration_rmse_px"]["median"].as_f64().unwrap() < 1.5,
+        "{errors}"
+    );
 
-    let reconstruct = ["reconstruct", "--camera", "clip/camera.json", "--out", "results", "clip/frame-0010.png"];
+    let reconstruct = [
+        "reconstruct",
+        "--camera",
+        "clip/camera.json",
+        "--out",
+        "results",
+        "clip/frame-0010.png",
+    ];
     deepsft(folder.path(), &[&reconstruct[..], &printed].concat()).succeeds();
     let report = json(&folder.path().join("results/frame-0010/report.json"));
-    assert_eq!((report["found"].as_bool(), report["found_by"].as_str()), (Some(true), Some("features")));
+    assert_eq!(
+        (report["found"].as_bool(), report["found_by"].as_str()),
+        (Some(true), Some("features"))
+    );
     assert!(folder.path().join("results/frame-0010/whole-mesh.glb").exists());
     // Another size of the print is another distance; sides that do not fit the picture are refused.
     let size = |size| ["--picture", &picture, "--size-mm", size];
     deepsft(folder.path(), &[&reconstruct[..], &size("594x420")].concat()).succeeds();
     let twice = json(&folder.path().join("results/frame-0010/report.json"));
     let depth = |report: &Value| report["depth_mm"][1].as_f64().unwrap();
-    assert!((depth(&twice) / depth(&report) - 2.0).abs() < 0.1, "{} {}", depth(&twice), depth(&report));
-    deepsft(folder.path(), &[&reconstruct[..], &size("210x297")].concat()).fails(BAD_INPUT, &["texture.png", "210 x 297"]);
+    assert!(
+        (depth(&twice) / depth(&report) - 2.0).abs() < 0.1,
+        "{} {}",
+        depth(&twice),
+        depth(&report)
+    );
+    deepsft(folder.path(), &[&reconstruct[..], &size("210x297")].concat())
+        .fails(BAD_INPUT, &["texture.png", "210 x 297"]);
     deepsft(folder.path(), &[&reconstruct[..], &["--picture", &picture]].concat()).fails(USAGE, &["--size-mm"]);
-    deepsft(folder.path(), &[&reconstruct[..], &printed, &["--mesh", "none"]].concat()).fails(USAGE, &["--model"]);
+    deepsft(
+        folder.path(),
+        &[&reconstruct[..], &printed, &["--mesh", "none"]].concat(),
+    )
+    .fails(USAGE, &["--model"]);
 }
 
 #[test]

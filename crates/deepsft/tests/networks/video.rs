@@ -56,7 +56,8 @@ fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     };
     (0..frames)
         .map(|frame| {
-            let followed = pollster::block_on(video.follow(frame as f64 / 30.0, &mut View::new(&image, &camera))).unwrap();
+            let followed =
+                pollster::block_on(video.follow(frame as f64 / 30.0, &mut View::new(&image, &camera))).unwrap();
             let times = followed.times;
             assert!(!followed.tracked.found);
             assert_eq!(times.follow, 1.0);
