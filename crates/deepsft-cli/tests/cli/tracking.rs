@@ -199,19 +199,19 @@ fn a_picture_is_followed_and_reconstructed_without_any_training() {
         "clip/camera.json",
         "--out",
         "results",
-        "clip/frame-0010.png",
+        "clip/frame-00010.png",
     ];
     deepsft(folder.path(), &[&reconstruct[..], &printed].concat()).succeeds();
-    let report = json(&folder.path().join("results/frame-0010/report.json"));
+    let report = json(&folder.path().join("results/frame-00010/report.json"));
     assert_eq!(
         (report["found"].as_bool(), report["found_by"].as_str()),
         (Some(true), Some("features"))
     );
-    assert!(folder.path().join("results/frame-0010/whole-mesh.glb").exists());
+    assert!(folder.path().join("results/frame-00010/whole-mesh.glb").exists());
     // Another size of the print is another distance; sides that do not fit the picture are refused.
     let size = |size| ["--picture", &picture, "--size-mm", size];
     deepsft(folder.path(), &[&reconstruct[..], &size("594x420")].concat()).succeeds();
-    let twice = json(&folder.path().join("results/frame-0010/report.json"));
+    let twice = json(&folder.path().join("results/frame-00010/report.json"));
     let depth = |report: &Value| report["depth_mm"][1].as_f64().unwrap();
     assert!(
         (depth(&twice) / depth(&report) - 2.0).abs() < 0.1,
@@ -220,7 +220,7 @@ fn a_picture_is_followed_and_reconstructed_without_any_training() {
         depth(&report)
     );
     deepsft(folder.path(), &[&reconstruct[..], &size("210x297")].concat())
-        .fails(BAD_INPUT, &["texture.png", "210 x 297"]);
+        .fails(INVALID_INPUT, &["texture.png", "210 x 297"]);
     deepsft(folder.path(), &[&reconstruct[..], &["--picture", &picture]].concat()).fails(USAGE, &["--size-mm"]);
     deepsft(
         folder.path(),
