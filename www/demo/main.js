@@ -13,7 +13,6 @@ import { Subjects } from "./subjects.js";
 
 /** @import { CameraStream, LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
-/** @import { ReadyPicture } from "./own/picture-editor.js" */
 /** @import { VideoSource } from "./sources.js" */
 /** @import { Overlay } from "./stage/stage.js" */
 /** @import { Paper } from "./graphics/papers.js" */
@@ -29,6 +28,12 @@ const REMEDY_WORDS = {
   edit: "Change its size",
 };
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
+
+/**
+ * What a library that grades pictures says of one: how well it can be found, and sentences that help.
+ *
+ * @typedef {{ grade?: { level: string, reasons: string[] } }} Graded
+ */
 
 /** @template {HTMLElement} T @param {string} id @param {new () => T} kind @returns {T} */
 function byId(id, kind) {
@@ -61,7 +66,7 @@ const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
 let stage;
 /** @type {Live} */
 let live;
-const subjects = new Subjects(showProgress);
+const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
 /** Number of the newest start, so that an older one that is still under way gives up. */
@@ -98,15 +103,17 @@ function showView(name) {
 /** @param {LoadProgress} progress */
 function showProgress({ phase, loadedBytes, totalBytes }) {
   const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
-  if (phase === "start") {
-    view.loadingText.textContent = "Starting the network";
-    view.loadingBar.removeAttribute("value");
-    return;
-  }
+  if (phase === "start") return showWaiting(subjects.kind === "poster" ? "Starting the network" : "Starting the engine");
   const what = phase === "engine" ? "engine" : "model";
   view.loadingText.textContent = `Fetching the ${what} · ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
   if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
   else view.loadingBar.removeAttribute("value");
+}
+
+/** @param {string} words */
+function showWaiting(words) {
+  view.loadingText.textContent = words;
+  view.loadingBar.removeAttribute("value");
 }
 
 /** What is looked for, ready to be looked for. */
@@ -114,8 +121,10 @@ async function readySubject() {
   const subject = await subjects.ready();
   live.use(subject);
   const { fallback } = subject.sft.info;
-  const grade = subject.target?.grade;
-  say(grade && grade.level !== "good" ? grade.reasons.join(" ") : fallback ? `Running on the CPU. ${fallback.message}` : "");
+  const { grade } = /** @type {Graded} */ (subject.target);
+  // Pictures need no GPU: what runs without one then is nothing to speak of.
+  if (subject.kind === "picture") say(grade?.reasons.join(" ") ?? "");
+  else say(fallback ? `Running on the CPU. ${fallback.message}` : "");
   return subject;
 }
 
@@ -139,9 +148,11 @@ async function enterLive(kind, run) {
   byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
-  view.calibrate.hidden = kind !== "camera";
+  // Its views are the network's answers, which pictures do without.
+  view.calibrate.hidden = kind !== "camera" || subjects.kind === "picture";
   view.live.dataset.source = kind;
   view.live.dataset.subject = subjects.kind;
+  if (subjects.kind === "picture" && stage?.overlay === "mask") chooseOverlay("paper");
   hud.reset();
   showView("live");
   try {
@@ -156,10 +167,12 @@ async function enterLive(kind, run) {
 
 function createLive() {
   const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement), stage.software), byId("region", HTMLDivElement));
+  const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
   created.onEstimate = (estimate) => {
-    view.loading.hidden = source?.stream?.interrupted !== true;
+    shown();
     calibration.add(estimate);
   };
+  created.onFrame = () => subjects.kind === "picture" && shown();
   chooseOverlay(stage.overlay);
   choosePaper(stage.paper);
   return created;
@@ -181,7 +194,7 @@ function startVideo(kind, open) {
     if (opened.stream?.error) throw opened.stream.error;
     await subject;
     if (!current()) return;
-    view.loadingText.textContent = "Looking at the first frame";
+    showWaiting("Looking at the first frame");
     await live.follow(view.video, opened.camera);
   });
 }
@@ -196,8 +209,7 @@ function watch(stream, current) {
   stream.addEventListener("lost", () => current() && showMessage(stream.error));
   stream.addEventListener("interrupted", () => {
     if (!current()) return;
-    view.loadingText.textContent = "The camera is interrupted";
-    view.loadingBar.removeAttribute("value");
+    showWaiting("The camera is interrupted");
     view.loading.hidden = false;
   });
   stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
@@ -214,7 +226,7 @@ function startImage(image) {
   void enterLive("image", async (current) => {
     await readySubject();
     if (!current()) return;
-    view.loadingText.textContent = "Looking at the image";
+    showWaiting("Looking at the image");
     await live.show(image, current);
   });
 }
@@ -368,7 +380,7 @@ view.papers.addEventListener("click", ({ target }) => {
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
-  if (source?.stream) calibration.start(source.stream, (await readySubject()).template);
+  if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
 });
 addEventListener("resize", () => {
   measureControls();

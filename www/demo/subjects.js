@@ -19,6 +19,7 @@ const parameters = new URLSearchParams(location.search);
 
 export class Subjects {
   #onProgress;
+  #onLearning;
   /** Engines by the model they were loaded with; "" for none. @type {Map<string, Promise<DeepSft>>} */
   #engines = new Map();
   /** @type {ReadyPicture | "poster"} */
@@ -26,9 +27,13 @@ export class Subjects {
   /** The picture that an engine knows. @type {{ picture: ReadyPicture, subject: Promise<Subject> } | null} */
   #known = null;
 
-  /** @param {(progress: LoadProgress) => void} onProgress */
-  constructor(onProgress) {
+  /**
+   * @param {(progress: LoadProgress) => void} onProgress while an engine loads
+   * @param {() => void} onLearning when a picture is about to be learned
+   */
+  constructor(onProgress, onLearning) {
     this.#onProgress = onProgress;
+    this.#onLearning = onLearning;
   }
 
   get kind() {
@@ -49,7 +54,8 @@ export class Subjects {
     const chosen = this.#chosen;
     if (chosen === "poster") {
       const sft = await this.#engine(parameters.get("model") ?? POSTER_MODEL);
-      return { kind: "poster", sft, target: /** @type {Target} */ (sft.target) };
+      // The model's own target comes first.
+      return { kind: "poster", sft, target: sft.targets[0] };
     }
     if (this.#known?.picture !== chosen) {
       const before = this.#known?.subject;
@@ -69,7 +75,7 @@ export class Subjects {
     old?.sft.removeTarget(old.target);
     // One engine does for both, if the poster's is there already.
     const sft = await ([...this.#engines.values()][0] ?? this.#engine(""));
-    this.#onProgress({ phase: "picture", loadedBytes: 0, totalBytes: null });
+    this.#onLearning();
     return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }) };
   }
 
