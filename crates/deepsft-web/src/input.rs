@@ -9,12 +9,7 @@ use wasm_bindgen::prelude::*;
 
 /// The files of a model or template out of a JavaScript `Map` or list of pairs.
 pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
-    let refused = || {
-        Failure::new(
-            Code::ModelLoad,
-            "The files must be a Map from names to Uint8Arrays.",
-        )
-    };
+    let refused = || Failure::new(Code::ModelLoad, "The files must be a Map from names to Uint8Arrays.");
     let entries = js_sys::try_iter(files).ok().flatten().ok_or_else(refused)?;
     entries
         .map(|entry| {
@@ -80,7 +75,9 @@ pub fn template_from(files: &BTreeMap<String, Vec<u8>>) -> Result<Template, Fail
     let unusable = |error: FormatError| Failure::of_target(&error.into());
     let description = TemplateFile::parse(file(TEMPLATE_FILE)?).map_err(unusable)?;
     let mesh = description.mesh().map(file).transpose()?;
-    description.template(file(description.texture())?, mesh).map_err(unusable)
+    description
+        .template(file(description.texture())?, mesh)
+        .map_err(unusable)
 }
 
 /// Maps of the canonical image out of 270 x 480 depths and 270 x 480 x 2 texture positions.

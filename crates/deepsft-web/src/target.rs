@@ -7,11 +7,12 @@ use crate::{
     mesh::{RawMesh, template_mesh},
 };
 use deepsft::{
-    DeepSftError, Estimator, Finder, Sighting, Target, TargetFinder, View,
+    DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, PictureTarget},
     geometry::{
-        CompletionOptions, Maps, MapsCompletion, Picture, Template,
-        fitting::{FitOptions, FrameFitter},
+        CompletionOptions, GeometryError, Maps, MapsCompletion, Picture, Template,
+        fitting::{FitOptions, FrameFit, FrameFitter},
+        tracking::TrackingOptions,
     },
 };
 use js_sys::{Array, Object, Uint8ClampedArray};
@@ -78,12 +79,31 @@ impl EngineTarget {
     }
 
     /// What the finders see, and whether seeing nothing means that the target is not there.
+    ///
+    /// Features often see something where the target is not. What no fit to the image confirms is left out: the tracker of all
+    /// targets would stand still while it finds that out.
     pub async fn find(&self, view: &mut View<'_>) -> Result<(Vec<Sighting>, bool), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let sightings = finder.find(view).await;
+        let seen = finder.find(view).await;
         let can_deny = finder.can_deny();
         self.finder.replace(Some(finder));
-        Ok((sightings?, can_deny))
+        let canonical = view.canonical(&self.target.canonical_camera())?;
+        let least = TrackingOptions::default().start_agreement;
+        let mut sightings = Vec::new();
+        for sighting in seen? {
+            match sighting.by {
+                FinderKind::Network => sightings.push(sighting),
+                FinderKind::Features => {
+                    let fit = self.fitted(canonical, &sighting.maps)?;
+                    let confirmed = fit.filter(|fit| fit.agreement >= least);
+                    sightings.extend(confirmed.map(|fit| Sighting {
+                        maps: fit.maps,
+                        ..sighting
+                    }));
+                }
+            }
+        }
+        Ok((sightings, can_deny))
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
@@ -137,14 +157,18 @@ impl EngineTarget {
 
     /// The mesh fitted to a canonical image, from maps of it.
     pub fn fit(&self, canonical: &Picture, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
+        let mut stopwatch = Stopwatch::start();
+        let fitted = self.fitted(canonical, maps)?;
+        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
+    }
+
+    fn fitted(&self, canonical: &Picture, maps: &Maps) -> Result<Option<FrameFit>, GeometryError> {
         let mut fitter = self.fitter.borrow_mut();
         let fitter = match &mut *fitter {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        let mut stopwatch = Stopwatch::start();
-        let fitted = fitter.fit(canonical, &self.target.canonical_camera(), maps, None)?;
-        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
+        fitter.fit(canonical, &self.target.canonical_camera(), maps, None)
     }
 }
 
@@ -163,6 +187,6 @@ pub fn network_estimate(
         judge_ms: stopwatch.lap_ms(),
         ..Times::default()
     };
-    let by = Some(deepsft::FinderKind::Network);
+    let by = Some(FinderKind::Network);
     Ok(RawEstimate::new(maps, canonical, &judgement, by, &times))
 }

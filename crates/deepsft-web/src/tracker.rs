@@ -85,7 +85,9 @@ impl MeshTracker {
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
-        self.adding(id, move || Ok((template_from(&files_from(&files)?)?, training_camera())))
+        self.adding(id, move || {
+            Ok((template_from(&files_from(&files)?)?, training_camera()))
+        })
     }
 
     /// Follows a printed picture too, as [`crate::Engine::add_picture`].
@@ -254,10 +256,7 @@ fn tracked_target(id: u32, tracked: &Tracked, smoothing: &mut Option<OneEuro>, t
         ("id", id.into()),
         ("found", tracked.found.into()),
         ("vertices", vertices.into()),
-        (
-            "confidence",
-            Float32Array::from(tracked.confidence.as_slice()).into(),
-        ),
+        ("confidence", Float32Array::from(tracked.confidence.as_slice()).into()),
         ("agreement", tracked.agreement.into()),
         ("iterations", (tracked.iterations as u32).into()),
     ])

@@ -18,6 +18,8 @@ import { SearchPlan } from "./search-plan.js";
 
 /** Least time between two frames while nothing is followed, milliseconds. */
 const SEARCHING_INTERVAL_MS = 60;
+/** The tracker keeps 32 frames; the finders may take longer than the last time. */
+const KEPT_FRAMES = 24;
 /**
  * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
  * milliseconds.
@@ -195,8 +197,8 @@ export class MeshTracking {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return null;
       const began = performance.now();
-      // The tracker keeps some thirty frames: those between a question to the finders and their answer must be among them.
-      const answerable = this.#plan.isMissingSome ? this.#findingMs / 16 : 0;
+      // Those between a question to the finders and their answer must be among the frames that the tracker keeps.
+      const answerable = this.#plan.isMissingSome ? this.#findingMs / KEPT_FRAMES : 0;
       const interval = Math.max(this.#plan.isFollowingSome ? 0 : SEARCHING_INTERVAL_MS, answerable);
       if (began - this.#followedAt < interval) continue;
       this.#followedAt = began;
