@@ -25,7 +25,7 @@ const REMEDY_WORDS = {
   image: "Open an image",
   reload: "Reload",
   picture: "Choose another picture",
-  edit: "Change its size",
+  edit: "Change this one",
 };
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 
