@@ -47,12 +47,29 @@ const file = (buffer, name = "harbour.png", mimeType = "image/png") => ({ name, 
 async function withDemo(launchOptions, demoOptions, body) {
   const browser = await launch(launchOptions);
   try {
-    const demo = await openDemo(browser, { query: "?device=cpu", ...demoOptions });
+    const prepare = (context) => context.addInitScript(lookAtKept);
+    const demo = await openDemo(browser, { query: "?device=cpu", prepare, ...demoOptions });
     await body(demo);
     await demo.finish();
   } finally {
     await browser.close();
   }
+}
+
+/** Gives the page `keptPicture()`: what it keeps on the device. */
+function lookAtKept() {
+  globalThis.keptPicture = () =>
+    new Promise((resolve, reject) => {
+      const request = indexedDB.open("deepsft-demo", 1);
+      request.onerror = () => reject(request.error);
+      request.onsuccess = () => {
+        const get = request.result.transaction("pictures").objectStore("pictures").get("last");
+        get.onsuccess = () => {
+          request.result.close();
+          resolve(get.result);
+        };
+      };
+    });
 }
 
 /** Middles of the corner handles, CSS pixels. */
@@ -243,7 +260,7 @@ test("a print is photographed with the camera, and its corners are near already"
 );
 
 test("the last picture is remembered on the device until it is forgotten", { timeout: SLOW_MS }, () =>
-  withDemo({}, { device: PHONE }, async ({ page, screenshot }) => {
+  withDemo({ camera: cameraFile }, { device: PHONE }, async ({ page, screenshot }) => {
     assert.equal(await page.isVisible("#last"), false);
     await page.setInputFiles("#picture-file", file(png));
     await page.click('#units [data-unit="cm"]');
@@ -258,16 +275,7 @@ test("the last picture is remembered on the device until it is forgotten", { tim
     ]);
     await screenshot("phone-own-denied");
     await page.click("#message-close");
-    await page.waitForFunction(
-      () =>
-        new Promise((resolve) => {
-          const request = indexedDB.open("deepsft-demo", 1);
-          request.onsuccess = () => {
-            const get = request.result.transaction("pictures").objectStore("pictures").get("last");
-            get.onsuccess = () => resolve(get.result !== undefined);
-          };
-        }),
-    );
+    await page.waitForFunction(() => keptPicture().then((kept) => kept !== undefined));
     await page.reload();
     await page.waitForSelector("#last:not([hidden])");
     assert.equal(await page.textContent("#last-name"), "harbour.png");
@@ -278,8 +286,9 @@ test("the last picture is remembered on the device until it is forgotten", { tim
     await page.click("#editor .leave");
     await page.click("#last-forget");
     assert.equal(await page.isVisible("#last"), false);
+    await page.waitForFunction(() => keptPicture().then((kept) => kept === undefined));
     await page.reload();
-    await page.waitForTimeout(500);
+    assert.equal(await page.evaluate(() => keptPicture()), undefined);
     assert.equal(await page.isVisible("#last"), false);
   }),
 );
@@ -301,7 +310,7 @@ test("what is wrong with a picture or its size is said in words", { timeout: SLO
     // Half of it see-through: white paper.
     for (let i = 0; i < 100 * 200; i++) clear.set([200, 0, 0, i % 200 < 100 ? 255 : 0], 4 * i);
     await page.setInputFiles("#picture-file", file(encodePng({ width: 200, height: 100, channels: 4, values: clear })));
-    assert.ok(await page.isVisible("#transparent"));
+    await page.waitForSelector("#transparent:not([hidden])");
     const right = await page.evaluate(() => {
       const shown = document.querySelector("#corners .picture");
       return [...shown.getContext("2d").getImageData(shown.width - 4, 4, 1, 1).data];
@@ -354,16 +363,8 @@ test("a huge picture is made smaller before it is handed over", { timeout: SLOW_
     await page.click('#print-size [value="camera"]');
     await messageOf(page);
     await page.click("#message-close");
-    const size = await page.waitForFunction(
-      () =>
-        new Promise((resolve) => {
-          const request = indexedDB.open("deepsft-demo", 1);
-          request.onsuccess = () => {
-            const get = request.result.transaction("pictures").objectStore("pictures").get("last");
-            get.onsuccess = () =>
-              resolve(get.result && createImageBitmap(get.result.picture).then((b) => [b.width, b.height]));
-          };
-        }),
+    const size = await page.waitForFunction(() =>
+      keptPicture().then((kept) => kept && createImageBitmap(kept.picture).then(({ width, height }) => [width, height])),
     );
     const [w, h] = await size.jsonValue();
     assert.ok(Math.max(w, h) <= 2000 && Math.abs(w / h - 3) < 0.01, `${w} x ${h}`);
