@@ -29,12 +29,13 @@ pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use finding::{
-    DescriptorFinder, Finder, FinderKind, LEAST_CONFIRMED_PX, LEAST_EXPLAINED, SharedDescriptorNetwork, Sighting, Target,
-    TargetEstimate, TargetFinder, View,
+    DescriptorFinder, Finder, FinderKind, LEAST_CONFIRMED_PX, LEAST_EXPLAINED, SharedDescriptorNetwork, Sighting,
+    Target, TargetEstimate, TargetFinder, View,
 };
 pub use network::{
-    Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork, INPUT_MULTIPLE, LayerDescription, Network,
-    NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
-    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, layer_table, pictures_to_tensor,
+    Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork,
+    INPUT_MULTIPLE, LayerDescription, Network, NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL,
+    PaperConfig, PaperNetwork, R50FConfig, R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor,
+    layer_table, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;

@@ -111,7 +111,11 @@ impl Agreement {
             }
         };
         let (mut telling, mut confirmed, mut confirmed_points) = (0.0, 0.0, 0.0);
-        for (own, wide) in around.iter().zip(&wide).filter(|(own, wide)| own.weight > 0.0 && wide.tells()) {
+        for (own, wide) in around
+            .iter()
+            .zip(&wide)
+            .filter(|(own, wide)| own.weight > 0.0 && wide.tells())
+        {
             telling += own.weight;
             if wide.correlation() >= CONFIRMED {
                 confirmed += own.weight;
@@ -119,7 +123,9 @@ impl Agreement {
             }
         }
         let contradicted = |(own, wide): (&Products, &Products)| {
-            f32::from(u8::from(own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED))
+            f32::from(u8::from(
+                own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED,
+            ))
         };
         Self {
             whole: whole.correlation(),

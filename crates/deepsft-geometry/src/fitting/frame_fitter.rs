@@ -156,7 +156,10 @@ impl FrameFitter {
                     return 1.0;
                 }
                 let corners = fine.mesh.faces()[point.face].iter().zip(point.barycentric);
-                1.0 - corners.map(|(&v, w)| w * f64::from(confidence[v])).sum::<f64>().clamp(0.0, 1.0)
+                1.0 - corners
+                    .map(|(&v, w)| w * f64::from(confidence[v]))
+                    .sum::<f64>()
+                    .clamp(0.0, 1.0)
             };
             let (reprojection, depth) = self.measured_terms(fine, &measured, camera, worth, hold)?;
             let round = self.round(Resolution::Fine, blur);
@@ -217,7 +220,8 @@ impl FrameFitter {
         }
         let start = self.aligned(measured, camera);
         let trust = self.options.settling_registrations;
-        let (trusted, trusted_depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust, |_| 1.0)?;
+        let (trusted, trusted_depth) =
+            self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust, |_| 1.0)?;
         let settled = self
             .mesh_fitter
             .coarse
@@ -365,7 +369,12 @@ impl FrameFitter {
         let photo_consistency_cost = [cost(maps), cost(&fitted)];
         let accepted = photo_consistency_cost[1] < photo_consistency_cost[0];
         match mask {
-            Mask::FromFit => clear_hidden(&mut fitted, &surface, self.mesh_fitter.template.mesh(), &agreement.hidden),
+            Mask::FromFit => clear_hidden(
+                &mut fitted,
+                &surface,
+                self.mesh_fitter.template.mesh(),
+                &agreement.hidden,
+            ),
             // A network sees what lies in front. Where the mesh ends before its mask, its own values stay.
             Mask::Given if accepted => fitted = fitted.within(maps),
             Mask::Given => fitted = maps.clone(),

@@ -158,7 +158,10 @@ fn from_the_whole_surface_the_fit_tells_what_hides_the_sheet_and_whether_it_is_t
         true => [190, 140, 110 + (x % 2) as u8],
         false => image.pixel(x, y),
     });
-    let fitted = fitter.fit_unmasked(&covered, &camera, &mistaken(&truth)).unwrap().unwrap();
+    let fitted = fitter
+        .fit_unmasked(&covered, &camera, &mistaken(&truth))
+        .unwrap()
+        .unwrap();
     let share = |hidden: bool| {
         let pixels: Vec<usize> = (0..480 * 270)
             .filter(|&p| truth.inside(p) && hides(p % 480, p / 480) == hidden)
@@ -166,7 +169,12 @@ fn from_the_whole_surface_the_fit_tells_what_hides_the_sheet_and_whether_it_is_t
         let shown = pixels.iter().filter(|&&p| fitted.maps.inside(p)).count();
         shown as f64 / pixels.len() as f64
     };
-    assert!(share(true) < 0.3 && share(false) > 0.9, "{} {}", share(true), share(false));
+    assert!(
+        share(true) < 0.3 && share(false) > 0.9,
+        "{} {}",
+        share(true),
+        share(false)
+    );
     assert!((0.6..0.95).contains(&fitted.explained), "{}", fitted.explained);
     assert!(fitted.confirmed_px > 5000.0, "{}", fitted.confirmed_px);
     // Where something else is shown, next to nothing is confirmed.

@@ -78,7 +78,10 @@ impl DescriptorFinder {
     /// # Errors
     /// As [`Finder::find`].
     pub async fn matches(&self, view: &mut View<'_>, canonical: &Camera) -> Result<Vec<Match>, DeepSftError> {
-        let matches = self.picture.matches(view.descriptors(&self.network, canonical)?).await?;
+        let matches = self
+            .picture
+            .matches(view.descriptors(&self.network, canonical)?)
+            .await?;
         let (_, camera) = view.features()?;
         let ratio = (camera.focal().x / canonical.focal().x) as f32;
         let to_camera = |m: Match| {

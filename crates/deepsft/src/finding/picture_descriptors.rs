@@ -166,7 +166,12 @@ impl PictureDescriptors {
         for start in (0..count).step_by(BATCH) {
             let end = (start + BATCH).min(count);
             let batch = image.rows.clone().slice([0..1, start..end, 0..d]);
-            let similarities = read(batch.matmul(self.columns.clone()).reshape([end - start, self.cells.len()])).await?;
+            let similarities = read(
+                batch
+                    .matmul(self.columns.clone())
+                    .reshape([end - start, self.cells.len()]),
+            )
+            .await?;
             for (k, similarities) in similarities.chunks_exact(self.cells.len()).enumerate() {
                 let cell = start + k;
                 let descriptor = &rows[d * cell..d * (cell + 1)];

@@ -45,7 +45,9 @@ impl TargetEstimate {
     /// How much speaks for it: the fraction of the print that the image confirms, and its size.
     fn worth(&self) -> f64 {
         let confidence = f64::from(self.judgement.confidence);
-        self.fit.as_ref().map_or(confidence, |fit| confidence * fit.confirmed_px)
+        self.fit
+            .as_ref()
+            .map_or(confidence, |fit| confidence * fit.confirmed_px)
     }
 }
 
@@ -155,9 +157,7 @@ impl TargetFinder {
         };
         let fit = match by {
             FinderKind::Network => fitter.fit(canonical, &self.canonical, &maps, None)?,
-            FinderKind::Features | FinderKind::Descriptors => {
-                fitter.fit_unmasked(canonical, &self.canonical, &maps)?
-            }
+            FinderKind::Features | FinderKind::Descriptors => fitter.fit_unmasked(canonical, &self.canonical, &maps)?,
         };
         let (explained, confirmed_px) = fit.as_ref().map_or((0.0, 0.0), |fit| (fit.explained, fit.confirmed_px));
         let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());

@@ -22,7 +22,10 @@ mod weight_array;
 
 pub use any_network::Network;
 pub use block::Block;
-pub use compact::{CompactNetwork, DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy};
+pub use compact::{
+    CompactNetwork, DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP,
+    cross_entropy,
+};
 pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
 pub use description::LayerDescription;
 pub(crate) use half_precision::Half;

@@ -12,7 +12,9 @@ use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleM
 fn print() -> Picture {
     let mut state = 7_u64;
     let mut random = move |below: u64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         ((state >> 33) % below) as usize
     };
     let mut colors = vec![[120_u8; 3]; 594 * 420];
@@ -60,7 +62,10 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     assert!(!finder.can_deny());
     let mut view = View::new(&image, &camera);
     let estimate = pollster::block_on(finder.estimate(&mut view)).unwrap();
-    assert_eq!((estimate.by, estimate.judgement.found), (Some(FinderKind::Features), true));
+    assert_eq!(
+        (estimate.by, estimate.judgement.found),
+        (Some(FinderKind::Features), true)
+    );
     assert!(estimate.judgement.confidence > 0.8 && estimate.fit.is_some());
     let mut errors: Vec<f64> = (0..480 * 270)
         .map(|p| (p, 960 * (2 * (p / 480)) + 2 * (p % 480)))
@@ -68,7 +73,12 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
         .map(|(p, q)| ((estimate.maps.uv(p) - truth.uv(q)) * target.template().size_mm()).length())
         .collect();
     errors.sort_by(f64::total_cmp);
-    assert!(errors.len() > 20_000 && errors[errors.len() / 2] < 1.0, "{} {:?}", errors.len(), errors.get(errors.len() / 2));
+    assert!(
+        errors.len() > 20_000 && errors[errors.len() / 2] < 1.0,
+        "{} {:?}",
+        errors.len(),
+        errors.get(errors.len() / 2)
+    );
     // The tracker starts from what was seen, before any fit.
     let seen = pollster::block_on(finder.find(&mut view)).unwrap();
     assert!(seen.len() == 1 && seen[0].is_sure && seen[0].maps.size() == (480, 270));
@@ -82,7 +92,10 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
 fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
         let refused = Target::picture(print(), width_mm);
-        assert!(matches!(refused, Err(DeepSftError::Geometry(GeometryError::TemplateSize { .. }))), "{width_mm}");
+        assert!(
+            matches!(refused, Err(DeepSftError::Geometry(GeometryError::TemplateSize { .. }))),
+            "{width_mm}"
+        );
     }
     let corners = [DVec3::ZERO, DVec3::X * 90.0, DVec3::Y * 90.0, DVec3::Z * 90.0];
     let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(DVec2::from);
@@ -128,7 +141,11 @@ fn matches_of_descriptors_tell_place_roll_and_scale() {
     let image = Picture::from_fn(480, 270, |x, y| {
         let (u, v) = (359.5 - x as f64, 219.5 - y as f64);
         match (0.0..240.0).contains(&u) && (0.0..169.7).contains(&v) {
-            true => template.texture().halved().sample(u * 297.0 / 240.0, v * 297.0 / 240.0).map(|c| c as u8),
+            true => template
+                .texture()
+                .halved()
+                .sample(u * 297.0 / 240.0, v * 297.0 / 240.0)
+                .map(|c| c as u8),
             false => [120; 3],
         }
     });

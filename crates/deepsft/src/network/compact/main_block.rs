@@ -85,7 +85,9 @@ impl MainBlock {
         }
         let at16 = at16.clone() + up(&self.lateral16, at32, &at16);
         let at16 = self.decode16.forward(at16);
-        let at8 = self.decode8.forward(at8.clone() + up(&self.lateral8, at16.clone(), &at8));
+        let at8 = self
+            .decode8
+            .forward(at8.clone() + up(&self.lateral8, at16.clone(), &at8));
         Features { patches, at16, at8 }
     }
 
