@@ -36,7 +36,7 @@ import { Tracking } from "./tracking/tracking.js";
 
 /**
  * @typedef {object} PictureOptions
- * @property {number} widthMm width of the print, without the paper's margins; 10 to 10,000
+ * @property {number} widthMm width of the print, without the paper's margins; 5 to 20,000
  * @property {number} [heightMm] its height; by the picture's sides when absent
  * @property {string} [name] for people; the file's own for a File
  */

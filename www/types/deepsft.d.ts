@@ -37,7 +37,7 @@ export type LoadOptions = {
 };
 export type PictureOptions = {
     /**
-     * width of the print, without the paper's margins; 10 to 10,000
+     * width of the print, without the paper's margins; 5 to 20,000
      */
     widthMm: number;
     /**

@@ -22,9 +22,9 @@ import { closeFrame, transferableFrame } from "../frames/image-input.js";
 /** The engine looks at pictures with this many pixels along the longer side, or fewer: the canonical image has 480. */
 const LONGEST_SIDE = 1024;
 
-/** What counts as the side of a print, mm. */
-const LEAST_SIDE_MM = 10;
-const MOST_SIDE_MM = 10_000;
+/** What counts as the side of a print, mm: from a stamp to a banner. */
+const LEAST_SIDE_MM = 5;
+const MOST_SIDE_MM = 20_000;
 
 /** How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins. */
 const MOST_STRETCH = 0.05;
