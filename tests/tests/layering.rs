@@ -9,7 +9,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft-geometry", &[]),
     ("deepsft-finding", &["deepsft-geometry"]),
     ("deepsft-formats", &["deepsft-geometry"]),
-    ("deepsft", &["deepsft-formats", "deepsft-geometry"]),
+    ("deepsft", &["deepsft-finding", "deepsft-formats", "deepsft-geometry"]),
     ("deepsft-synth", &["deepsft-formats", "deepsft-geometry"]),
     (
         "deepsft-train",

@@ -15,7 +15,7 @@ mod interruption;
 mod mesh_choice;
 pub mod network_choice;
 mod numbers;
-mod object_choice;
+pub mod object_choice;
 pub mod output;
 mod paths;
 pub mod progress;

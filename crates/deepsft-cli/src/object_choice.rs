@@ -1,32 +1,144 @@
-//! The object that a command shows: a template, or that of a model.
+//! The object that a command shows or looks for: a model's template, a picture, or a template without a network.
 
-use crate::failure::usage;
+use crate::failure::{BlameInput, usage};
 use crate::input;
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::Args;
+use deepsft::{DeviceDescription, DeviceKind, Target, start_device};
 use deepsft_formats::read_template;
-use deepsft_geometry::Template;
-use std::path::PathBuf;
+use deepsft_geometry::{Picture, Template};
+use std::path::{Path, PathBuf};
 
-/// A template by its folder or by that of a model.
+/// How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins.
+const MOST_STRETCH: f64 = 0.05;
+
+/// An object by its model, by its picture and size, or by its template.
+#[derive(Args)]
+pub struct ObjectChoice {
+    #[command(flatten)]
+    source: ObjectSource,
+    /// Printed size of the picture in mm: WIDTHxHEIGHT, or the width alone
+    #[arg(long, value_name = "SIZE", value_parser = size_mm, requires = "picture")]
+    size_mm: Option<PrintedSize>,
+}
+
 #[derive(Args)]
 #[group(required = true, multiple = false)]
-pub struct ObjectChoice {
-    /// Folder of the template to show
-    #[arg(long, value_name = "DIR")]
-    template: Option<PathBuf>,
-    /// Model bundle whose template to show
+struct ObjectSource {
+    /// Model bundle of the object
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
+    /// Picture (PNG or JPEG) that is printed on a sheet: give --size-mm too. Nothing is trained
+    #[arg(long, value_name = "FILE", requires = "size_mm")]
+    picture: Option<PathBuf>,
+    /// Folder of the object's template
+    #[arg(long, value_name = "DIR")]
+    template: Option<PathBuf>,
+}
+
+/// An object to look for.
+pub struct ChosenTarget {
+    /// Its template, and its network on the device.
+    pub target: Target,
+    /// The model's name, or the path that was given.
+    pub name: String,
+    /// What the network runs on, if there is one.
+    pub device: Option<DeviceDescription>,
 }
 
 impl ObjectChoice {
     /// Reads the template.
     pub fn template(&self) -> Result<Template> {
-        match (&self.template, &self.model) {
-            (Some(folder), _) => Ok(read_template(folder)?),
-            (None, Some(bundle)) => Ok(input::bundle(bundle)?.template().clone()),
-            (None, None) => Err(usage("--template or --model is needed")),
+        let ObjectSource {
+            model,
+            picture,
+            template,
+        } = &self.source;
+        if let Some(bundle) = model {
+            return Ok(input::bundle(bundle)?.template().clone());
+        }
+        if let (Some(file), Some(size)) = (picture, self.size_mm) {
+            return printed(file, size);
+        }
+        match template {
+            Some(folder) => Ok(read_template(folder)?),
+            None => Err(usage("--model, --template, or --picture and --size-mm are needed")),
+        }
+    }
+
+    /// Reads what finders look for. Only a model's network needs `device`.
+    pub fn target(&self, device: DeviceKind) -> Result<ChosenTarget> {
+        let Some(folder) = &self.source.model else {
+            let path = self.source.picture.as_ref().or(self.source.template.as_ref());
+            let template = self.template()?;
+            let name = path.map_or_else(String::new, |path| path.display().to_string());
+            if !template.is_sheet() {
+                let no_sheet = anyhow!("it is no flat sheet: only a network finds it (--model)");
+                return Err(no_sheet).blame("template", Path::new(&name));
+            }
+            return Ok(ChosenTarget {
+                target: Target::mesh(template),
+                name,
+                device: None,
+            });
+        };
+        let bundle = input::bundle(folder)?;
+        let (device, description) = pollster::block_on(start_device(device))?;
+        Ok(ChosenTarget {
+            target: Target::model(&bundle, &device)?,
+            name: bundle.name().to_owned(),
+            device: Some(description),
+        })
+    }
+}
+
+/// A width in mm, and a height if it was given.
+type PrintedSize = (f64, Option<f64>);
+
+fn size_mm(text: &str) -> Result<PrintedSize, String> {
+    let side = |text: &str| match text.trim().parse::<f64>() {
+        Ok(side) if side.is_finite() && side > 0.0 => Ok(side),
+        _ => Err(format!(
+            "{text:?} is no length in mm; write 210x297, or 210 for the width alone"
+        )),
+    };
+    match text.split_once(['x', 'X', '×']) {
+        Some((width, height)) => Ok((side(width)?, Some(side(height)?))),
+        None => Ok((side(text)?, None)),
+    }
+}
+
+/// The sheet that carries the picture of `file`.
+fn printed(file: &Path, (width_mm, height_mm): PrintedSize) -> Result<Template> {
+    let picture = input::picture(file)?;
+    let sheet = |picture: Picture| {
+        let ratio = picture.height() as f64 / picture.width() as f64;
+        let height_mm = height_mm.unwrap_or(width_mm * ratio);
+        let stretch = height_mm / width_mm / ratio;
+        if (stretch - 1.0).abs() > MOST_STRETCH {
+            let (width, height) = picture.size();
+            return Err(anyhow!(
+                "it has {width} x {height} pixels, which do not fit {width_mm} x {height_mm} mm: width comes first, and the \
+                 size is that of the picture without the paper's margins"
+            ));
+        }
+        Ok(Template::thin_shell(picture, width_mm, height_mm)?)
+    };
+    sheet(picture).blame("picture", file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_a_width_or_width_times_height() {
+        assert_eq!(size_mm("210x297"), Ok((210.0, Some(297.0))));
+        assert_eq!(size_mm("148.5 X 105"), Ok((148.5, Some(105.0))));
+        assert_eq!(size_mm("90"), Ok((90.0, None)));
+        for text in ["", "0x5", "-3", "ax4", "5x", "inf", "NaN", "1x2x3"] {
+            let error = size_mm(text).unwrap_err();
+            assert!(error.contains("210x297"), "{error}");
         }
     }
 }

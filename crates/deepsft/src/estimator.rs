@@ -143,13 +143,23 @@ impl Estimator {
         Ok(check_size(picture.size(), self.canonical.size())?)
     }
 
+    /// Fraction of the image that the mask of `maps` covers.
+    pub(crate) fn area(maps: &Maps) -> f64 {
+        maps.area() as f64 / (maps.width() * maps.height()) as f64
+    }
+
+    /// Whether a mask that covers this fraction of the image is enough for the template to be there.
+    pub(crate) fn covers_enough(&self, area: f32) -> bool {
+        f64::from(area) >= self.found.least_area
+    }
+
     /// Stage 3: is the template there, and do the maps explain the image?
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when image and maps differ in size.
     pub fn judge(&self, canonical: &Picture, maps: &Maps) -> Result<Judgement, DeepSftError> {
         check_size(maps.size(), canonical.size())?;
-        let area = maps.area() as f64 / (maps.width() * maps.height()) as f64;
+        let area = Self::area(maps);
         let confidence = self
             .template
             .consistency(canonical, maps)

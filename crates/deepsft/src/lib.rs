@@ -11,11 +11,13 @@ mod device;
 mod device_kind;
 mod error;
 mod estimator;
+mod finding;
 mod network;
 mod photo_consistency;
 pub mod video;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
+pub use deepsft_finding as features;
 pub use deepsft_formats as formats;
 pub use deepsft_formats::{
     FormatError, LONGEST_SIDE, TEMPLATE_FILE, TemplateFile, camera_to_json, decode_picture, encode_png, mesh_from_obj,
@@ -26,6 +28,7 @@ pub use device::{DeviceDescription, start_device, start_devices};
 pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
+pub use finding::{FOUND_AGREEMENT, Finder, FinderKind, Sighting, Target, TargetEstimate, TargetFinder, View};
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
     NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,

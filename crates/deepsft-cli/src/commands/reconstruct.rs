@@ -3,12 +3,14 @@
 use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
+use crate::object_choice::{ChosenTarget, ObjectChoice};
 use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceDescription, DeviceKind, Estimator, Judgement, ModelBundle, encode_png};
+use deepsft::{DeviceKind, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::FolderKind;
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,15 +43,18 @@ The command writes for each image DIR/<name of the image>/ with
   mask.npy          bool [270, 480]: where the object is seen
   sheet.png         input, a checkerboard laid on the object, depth, difference to the template
   mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
-  whole-mesh.glb    with --mesh fit or complete: the whole object, hidden parts included
+  whole-mesh.glb    the whole object, hidden parts included (not with --mesh none)
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the command assumes a typical
 phone: depths are then wrong by the same fraction as the focal length.
 
---mesh fit fits the template's mesh to the network's maps and then to the image. The maps become those of the mesh, unless
-the network's own maps explain the image better. --mesh complete keeps what the network sees and recovers the hidden rest
-as rigidly as possible (ARAP, as in the paper); it corrects nothing that is seen.
+A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
+hardly any corners. --mesh fit fits the template's mesh to what was found and then to the image, and the agreement of both
+tells whether the object is there. The maps become those of the mesh, unless those it started from explain the image better.
+
+--mesh none gives a network's own maps. --mesh complete keeps them and recovers the hidden rest as rigidly as possible
+(ARAP, as in the paper); it corrects nothing that is seen. Both need a model.
 
 A camera file holds pixels, and the distortion in OpenCV's order:
   {\"width\": 1920, \"height\": 1080, \"fx\": 1400.0, \"fy\": 1400.0, \"cx\": 960.0, \"cy\": 540.0,
@@ -58,21 +63,21 @@ A camera file holds pixels, and the distortion in OpenCV's order:
 cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
-Example:
-  deepsft reconstruct --model models/poster-a4 --camera camera.json --mesh fit --out results a.jpg b.jpg")]
+Examples:
+  deepsft reconstruct --picture cover.jpg --size-mm 210x297 --camera camera.json --out results a.jpg b.jpg
+  deepsft reconstruct --model models/poster-a4 --camera camera.json --out results a.jpg b.jpg")]
 pub struct ReconstructArguments {
-    /// Model bundle of the object
-    #[arg(long, value_name = "BUNDLE")]
-    model: PathBuf,
+    #[command(flatten)]
+    object: ObjectChoice,
     /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Folder to write; results of the same images there are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How to find the whole mesh
-    #[arg(long, alias = "refine", value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
-    mesh: MeshChoice,
+    /// How to find the whole mesh [default: fit for sheets, none for other templates]
+    #[arg(long, alias = "refine", value_name = "HOW", value_enum)]
+    mesh: Option<MeshChoice>,
     /// What computes: cpu, or vulkan, webgpu or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
@@ -85,13 +90,16 @@ pub struct ReconstructArguments {
 #[derive(Serialize)]
 struct Report {
     image: String,
-    model: String,
+    /// The model's name, or the path of the picture or template.
+    object: String,
     found: bool,
+    /// Who found it, or saw something that was not it: `network` or `features`.
+    found_by: Option<FinderKind>,
     /// 0 to 1: how well the template explains the image.
     confidence: f32,
     /// Fraction of the canonical image that the object covers.
     mask_area: f32,
-    /// Whether the maps are those of a mesh; absent when none was asked for. False when the network's own maps explained
+    /// Whether the maps are those of a mesh; absent when none was asked for. False when the maps that it started from explained
     /// the image better or showed too little for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh_taken: Option<bool>,
@@ -103,7 +111,8 @@ struct Report {
     camera: CameraReport,
     /// The camera of the maps.
     canonical_camera: CameraReport,
-    device: String,
+    /// What the network ran on; null without one.
+    device: Option<String>,
     stage_ms: BTreeMap<&'static str, f64>,
     deepsft_version: &'static str,
 }
@@ -115,22 +124,34 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
         .as_deref()
         .map(deepsft_formats::read_camera)
         .transpose()?;
-    let bundle = input::bundle(&arguments.model)?;
-    let (estimator, device) = input::estimator(&bundle, arguments.device)?;
-    let texture_png = encode_png(bundle.template().texture())?;
-    let mut model = Model {
-        recovery: arguments.mesh.prepare(bundle.template())?,
-        bundle,
-        estimator,
-        device,
-        texture_png,
+    let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
+    let default = match target.template().is_sheet() {
+        true => MeshChoice::Fit,
+        false => MeshChoice::None,
+    };
+    let mesh = arguments.mesh.unwrap_or(default);
+    if mesh != MeshChoice::Fit && target.network().is_none() {
+        return Err(usage(
+            "--mesh none and complete are about a network's maps: they need --model",
+        ));
+    }
+    let mut object = Object {
+        // The finder fits by itself.
+        recovery: match mesh {
+            MeshChoice::Fit => None,
+            other => Some(other.prepare(target.template())?),
+        },
+        name,
+        device: device.map(|device| device.to_string()),
+        texture_png: encode_png(target.template().texture())?,
+        finder: TargetFinder::new(target)?,
     };
     let bar = progress::counting(arguments.images.len() as u64, "images");
     let mut failures = Vec::new();
     for (image, folder) in arguments.images.iter().zip(&folders) {
         bar.set_message(image.display().to_string());
         // One bad image does not keep the others from being tried.
-        match model.reconstruct(image, camera.as_ref().zip(arguments.camera.as_deref()), folder) {
+        match object.reconstruct(image, camera.as_ref().zip(arguments.camera.as_deref()), folder) {
             Ok(line) => bar.suspend(|| println!("{line}")),
             Err(error) => failures.push(error),
         }
@@ -165,47 +186,60 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(folders)
 }
 
-/// A model ready to be used on one image after the other.
-struct Model {
-    recovery: Option<MeshRecovery>,
-    bundle: ModelBundle,
-    estimator: Estimator,
-    device: DeviceDescription,
+/// An object ready to be found in one image after the other.
+struct Object {
+    finder: TargetFinder,
+    /// Without a fit: what to do with the network's maps, if anything.
+    recovery: Option<Option<MeshRecovery>>,
+    name: String,
+    device: Option<String>,
     texture_png: Vec<u8>,
 }
 
-impl Model {
+/// What was found in an image.
+struct Outcome {
+    by: Option<FinderKind>,
+    judgement: Judgement,
+    maps: Maps,
+    mesh_taken: Option<bool>,
+    vertices_camera: Option<Vec<DVec3>>,
+}
+
+impl Object {
     /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
         let (camera, source) = camera_of(&image, camera)?;
-        let canonical = stages.time("canonical_warp", || self.estimator.canonical_image(&image, &camera))?;
-        let mut maps = stages.time("network", || pollster::block_on(self.estimator.infer(&canonical)))?;
-        let judgement = stages.time("confidence", || self.estimator.judge(&canonical, &maps))?;
-        let mut mesh_taken = self.recovery.as_ref().map(|_| false);
-        let mut whole = None;
-        if let Some(recovery) = self.recovery.as_mut().filter(|_| judgement.found) {
-            let camera = self.estimator.canonical_camera();
-            let fitted = stages.time("mesh", || recovery.recover(&canonical, camera, &maps))?;
-            if let Some(fitted) = fitted.filter(|fitted| fitted.accepted) {
-                mesh_taken = Some(true);
-                maps = fitted.maps;
-                whole = Some(self.bundle.template().mesh().with_vertices(fitted.vertices_camera)?);
+        let canonical_camera = *self.finder.canonical_camera();
+        let mut view = View::new(&image, &camera);
+        let canonical = stages.time("canonical_warp", || view.canonical(&canonical_camera).cloned())?;
+        let outcome = match &mut self.recovery {
+            None => stages.time("find_and_fit", || fitted(&mut self.finder, &mut view))?,
+            Some(recovery) => {
+                let network = self.finder.target().network().context("the model has a network")?;
+                network_only(network, recovery.as_mut(), &canonical, &mut stages)?
             }
-        }
+        };
+        let template = self.finder.target().template();
+        let whole = outcome
+            .vertices_camera
+            .map(|vertices| template.mesh().with_vertices(vertices))
+            .transpose()?;
+        let (judgement, maps) = (outcome.judgement, outcome.maps);
         let report = Report {
             image: path.display().to_string(),
-            model: self.bundle.name().to_owned(),
+            object: self.name.clone(),
             found: judgement.found,
+            found_by: outcome.by,
             confidence: judgement.confidence,
             mask_area: judgement.area,
-            mesh_taken,
+            mesh_taken: outcome.mesh_taken,
             depth_mm: depth_range(&maps),
-            photometric_error: photo_consistency_error(&canonical, self.bundle.template().texture(), &maps),
+            photometric_error: photo_consistency_error(&canonical, template.texture(), &maps),
             camera: CameraReport::new(&camera, source),
-            canonical_camera: CameraReport::new(self.estimator.canonical_camera(), "model"),
-            device: self.device.to_string(),
+            canonical_camera: CameraReport::new(&canonical_camera, "model"),
+            device: self.device.clone(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
@@ -229,7 +263,7 @@ impl Model {
         whole: Option<&TriangleMesh>,
     ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (rows, columns) = (maps.height(), maps.width());
-        let template = self.bundle.template();
+        let template = self.finder.target().template();
         let rows_of_panels = [
             sheet::Row {
                 caption: verdict(judgement),
@@ -247,7 +281,7 @@ impl Model {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = visible_surface(maps, self.estimator.canonical_camera())?;
+        let mesh = visible_surface(maps, self.finder.canonical_camera())?;
         let registration = maps.registration().iter().flatten().copied();
         let mut files = BTreeMap::from([
             (
@@ -274,6 +308,50 @@ impl Model {
         }
         Ok(files)
     }
+}
+
+/// The object by its finders and the fit.
+fn fitted(finder: &mut TargetFinder, view: &mut View<'_>) -> Result<Outcome> {
+    let estimate = pollster::block_on(finder.estimate(view))?;
+    let judgement = estimate.judgement;
+    let fit = estimate.fit.filter(|fit| fit.accepted && judgement.found);
+    Ok(Outcome {
+        by: estimate.by,
+        mesh_taken: finder.target().template().is_sheet().then_some(fit.is_some()),
+        // What was not found is shown as the finder saw it, and no mesh of it.
+        vertices_camera: fit.map(|fit| fit.vertices_camera),
+        judgement,
+        maps: estimate.maps,
+    })
+}
+
+/// The object by its network's own maps, completed if that is asked for.
+fn network_only(
+    network: &Estimator,
+    recovery: Option<&mut MeshRecovery>,
+    canonical: &Picture,
+    stages: &mut Stages,
+) -> Result<Outcome> {
+    let mut maps = stages.time("network", || pollster::block_on(network.infer(canonical)))?;
+    let judgement = stages.time("confidence", || network.judge(canonical, &maps))?;
+    let mut mesh_taken = recovery.as_ref().map(|_| false);
+    let mut vertices_camera = None;
+    if let Some(recovery) = recovery.filter(|_| judgement.found) {
+        let camera = network.canonical_camera();
+        let recovered = stages.time("mesh", || recovery.recover(canonical, camera, &maps))?;
+        if let Some(recovered) = recovered.filter(|recovered| recovered.accepted) {
+            mesh_taken = Some(true);
+            maps = recovered.maps;
+            vertices_camera = Some(recovered.vertices_camera);
+        }
+    }
+    Ok(Outcome {
+        by: judgement.found.then_some(FinderKind::Network),
+        judgement,
+        maps,
+        mesh_taken,
+        vertices_camera,
+    })
 }
 
 /// Whether the object was found and how sure that is, for people.

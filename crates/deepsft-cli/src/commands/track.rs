@@ -6,13 +6,14 @@ mod track_folder;
 use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
+use crate::object_choice::{ChosenTarget, ObjectChoice};
 use crate::output::wireframe;
 use crate::video::Video;
-use crate::{input, interruption, progress};
+use crate::{interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
-use deepsft::video::{NetworkPace, TrackedFrame, VideoOptions, VideoTracker};
-use deepsft::{DeviceKind, Estimator, encode_png};
+use deepsft::video::{FindingPace, TrackedFrame, VideoOptions, VideoTracker};
+use deepsft::{DeviceKind, TargetFinder, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
@@ -26,13 +27,13 @@ use track_folder::{TRACK_FOLDER, TrackFolder};
 
 #[derive(Args)]
 #[command(after_help = "\
-The network finds the object, and the tracker follows it from frame to frame: it moves the mesh of the last frame on and
-fits it to the next image. The network runs beside the tracker. Its detections start the track, confirm it, and start it
-again when it is lost.
+A finder sees the object, and the tracker follows it from frame to frame: it moves the mesh of the last frame on and
+fits it to the next image. A model has its own network as finder; a picture's corners are found without any training. The
+finder runs beside the tracker. Its detections start the track, confirm it, and start it again when it is lost.
 
 The command writes
   DIR/track.json     for every frame: found or not, agreement of image and template (0 to 1), solver iterations, the
-                     network's detection, milliseconds per stage; the cameras; medians
+                     finder's detection, milliseconds per stage; the cameras; medians
   DIR/track.csv      the same as a table
   DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found
   DIR/pictures/      with --pictures: every frame with the mesh drawn over it, green where the image confirms it
@@ -49,30 +50,30 @@ A video that cannot be read to its end leaves the frames before: \"ended_early\"
 is 3. Ctrl-C does the same (exit code 130). An older track in DIR that is whole stays; the frames are then in DIR.partial.
 
 By default a detection arrives 4 frames after its frame, as on a device that follows a camera. Where time does not
-matter, --network-every 1 shows every frame to the network and waits.
+matter, --find-every 1 shows every frame to the finder and waits.
 
 A folder that `deepsft clip` wrote holds the truth too: the command then also reports the errors.
 
 Examples:
+  deepsft track --picture cover.jpg --size-mm 210x297 --camera camera.json --pictures --out track video.mp4
   deepsft track --model models/poster-a4 --camera camera.json --pictures --out track video.mp4
   deepsft clip --model models/poster-a4 --event occlusion --out clip
   deepsft track --model models/poster-a4 --out track clip")]
 pub struct TrackArguments {
-    /// Model bundle of the object
-    #[arg(long, value_name = "BUNDLE")]
-    model: PathBuf,
+    #[command(flatten)]
+    object: ObjectChoice,
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Frames per second [default: what the video says, 30 for a folder of images]
     #[arg(long, value_name = "RATE", value_parser = positive)]
     fps: Option<f64>,
-    /// A detection of the network arrives K frames after its frame; then the network starts on the newest one [default: 4]
-    #[arg(long, value_name = "K", conflicts_with = "network_every", value_parser = clap::value_parser!(u64).range(..=30))]
+    /// A detection arrives K frames after its frame; then the finder starts on the newest one [default: 4]
+    #[arg(long, value_name = "K", conflicts_with = "find_every", value_parser = clap::value_parser!(u64).range(..=30))]
     delay: Option<u64>,
-    /// Show every Nth frame to the network and wait for its detection
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    network_every: Option<u64>,
+    /// Show every Nth frame to the finder and wait for its detection
+    #[arg(long, alias = "network-every", value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    find_every: Option<u64>,
     /// Smooth the mesh over time (One-Euro filter): steadier when still, a little late when moving
     #[arg(long)]
     smooth: bool,
@@ -94,11 +95,11 @@ pub struct TrackArguments {
 }
 
 impl TrackArguments {
-    fn pace(&self) -> NetworkPace {
-        match (self.delay, self.network_every) {
-            (_, Some(frames)) => NetworkPace::Every(frames),
-            (Some(frames), None) => NetworkPace::Delayed(frames),
-            (None, None) => NetworkPace::default(),
+    fn pace(&self) -> FindingPace {
+        match (self.delay, self.find_every) {
+            (_, Some(frames)) => FindingPace::Every(frames),
+            (Some(frames), None) => FindingPace::Delayed(frames),
+            (None, None) => FindingPace::default(),
         }
     }
 }
@@ -110,12 +111,13 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         .fps
         .or_else(|| clip.as_ref().map(|clip| clip.description.frames_per_s));
     let mut video = Video::open(&arguments.video, rate)?;
-    let bundle = input::bundle(&arguments.model)?;
-    let template = bundle.template();
+    let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
+    let template = &target.template().clone();
     if let Some(clip) = &clip {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
-    let (estimator, device) = input::estimator(&bundle, arguments.device)?;
+    let canonical_camera = target.canonical_camera();
+    let mut finder = TargetFinder::new(target)?;
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;
@@ -129,10 +131,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let began = Instant::now();
     let mut track = Track {
         template,
-        estimator: &estimator,
+        canonical_camera,
         camera,
         frames_per_s: video.frames_per_s,
-        tracker: VideoTracker::new(template, &estimator, options, || milliseconds(began))?,
+        tracker: VideoTracker::new(&mut finder, options, || milliseconds(began))?,
         truth: clip
             .as_ref()
             .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
@@ -162,22 +164,22 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         failure => failure,
     };
     let (delay, every) = match pace {
-        NetworkPace::Delayed(frames) => (Some(frames), None),
-        NetworkPace::Every(frames) => (None, Some(frames)),
+        FindingPace::Delayed(frames) => (Some(frames), None),
+        FindingPace::Every(frames) => (None, Some(frames)),
     };
     let report = Report {
         video: arguments.video.display().to_string(),
-        model: bundle.name().to_owned(),
+        object: name,
         frames: frames.len(),
         ended_early: failure.as_ref().map(failure::message),
         frames_per_s: video.frames_per_s,
         found: frames.iter().filter(|frame| frame.found).count(),
-        network_delay_frames: delay,
-        network_every_frames: every,
+        finding_delay_frames: delay,
+        finding_every_frames: every,
         smoothed: arguments.smooth,
         camera: CameraReport::new(&camera, source),
-        canonical_camera: CameraReport::new(estimator.canonical_camera(), "model"),
-        device: device.to_string(),
+        canonical_camera: CameraReport::new(&canonical_camera, "model"),
+        device: device.map(|device| device.to_string()),
         median_ms: medians(&frames),
         errors: clip.is_some().then(|| Errors::of(&frames)),
         per_frame: frames,
@@ -228,7 +230,7 @@ fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
     if [width, height] != size.to_array() {
         let (x, y) = (size.x, size.y);
         return Err(anyhow!(
-            "its template has {width} x {height} mm, the model's {x} x {y} mm"
+            "its template has {width} x {height} mm, the one to look for {x} x {y} mm"
         ));
     }
     Ok(())
@@ -237,7 +239,7 @@ fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
 /// A video that is being tracked.
 struct Track<'a> {
     template: &'a Template,
-    estimator: &'a Estimator,
+    canonical_camera: Camera,
     camera: Camera,
     frames_per_s: f64,
     tracker: VideoTracker<'a>,
@@ -254,13 +256,14 @@ impl Track<'_> {
         let number = self.frames.len();
         let time_s = number as f64 / self.frames_per_s;
         let start = Instant::now();
-        let canonical = self.estimator.canonical_image(image, &self.camera)?;
+        let mut view = View::new(image, &self.camera);
+        view.canonical(&self.canonical_camera)?;
         let warp_ms = milliseconds(start);
         let TrackedFrame {
             tracked,
             detection,
             times,
-        } = pollster::block_on(self.tracker.follow(time_s, &canonical))?;
+        } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {
@@ -285,7 +288,7 @@ impl Track<'_> {
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,
-            network: detection,
+            detection,
             ms: StageTimes::new(decode_ms, warp_ms, &times),
             truth,
         };
@@ -296,7 +299,7 @@ impl Track<'_> {
     }
 
     fn compare(&self, sample: &Sample, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
-        let (template, camera) = (self.template, self.estimator.canonical_camera());
+        let (template, camera) = (self.template, &self.canonical_camera);
         let truth = tracking_errors::canonical_truth(sample, template, camera)?;
         let metrics = match vertices_camera {
             [] => None,
@@ -315,12 +318,12 @@ fn print(report: &Report, out: &Path) {
     let ms = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1} ms"));
     let times = &report.median_ms;
     println!(
-        "medians: decode {}, canonical warp {}, follow {}, catch up {}, network {}",
+        "medians: decode {}, canonical warp {}, follow {}, catch up {}, finder {}",
         ms(times.decode),
         ms(times.canonical_warp),
         ms(times.follow),
         ms(times.catch_up),
-        ms(times.network)
+        ms(times.finding)
     );
     let Some(errors) = &report.errors else { return };
     println!(

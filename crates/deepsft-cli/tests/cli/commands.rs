@@ -165,9 +165,10 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     write_bundle(folder.path(), "model");
     write_photograph(folder.path(), "photo.one.png");
     let arguments = ["reconstruct", "--model", "model", "--out", "results", "photo.one.png"];
-    deepsft(folder.path(), &arguments).succeeds();
+    let own_maps = ["--mesh", "none"];
+    deepsft(folder.path(), &[&arguments[..], &own_maps].concat()).succeeds();
     // Again: the older results are replaced.
-    deepsft(folder.path(), &arguments).succeeds();
+    deepsft(folder.path(), &[&arguments[..], &own_maps].concat()).succeeds();
     let results = folder.path().join("results/photo.one");
     for (name, shape, bytes) in [
         ("depth.npy", "(270, 480)", 4 * 270 * 480),
@@ -202,12 +203,12 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
 
     // An untrained network finds nothing to fit a mesh to, and the report says so; the option's first names still work.
     for how in [
-        ["--mesh", "fit"],
-        ["--mesh", "complete"],
-        ["--refine", "physics"],
-        ["--refine", "arap"],
+        &[][..],
+        &["--mesh", "complete"],
+        &["--refine", "physics"],
+        &["--refine", "arap"],
     ] {
-        deepsft(folder.path(), &[&arguments[..], &how].concat()).succeeds();
+        deepsft(folder.path(), &[&arguments[..], how].concat()).succeeds();
         let report = json(&results.join("report.json"));
         assert_eq!(report["mesh_taken"].as_bool(), Some(false), "{how:?}");
         assert!(!results.join("whole-mesh.glb").exists());

@@ -114,7 +114,8 @@ fn the_shipped_model_follows_the_sheet_through_a_clip() {
     assert!(report["found"].as_u64().unwrap() >= 18, "{}", report["found"]);
     let frames = report["per_frame"].as_array().unwrap();
     assert!(frames[..4].iter().all(|frame| frame["found"] == false));
-    assert_eq!(frames[4]["network"]["of_frame"].as_u64(), Some(0));
+    assert_eq!(frames[4]["detection"]["of_frame"].as_u64(), Some(0));
+    assert_eq!(frames[4]["detection"]["by"].as_str(), Some("network"));
     // A track that is lost is off by tens of pixels.
     let errors = &report["errors"];
     assert!(errors["tracked"].as_u64().unwrap() >= 16, "{errors}");
@@ -157,13 +158,75 @@ fn a_network_that_is_waited_for_finds_the_sheet_in_the_first_frame() {
         &["--model", &model, "--frames", "3", "--event", "still"],
         "clip",
     );
-    track(folder.path(), &model, &["--network-every", "1", "--smooth", "clip"]).succeeds();
+    track(folder.path(), &model, &["--find-every", "1", "--smooth", "clip"]).succeeds();
     let report = json(&folder.path().join("track/track.json"));
     assert_eq!(
         (report["found"].as_u64(), report["smoothed"].as_bool()),
         (Some(3), Some(true))
     );
-    track(folder.path(), &model, &["--network-every", "1", "--delay", "2", "clip"]).fails(USAGE, &["--delay"]);
+    track(folder.path(), &model, &["--find-every", "1", "--delay", "2", "clip"]).fails(USAGE, &["--delay"]);
+}
+
+#[test]
+fn a_picture_is_followed_and_reconstructed_without_any_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = format!("{}/template/texture.png", shipped_model());
+    let printed = ["--picture", &picture, "--size-mm", "297x210"];
+    let clip = ["clip", "--frames", "24", "--scale", "2", "--seed", "5", "--out", "clip"];
+    deepsft(folder.path(), &[&clip[..], &printed].concat()).succeeds();
+    let track = ["track", "--out", "track", "clip"];
+    deepsft(folder.path(), &[&track[..], &printed].concat()).succeeds();
+    let report = json(&folder.path().join("track/track.json"));
+    assert!(
+        report["device"].is_null() && report["found"].as_u64().unwrap() >= 18,
+        "{report}"
+    );
+    let detection = &report["per_frame"][4]["detection"];
+    assert_eq!(
+        (detection["by"].as_str(), detection["effect"].as_str()),
+        (Some("features"), Some("started"))
+    );
+    let errors = &report["errors"];
+    assert!(errors["tracked"].as_u64().unwrap() >= 16, "{errors}");
+    assert!(
+        errors["registration_rmse_px"]["median"].as_f64().unwrap() < 1.5,
+        "{errors}"
+    );
+
+    let reconstruct = [
+        "reconstruct",
+        "--camera",
+        "clip/camera.json",
+        "--out",
+        "results",
+        "clip/frame-00010.png",
+    ];
+    deepsft(folder.path(), &[&reconstruct[..], &printed].concat()).succeeds();
+    let report = json(&folder.path().join("results/frame-00010/report.json"));
+    assert_eq!(
+        (report["found"].as_bool(), report["found_by"].as_str()),
+        (Some(true), Some("features"))
+    );
+    assert!(folder.path().join("results/frame-00010/whole-mesh.glb").exists());
+    // Another size of the print is another distance; sides that do not fit the picture are refused.
+    let size = |size| ["--picture", &picture, "--size-mm", size];
+    deepsft(folder.path(), &[&reconstruct[..], &size("594x420")].concat()).succeeds();
+    let twice = json(&folder.path().join("results/frame-00010/report.json"));
+    let depth = |report: &Value| report["depth_mm"][1].as_f64().unwrap();
+    assert!(
+        (depth(&twice) / depth(&report) - 2.0).abs() < 0.1,
+        "{} {}",
+        depth(&twice),
+        depth(&report)
+    );
+    deepsft(folder.path(), &[&reconstruct[..], &size("210x297")].concat())
+        .fails(INVALID_INPUT, &["texture.png", "210 x 297"]);
+    deepsft(folder.path(), &[&reconstruct[..], &["--picture", &picture]].concat()).fails(USAGE, &["--size-mm"]);
+    deepsft(
+        folder.path(),
+        &[&reconstruct[..], &printed, &["--mesh", "none"]].concat(),
+    )
+    .fails(USAGE, &["--model"]);
 }
 
 #[test]

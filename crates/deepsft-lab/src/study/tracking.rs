@@ -7,16 +7,17 @@ mod seen_vertices;
 mod summary;
 
 use anyhow::{Context, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use clip_record::{FrameRecord, Motion, losses};
-use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
-use deepsft::{DeviceKind, Estimator, ModelBundle, encode_png};
+use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
+use deepsft::{DeviceKind, Finder, Target, TargetFinder, View, encode_png};
+use deepsft_cli::object_choice::ObjectChoice;
 use deepsft_cli::output::sheet;
-use deepsft_cli::{input, progress};
+use deepsft_cli::progress;
 use deepsft_formats::write_file;
-use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
+use deepsft_geometry::{Camera, Maps};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
 use figure::Worst;
@@ -61,9 +62,11 @@ It also lists jitter and lag after smoothing (One-Euro filter).
 Example:
   deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json --sheet tracking.png")]
 pub struct TrackingStudyArguments {
-    /// Model bundle to track with
-    #[arg(long, value_name = "BUNDLE")]
-    model: PathBuf,
+    #[command(flatten)]
+    object: ObjectChoice,
+    /// Who looks for the sheet [default: the network of a model, else features]
+    #[arg(long, value_name = "WHO", value_enum)]
+    finders: Option<Finders>,
     /// Number of clips
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     clips: u64,
@@ -87,12 +90,23 @@ pub struct TrackingStudyArguments {
     sheet: Option<PathBuf>,
 }
 
+/// Who looks for the sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Finders {
+    /// The model's own network
+    Network,
+    /// Features of the picture, without any training
+    Features,
+    /// Both
+    All,
+}
+
 /// The content of the JSON file.
 #[derive(Serialize)]
 struct Report<'a> {
-    model: &'a str,
+    object: &'a str,
     first_seed: u64,
-    network_delay_frames: u64,
+    finding_delay_frames: u64,
     #[serde(flatten)]
     summary: &'a Summary,
     by_event: &'a BTreeMap<&'static str, Summary>,
@@ -101,10 +115,10 @@ struct Report<'a> {
 }
 
 pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
-    let bundle = input::bundle(&arguments.model)?;
-    let (estimator, _) = input::estimator(&bundle, DeviceKind::Cpu)?;
-    let config = SynthConfig::for_clip_stories(*bundle.camera());
-    let synthesizer = Synthesizer::new(bundle.template(), config)?;
+    let chosen = arguments.object.target(DeviceKind::Cpu)?;
+    let template = chosen.target.template();
+    let (mut finder, camera) = finder(&chosen.target, arguments.finders)?;
+    let synthesizer = Synthesizer::new(template, SynthConfig::for_clip_stories(camera))?;
     let bar = progress::counting(arguments.clips, "clips");
     let mut worst = Worst::default();
     let mut clips = Vec::new();
@@ -117,9 +131,9 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
         let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
         let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
         let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
-        let tracked = track(&bundle, &estimator, &story, &samples, arguments)?;
+        let tracked = track(&mut finder, &story, &samples, arguments)?;
         if arguments.sheet.is_some() {
-            worst.offer(bundle.template(), &samples, &tracked);
+            worst.offer(template, &samples, &tracked);
         }
         clips.push(tracked.record);
         bar.inc(1);
@@ -129,9 +143,9 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
     print(&summary, &by_event);
     if let Some(path) = &arguments.json {
         let report = Report {
-            model: bundle.name(),
+            object: &chosen.name,
             first_seed: arguments.seed,
-            network_delay_frames: arguments.delay,
+            finding_delay_frames: arguments.delay,
             summary: &summary,
             by_event: &by_event,
             per_clip: &clips,
@@ -146,32 +160,56 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
     Ok(())
 }
 
+/// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
+fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Camera)> {
+    let canonical = target.canonical_camera();
+    let doubled = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
+    let unasked = match target.network() {
+        Some(_) => Finders::Network,
+        None => Finders::Features,
+    };
+    Ok(match finders.unwrap_or(unasked) {
+        Finders::Network => {
+            let network = target.network().context("a picture has no network of its own")?.clone();
+            let finders = vec![Finder::Network(network)];
+            (TargetFinder::with_finders(target.clone(), finders), canonical)
+        }
+        Finders::Features => (TargetFinder::new(Target::mesh(target.template().clone()))?, doubled),
+        Finders::All => (TargetFinder::new(target.clone())?, doubled),
+    })
+}
+
 fn track(
-    bundle: &ModelBundle,
-    estimator: &Estimator,
+    finder: &mut TargetFinder,
     story: &ClipStory<'_>,
     samples: &[Sample],
     arguments: &TrackingStudyArguments,
 ) -> Result<TrackedClip> {
-    let (template, camera) = (bundle.template(), estimator.canonical_camera());
+    let (template, camera) = (finder.target().template().clone(), *finder.canonical_camera());
+    let (template, camera) = (&template, &camera);
     let options = VideoOptions {
-        pace: NetworkPace::Delayed(arguments.delay),
+        pace: FindingPace::Delayed(arguments.delay),
         ..VideoOptions::default()
     };
     let began = Instant::now();
     let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
-    let mut tracker = VideoTracker::new(template, estimator, options, clock_ms)?;
+    let mut tracker = VideoTracker::new(finder, options, clock_ms)?;
     let mut filter = OneEuro::new(OneEuroOptions::default());
     let (mut frames, mut meshes, mut smooth) = (Vec::new(), Vec::new(), Vec::new());
-    for (frame, sample) in samples.iter().enumerate() {
+    let truths = samples
+        .iter()
+        .map(|sample| tracking_errors::canonical_truth(sample, template, camera))
+        .collect::<Result<Vec<Maps>, _>>()?;
+    for (frame, (sample, truth)) in samples.iter().zip(&truths).enumerate() {
         let time_s = frame as f64 / story.length().frames_per_s;
-        let followed = pollster::block_on(tracker.follow(time_s, &sample.image))?;
+        let mut view = View::new(&sample.image, &sample.camera);
+        let followed = pollster::block_on(tracker.follow(time_s, &mut view))?;
         let tracked = followed.tracked;
         let errors = match tracked.found {
             true => Some(tracking_errors::mesh_errors(
                 template,
                 &tracked.vertices_camera,
-                &sample.truth,
+                truth,
                 camera,
             )?),
             false => None,
@@ -179,13 +217,13 @@ fn track(
         let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
         frames.push(FrameRecord {
             frame,
-            print_in_view: tracking_errors::fraction_in_view(&sample.truth),
+            print_in_view: tracking_errors::fraction_in_view(truth),
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,
             registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
             points_rmse_mm: errors.and_then(|errors| errors.points_rmse_mm),
-            network: followed.detection,
+            detection: followed.detection,
             ms: followed.times,
         });
         if begins_a_track {
@@ -204,7 +242,6 @@ fn track(
     }
     let during = story.event_frames();
     let cut = (story.event() == ClipEvent::JumpCut).then_some(during.start);
-    let truths: Vec<Maps> = samples.iter().map(|sample| sample.truth.clone()).collect();
     let as_tracked: Vec<Option<Vec<DVec3>>> = meshes
         .iter()
         .map(|mesh| mesh.as_ref().map(|(vertices, _)| vertices.clone()))
@@ -296,5 +333,5 @@ fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
     };
     ms("follow", &summary.ms.follow);
     ms("catch up", &summary.ms.catch_up);
-    ms("network", &summary.ms.network);
+    ms("finder", &summary.ms.finding);
 }

@@ -1,30 +1,29 @@
 //! One object followed through one video.
 
-use super::pace::NetworkPace;
+use super::pace::FindingPace;
 use crate::error::DeepSftError;
-use crate::estimator::Estimator;
+use crate::finding::{FinderKind, Sighting, TargetFinder, View};
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions};
-use deepsft_geometry::{Maps, Picture, Template};
 use serde::{Serialize, Serializer};
 
 /// How a video is followed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VideoOptions {
-    /// Which frames the network sees.
-    pub pace: NetworkPace,
+    /// Which frames the finders see.
+    pub pace: FindingPace,
     /// How the tracker fits the mesh to a frame.
     pub tracking: TrackingOptions,
     /// Smoothing of the mesh over time; `None` leaves it as it was fitted.
     pub smoothing: Option<OneEuroOptions>,
 }
 
-/// A detection of the network that arrived.
+/// What the finders say of a frame, when it arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Detection {
     /// The frame that it is about.
     pub of_frame: u64,
-    /// Whether the network sees the object there.
-    pub found: bool,
+    /// Which finder sees the object there, if one does. Of several the one that had the effect.
+    pub by: Option<FinderKind>,
     /// What it did to the track; written as its name in lower case.
     #[serde(serialize_with = "lower_case")]
     pub effect: TrackUpdate,
@@ -45,8 +44,8 @@ impl Detection {
 /// Milliseconds that the stages of a frame took, by the clock that [`VideoTracker::new`] was given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FrameTimes {
-    /// The network on this frame, if it started on it. A device runs it beside the tracker.
-    pub network: Option<f64>,
+    /// The finders on this frame, if they started on it. A device runs them beside the tracker.
+    pub finding: Option<f64>,
     /// The tracker on this frame.
     pub follow: f64,
     /// Taking a detection in: the start of a track, and catching up with the newest frame.
@@ -66,38 +65,37 @@ pub struct TrackedFrame {
 
 /// Follows one object through one video: give it every frame in order.
 pub struct VideoTracker<'a> {
-    estimator: &'a Estimator,
+    finder: &'a mut TargetFinder,
     clock_ms: Box<dyn Fn() -> f64 + 'a>,
     tracker: Tracker,
-    pace: NetworkPace,
+    pace: FindingPace,
     smoothing: Option<OneEuro>,
     pending: Option<PendingDetection>,
     frame: u64,
 }
 
-/// What the network makes of a frame, and the frame from which on it is known.
+/// What the finders make of a frame, and the frame from which on it is known.
 struct PendingDetection {
     of_frame: u64,
     due: u64,
-    maps: Option<Maps>,
+    sightings: Vec<Sighting>,
 }
 
 impl<'a> VideoTracker<'a> {
-    /// Before the first frame of a video that may show `template`, which `estimator` finds. `clock_ms` gives the time in
-    /// milliseconds from any origin; `|| 0.0` for who wants no times.
+    /// Before the first frame of a video that may show the target of `finder`. `clock_ms` gives the time in milliseconds
+    /// from any origin; `|| 0.0` for who wants no times.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] for tracking options that are none, see [`Tracker::new`].
     pub fn new(
-        template: &Template,
-        estimator: &'a Estimator,
+        finder: &'a mut TargetFinder,
         options: VideoOptions,
         clock_ms: impl Fn() -> f64 + 'a,
     ) -> Result<Self, DeepSftError> {
         Ok(Self {
-            estimator,
             clock_ms: Box::new(clock_ms),
-            tracker: Tracker::new(template, options.tracking)?,
+            tracker: Tracker::new(finder.target().template(), options.tracking)?,
+            finder,
             pace: options.pace,
             smoothing: options.smoothing.map(OneEuro::new),
             pending: None,
@@ -105,28 +103,29 @@ impl<'a> VideoTracker<'a> {
         })
     }
 
-    /// Follows the next frame: its canonical image, taken at `time_s` (seconds, ascending).
+    /// Follows the next frame, taken at `time_s` (seconds, ascending).
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] when the image is not canonical, [`DeepSftError::Execution`] when the device fails.
-    pub async fn follow(&mut self, time_s: f64, canonical: &Picture) -> Result<TrackedFrame, DeepSftError> {
+    /// [`DeepSftError::Geometry`] when the image is not of its camera's size, [`DeepSftError::Execution`] when the device
+    /// fails.
+    pub async fn follow(&mut self, time_s: f64, view: &mut View<'_>) -> Result<TrackedFrame, DeepSftError> {
         let frame = self.frame;
         self.frame += 1;
+        let camera = *self.finder.canonical_camera();
+        let canonical = view.canonical(&camera)?;
         let mut times = FrameTimes::default();
         let start = (self.clock_ms)();
-        self.tracker
-            .follow(frame, time_s, canonical, self.estimator.canonical_camera())?;
+        self.tracker.follow(frame, time_s, canonical, &camera)?;
         times.follow = (self.clock_ms)() - start;
         let mut detection = self.take_due(frame, &mut times)?;
         if self.pace.starts(frame, self.pending.is_some()) {
             let start = (self.clock_ms)();
-            let maps = self.estimator.infer(canonical).await?;
-            let found = self.estimator.judge(canonical, &maps)?.found;
-            times.network = Some((self.clock_ms)() - start);
+            let sightings = self.finder.find(view).await?;
+            times.finding = Some((self.clock_ms)() - start);
             self.pending = Some(PendingDetection {
                 of_frame: frame,
                 due: frame + self.pace.delay(),
-                maps: found.then_some(maps),
+                sightings,
             });
             // Without a delay it is due at once.
             detection = self.take_due(frame, &mut times)?.or(detection);
@@ -156,13 +155,24 @@ impl<'a> VideoTracker<'a> {
             return Ok(None);
         };
         let start = (self.clock_ms)();
-        let effect = self.tracker.update(pending.of_frame, pending.maps.as_ref())?;
+        let of_frame = pending.of_frame;
+        let mut detection = Detection {
+            of_frame,
+            by: None,
+            effect: TrackUpdate::Ignored,
+        };
+        if pending.sightings.is_empty() && self.finder.can_deny() {
+            detection.effect = self.tracker.update(of_frame, None)?;
+        }
+        for sighting in pending.sightings.iter().rev() {
+            detection.by = Some(sighting.by);
+            detection.effect = self.tracker.update(of_frame, Some(&sighting.maps))?;
+            if detection.effect != TrackUpdate::Ignored {
+                break;
+            }
+        }
         times.catch_up = Some((self.clock_ms)() - start);
-        Ok(Some(Detection {
-            of_frame: pending.of_frame,
-            found: pending.maps.is_some(),
-            effect,
-        }))
+        Ok(Some(detection))
     }
 }
 

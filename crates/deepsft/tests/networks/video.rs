@@ -1,8 +1,9 @@
 //! The network beside the tracker: which frames the network sees, and when its detections arrive.
 
-use deepsft::video::{Detection, NetworkPace, VideoOptions, VideoTracker};
+use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
 use deepsft::{
-    Accuracy, DeviceKind, Estimator, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, start_device,
+    Accuracy, DeviceKind, Finder, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, Target, TargetFinder,
+    View, start_device,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::cell::Cell;
@@ -30,10 +31,12 @@ fn bundle() -> ModelBundle {
 
 /// For each of some grey frames, whether the network ran on it and of which frame a detection arrived. The clock ticks by a
 /// millisecond at each look.
-fn schedule(pace: NetworkPace, frames: usize) -> Vec<(bool, Option<u64>)> {
+fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     let bundle = bundle();
     let device = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap().0;
-    let estimator = Estimator::new(&bundle, &device).unwrap();
+    let target = Target::model(&bundle, &device).unwrap();
+    let network = Finder::Network(target.network().unwrap().clone());
+    let mut finder = TargetFinder::with_finders(target, vec![network]);
     let ticks = Cell::new(0.0);
     let clock = || {
         ticks.set(ticks.get() + 1.0);
@@ -43,22 +46,23 @@ fn schedule(pace: NetworkPace, frames: usize) -> Vec<(bool, Option<u64>)> {
         pace,
         ..VideoOptions::default()
     };
-    let mut video = VideoTracker::new(bundle.template(), &estimator, options, clock).unwrap();
-    let image = Picture::from_fn(480, 270, |_, _| [120; 3]);
+    let mut video = VideoTracker::new(&mut finder, options, clock).unwrap();
+    let (image, camera) = (Picture::from_fn(480, 270, |_, _| [120; 3]), training_camera());
     let of_frame = |detection: Detection| {
         // A grey frame shows nothing: there is nothing to start from.
-        assert!(!detection.found && !detection.begins_a_track());
+        assert!(!detection.begins_a_track());
         assert_eq!(detection.effect_name(), "ignored");
         detection.of_frame
     };
     (0..frames)
         .map(|frame| {
-            let followed = pollster::block_on(video.follow(frame as f64 / 30.0, &image)).unwrap();
+            let followed =
+                pollster::block_on(video.follow(frame as f64 / 30.0, &mut View::new(&image, &camera))).unwrap();
             let times = followed.times;
             assert!(!followed.tracked.found);
             assert_eq!(times.follow, 1.0);
             assert_eq!(times.catch_up, followed.detection.map(|_| 1.0));
-            (times.network.is_some(), followed.detection.map(of_frame))
+            (times.finding.is_some(), followed.detection.map(of_frame))
         })
         .collect()
 }
@@ -72,12 +76,12 @@ fn a_delayed_network_starts_on_the_newest_frame_when_its_detection_has_arrived()
         (false, None),
         (true, Some(2)),
     ];
-    assert_eq!(schedule(NetworkPace::Delayed(2), 5), expected);
+    assert_eq!(schedule(FindingPace::Delayed(2), 5), expected);
 }
 
 #[test]
 fn a_network_that_is_waited_for_detects_at_once() {
     let expected = [(true, Some(0)), (false, None), (false, None), (true, Some(3))];
-    assert_eq!(schedule(NetworkPace::Every(3), 4), expected);
-    assert_eq!(schedule(NetworkPace::Delayed(0), 2), [(true, Some(0)), (true, Some(1))]);
+    assert_eq!(schedule(FindingPace::Every(3), 4), expected);
+    assert_eq!(schedule(FindingPace::Delayed(0), 2), [(true, Some(0)), (true, Some(1))]);
 }

@@ -10,7 +10,8 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub struct Report {
     pub video: String,
-    pub model: String,
+    /// The model's name, or the path of the picture or template.
+    pub object: String,
     pub frames: usize,
     /// Why the track ends before the video does; absent when it does not.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -18,12 +19,13 @@ pub struct Report {
     pub frames_per_s: f64,
     /// Frames in which the object was found.
     pub found: usize,
-    pub network_delay_frames: Option<u64>,
-    pub network_every_frames: Option<u64>,
+    pub finding_delay_frames: Option<u64>,
+    pub finding_every_frames: Option<u64>,
     pub smoothed: bool,
     pub camera: CameraReport,
     pub canonical_camera: CameraReport,
-    pub device: String,
+    /// What the network ran on; null without one.
+    pub device: Option<String>,
     /// Medians over the frames that have the stage.
     pub median_ms: StageTimes,
     /// Where the truth is known.
@@ -40,8 +42,8 @@ pub struct FrameReport {
     pub found: bool,
     pub agreement: f64,
     pub iterations: usize,
-    /// The detection of the network that arrived.
-    pub network: Option<Detection>,
+    /// The detection that arrived.
+    pub detection: Option<Detection>,
     pub ms: StageTimes,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<FrameTruth>,
@@ -53,7 +55,7 @@ pub struct StageTimes {
     pub canonical_warp: Option<f64>,
     pub follow: Option<f64>,
     pub catch_up: Option<f64>,
-    pub network: Option<f64>,
+    pub finding: Option<f64>,
 }
 
 /// What the truth says of a frame.
@@ -90,7 +92,7 @@ impl StageTimes {
             canonical_warp: Some(warp_ms),
             follow: Some(times.follow),
             catch_up: times.catch_up,
-            network: times.network,
+            finding: times.finding,
         }
     }
 }
@@ -105,7 +107,7 @@ pub fn medians(frames: &[FrameReport]) -> StageTimes {
         canonical_warp: median(|ms| ms.canonical_warp),
         follow: median(|ms| ms.follow),
         catch_up: median(|ms| ms.catch_up),
-        network: median(|ms| ms.network),
+        finding: median(|ms| ms.finding),
     }
 }
 
@@ -138,27 +140,28 @@ impl Errors {
 }
 
 /// The first line of `track.csv`: the names of its columns.
-pub const TABLE_HEADER: &str = "frame,time_s,found,agreement,iterations,network_of_frame,network_found,network_effect,decode_ms,\
-                                canonical_warp_ms,follow_ms,catch_up_ms,network_ms,print_in_view,registration_rmse_px,points_rmse_mm\n";
+pub const TABLE_HEADER: &str = "frame,time_s,found,agreement,iterations,detection_of_frame,detection_by,detection_effect,decode_ms,\
+                                canonical_warp_ms,follow_ms,catch_up_ms,finding_ms,print_in_view,registration_rmse_px,points_rmse_mm\n";
 
 /// A frame's line of `track.csv`; a cell is empty where the frame has no such value.
 pub fn table_row(frame: &FrameReport) -> String {
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    let (ms, network, truth) = (&frame.ms, frame.network, frame.truth);
+    let (ms, detection, truth) = (&frame.ms, frame.detection, frame.truth);
+    let by = detection.and_then(|detection| detection.by);
     let cells = [
         frame.frame.to_string(),
         format!("{:.6}", frame.time_s),
         frame.found.to_string(),
         cell(Some(frame.agreement)),
         frame.iterations.to_string(),
-        network.map_or_else(String::new, |detection| detection.of_frame.to_string()),
-        network.map_or_else(String::new, |detection| detection.found.to_string()),
-        network.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
+        detection.map_or_else(String::new, |detection| detection.of_frame.to_string()),
+        by.map_or_else(String::new, |by| by.name().to_owned()),
+        detection.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
         cell(ms.decode),
         cell(ms.canonical_warp),
         cell(ms.follow),
         cell(ms.catch_up),
-        cell(ms.network),
+        cell(ms.finding),
         cell(truth.map(|truth| truth.print_in_view)),
         cell(truth.and_then(|truth| truth.registration_rmse_px)),
         cell(truth.and_then(|truth| truth.points_rmse_mm)),

@@ -35,8 +35,8 @@ pub struct FrameRecord {
     pub iterations: usize,
     pub registration_rmse_px: Option<f64>,
     pub points_rmse_mm: Option<f64>,
-    /// The answer of the network that arrived after it.
-    pub network: Option<Detection>,
+    /// The detection that arrived after it.
+    pub detection: Option<Detection>,
     pub ms: FrameTimes,
 }
 
@@ -78,8 +78,8 @@ pub struct Loss {
     pub cause: Cause,
     /// The frame at which the network's first answer about a frame of this time arrived.
     pub next_answer: Option<usize>,
-    /// Whether the network saw the sheet then.
-    pub network_found: bool,
+    /// Whether a finder saw the sheet then.
+    pub seen: bool,
     /// The first frame that is tracked within 2 pixels again.
     pub recovered: Option<usize>,
 }
@@ -125,16 +125,16 @@ pub fn losses(frames: &[FrameRecord], cut: Option<usize>) -> Vec<Loss> {
                 from: k,
                 cause,
                 next_answer: None,
-                network_found: false,
+                seen: false,
                 recovered: None,
             });
         }
         let Some(loss) = &mut open else { continue };
         if loss.next_answer.is_none()
-            && let Some(answer) = frame.network.filter(|answer| answer.of_frame as usize >= loss.from)
+            && let Some(answer) = frame.detection.filter(|answer| answer.of_frame as usize >= loss.from)
         {
             loss.next_answer = Some(k);
-            loss.network_found = answer.found;
+            loss.seen = answer.by.is_some();
         }
         if frame.tracked() {
             loss.recovered = Some(k);
@@ -228,9 +228,9 @@ mod tests {
     }
 
     fn answered(mut record: FrameRecord, of_frame: u64) -> FrameRecord {
-        record.network = Some(Detection {
+        record.detection = Some(Detection {
             of_frame,
-            found: true,
+            by: Some(deepsft::FinderKind::Network),
             effect: deepsft_geometry::tracking::TrackUpdate::Started,
         });
         record

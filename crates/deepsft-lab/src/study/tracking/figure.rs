@@ -84,7 +84,7 @@ fn point(frame: &FrameRecord) -> Point {
             (false, _) => Mark::HardlyThere,
             (true, true) => Mark::Found,
         },
-        answer: frame.network.is_some(),
+        answer: frame.detection.is_some(),
     }
 }
 

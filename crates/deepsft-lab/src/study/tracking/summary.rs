@@ -87,7 +87,7 @@ pub struct Spread {
 pub struct Times {
     pub follow: Option<Spread>,
     pub catch_up: Option<Spread>,
-    pub network: Option<Spread>,
+    pub finding: Option<Spread>,
 }
 
 /// A clip after tracking.
@@ -159,7 +159,7 @@ impl Summary {
             ms: Times {
                 follow: ms(|ms| Some(ms.follow)),
                 catch_up: ms(|ms| ms.catch_up),
-                network: ms(|ms| ms.network),
+                finding: ms(|ms| ms.finding),
             },
         }
     }
@@ -218,7 +218,7 @@ mod tests {
             from: 0,
             cause: Cause::Start,
             next_answer,
-            network_found: true,
+            seen: true,
             recovered,
         };
         let clip = |event, frames, losses| ClipRecord {

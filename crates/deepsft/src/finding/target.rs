@@ -1,0 +1,61 @@
+//! What is looked for.
+
+use crate::bundle::ModelBundle;
+use crate::error::DeepSftError;
+use crate::estimator::Estimator;
+use burn::tensor::Device;
+use deepsft_geometry::{Camera, Picture, Template, training_camera};
+
+/// An object to look for: its template, and its network if one was trained for it.
+#[derive(Clone, Debug)]
+pub struct Target {
+    template: Template,
+    network: Option<Estimator>,
+}
+
+impl Target {
+    /// A picture that is printed `width_mm` wide on something that bends. Nothing is trained.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when the width is not positive and finite.
+    pub fn picture(picture: Picture, width_mm: f64) -> Result<Self, DeepSftError> {
+        let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
+        Ok(Self::mesh(Template::thin_shell(picture, width_mm, height_mm)?))
+    }
+
+    /// A template. Nothing is trained; only sheets can be found without.
+    pub fn mesh(template: Template) -> Self {
+        Self {
+            template,
+            network: None,
+        }
+    }
+
+    /// The template of a model, with its network on `device`.
+    ///
+    /// # Errors
+    /// As [`Estimator::new`].
+    pub fn model(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
+        Ok(Self {
+            template: bundle.template().clone(),
+            network: Some(Estimator::new(bundle, device)?),
+        })
+    }
+
+    /// The object at rest.
+    pub fn template(&self) -> &Template {
+        &self.template
+    }
+
+    /// Its network.
+    pub fn network(&self) -> Option<&Estimator> {
+        self.network.as_ref()
+    }
+
+    /// The camera in whose image it is measured: that of the network's training, else [`training_camera`].
+    pub fn canonical_camera(&self) -> Camera {
+        self.network
+            .as_ref()
+            .map_or_else(training_camera, |network| *network.canonical_camera())
+    }
+}

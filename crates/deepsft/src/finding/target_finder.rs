@@ -1,0 +1,158 @@
+//! The finders of one target.
+
+use super::finder::{Finder, FinderKind, Sighting};
+use super::target::Target;
+use super::view::View;
+use crate::error::DeepSftError;
+use crate::estimator::{Estimator, Judgement};
+use deepsft_finding::{FeatureFinder, PictureTarget};
+use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
+use deepsft_geometry::{Camera, Maps, Picture};
+
+/// Agreement of fit and image (see [`FrameFit::agreement`]) from which a target counts as found.
+pub const FOUND_AGREEMENT: f64 = 0.6;
+
+/// Agreement from which no other finder is asked.
+const CONFIRMED: f64 = 0.8;
+
+/// Looks for one target in images.
+pub struct TargetFinder {
+    target: Target,
+    canonical: Camera,
+    finders: Vec<Finder>,
+    /// Made for the first image in which something is seen; sheets only.
+    fitter: Option<FrameFitter>,
+}
+
+/// One target in one image.
+#[derive(Clone, Debug)]
+pub struct TargetEstimate {
+    /// Who saw it.
+    pub by: Option<FinderKind>,
+    /// Depth (mm) and registration in the canonical image: the fitted mesh's, or the finder's where there is none.
+    pub maps: Maps,
+    /// Whether to believe them.
+    pub judgement: Judgement,
+    /// The fitted mesh. `None` for templates that are no sheets, and where too little is seen.
+    pub fit: Option<FrameFit>,
+}
+
+impl TargetFinder {
+    /// The finders that `target` can have: its network, and features for a sheet.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] for a template that is no sheet and has no network: nothing could find it.
+    pub fn new(target: Target) -> Result<Self, DeepSftError> {
+        let mut finders = Vec::new();
+        if let Some(network) = target.network() {
+            finders.push(Finder::Network(network.clone()));
+        }
+        if target.template().is_sheet() || finders.is_empty() {
+            let picture = PictureTarget::new(target.template().clone())?;
+            finders.push(Finder::Features(Box::new(FeatureFinder::new(picture)?)));
+        }
+        Ok(Self::with_finders(target, finders))
+    }
+
+    /// With these finders, asked in this order.
+    pub fn with_finders(target: Target, finders: Vec<Finder>) -> Self {
+        Self {
+            canonical: target.canonical_camera(),
+            target,
+            finders,
+            fitter: None,
+        }
+    }
+
+    /// What it looks for.
+    pub fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// The camera of canonical images and maps.
+    pub fn canonical_camera(&self) -> &Camera {
+        &self.canonical
+    }
+
+    /// Whether that nothing is seen means that the target is not there. Features say so of many frames that show it.
+    pub fn can_deny(&self) -> bool {
+        self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
+    }
+
+    /// Where the finders see the target, asked in turn until one is sure. The last is the best.
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn find(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
+        let mut sightings = Vec::new();
+        for finder in &mut self.finders {
+            sightings.extend(finder.find(view, &self.canonical).await?);
+            if sightings.last().is_some_and(|sighting| sighting.is_sure) {
+                break;
+            }
+        }
+        Ok(sightings)
+    }
+
+    /// The target in `view`: what the finders see, fitted to the image and judged. The best of them, by agreement with the
+    /// image.
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn estimate(&mut self, view: &mut View<'_>) -> Result<TargetEstimate, DeepSftError> {
+        let mut best: Option<TargetEstimate> = None;
+        for k in 0..self.finders.len() {
+            let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
+                continue;
+            };
+            let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+            let confidence = estimate.judgement.confidence;
+            if best.as_ref().is_none_or(|best| confidence > best.judgement.confidence) {
+                best = Some(estimate);
+            }
+            if f64::from(confidence) >= CONFIRMED {
+                break;
+            }
+        }
+        Ok(best.unwrap_or_else(|| TargetEstimate {
+            by: None,
+            maps: Maps::empty(self.canonical.width() as usize, self.canonical.height() as usize),
+            judgement: Judgement::default(),
+            fit: None,
+        }))
+    }
+
+    /// What the image says of a sighting.
+    fn judged(&mut self, canonical: &Picture, sighting: Sighting) -> Result<TargetEstimate, DeepSftError> {
+        let Sighting { by, maps, .. } = sighting;
+        if !self.target.template().is_sheet() {
+            let judgement = match self.target.network() {
+                Some(network) => network.judge(canonical, &maps)?,
+                None => Judgement::default(),
+            };
+            return Ok(TargetEstimate {
+                by: Some(by),
+                maps,
+                judgement,
+                fit: None,
+            });
+        }
+        let fitter = match &mut self.fitter {
+            Some(fitter) => fitter,
+            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
+        };
+        let fit = fitter.fit(canonical, &self.canonical, &maps, None)?;
+        let agreement = fit.as_ref().map_or(0.0, |fit| fit.agreement);
+        let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());
+        Ok(TargetEstimate {
+            by: Some(by),
+            judgement: Judgement {
+                found: agreement >= FOUND_AGREEMENT,
+                confidence: agreement as f32,
+                area: Estimator::area(&maps) as f32,
+            },
+            maps,
+            fit,
+        })
+    }
+}
