@@ -14,6 +14,9 @@ use tempfile::TempDir;
 
 const SCRIPT: &str = include_str!("../../../../xtask/bench/opencv_matches.py");
 
+const DOES_NOT_RUN: &str =
+    "OpenCV does not run; install crates/xtask/bench/requirements-finding.txt for the Python of --opencv";
+
 /// Nodes of the warp along x.
 const COLUMNS: usize = 7;
 
@@ -98,13 +101,11 @@ impl OpenCv {
         write_file(&file, picture.rgb())?;
         let mut request = serde_json::json!({ "width": picture.width(), "height": picture.height(), "rest": rest });
         request[what] = file.to_string_lossy().into();
-        self.process.tell(&request.to_string())
+        self.process.tell(&request.to_string()).context(DOES_NOT_RUN)
     }
 
     fn answer(&mut self) -> Result<Answer> {
-        let line = self.process.answer().context(
-            "OpenCV does not run; install crates/xtask/bench/requirements-finding.txt for the Python of --opencv",
-        )?;
+        let line = self.process.answer().context(DOES_NOT_RUN)?;
         serde_json::from_str(&line).context("reading what opencv_matches.py answered")
     }
 }
@@ -156,5 +157,34 @@ impl Finder for OpenCv {
             features_ms: answer.milliseconds,
             find_ms: start.ms(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warp_goes_through_its_nodes_and_on_beyond_them() {
+        let place = |p: DVec2| DVec2::new(3.0 + 0.2 * p.x - 0.1 * p.y, 7.0 + 0.4 * p.y + 0.001 * p.x * p.y);
+        let (low, cell) = (DVec2::new(20.0, -10.0), DVec2::new(50.0, 40.0));
+        let node = |k: usize| low + cell * DVec2::new((k % COLUMNS) as f64, (k / COLUMNS) as f64);
+        let warp = Warp {
+            low: low.into(),
+            cell: cell.into(),
+            nodes: (0..35).map(|k| place(node(k)).into()).collect(),
+        };
+        for pixel in [node(0), node(34), DVec2::new(133.0, 71.0), DVec2::new(-40.0, 300.0)] {
+            assert!(warp.place(pixel).distance(place(pixel)) < 1e-9, "{pixel}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_python_without_opencv_is_told_what_to_install() {
+        let mut opencv = OpenCv::start(Path::new("false"), Method::Orb).unwrap();
+        let template = Template::thin_shell(Picture::from_fn(9, 9, |_, _| [0; 3]), 100.0, 100.0).unwrap();
+        let error = format!("{:#}", opencv.take(&template).unwrap_err());
+        assert!(error.contains("requirements-finding.txt"), "{error}");
     }
 }

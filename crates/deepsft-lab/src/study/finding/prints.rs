@@ -137,3 +137,32 @@ pub fn print_size(long_side: f32, dice: &mut Dice) -> (usize, usize) {
         (short, long)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_subject_has_contrast_and_depends_on_the_seed_alone() {
+        for (kind, subjects) in [
+            (Kind::PhotographLike, 5),
+            (Kind::Graphic, 6),
+            (Kind::LineArt, 15),
+            (Kind::Repetitive, 5),
+        ] {
+            let paint = |seed: u64| prints(&[(kind, subjects)], None, seed).unwrap();
+            let (first, again, other) = (paint(3), paint(3), paint(4));
+            for k in 0..subjects {
+                let pixels = |prints: &[Print]| prints[k].template.texture().rgb().to_vec();
+                let (a, subject) = (pixels(&first), first[k].subject);
+                assert!(a == pixels(&again) && a != pixels(&other), "{subject}");
+                let mean = a.iter().map(|&v| f64::from(v)).sum::<f64>() / a.len() as f64;
+                let square = |&v: &u8| (f64::from(v) - mean).powi(2);
+                let deviation = (a.iter().map(square).sum::<f64>() / a.len() as f64).sqrt();
+                assert!(deviation > 10.0, "{subject}: {deviation}");
+                let longer = first[k].template.size_mm().max_element();
+                assert!((longer - LONG_SIDE_MM).abs() < 1e-9);
+            }
+        }
+    }
+}

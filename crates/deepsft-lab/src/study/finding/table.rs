@@ -1,6 +1,6 @@
 //! The tables of the study.
 
-use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX, median};
+use super::judging::{Attempt, FITTED_PX, FOUND, FrameResult, START_PX, median};
 use super::prints::Kind;
 
 /// The row of the best of our finders, when there are several.
@@ -13,9 +13,9 @@ pub fn print(results: &[FrameResult]) {
     if first.attempts.iter().filter(|attempt| attempt.ours).count() > 1 {
         finders.push(BEST_OF_OURS);
     }
-    println!("prints          finder        frames  warp    start   fitted  found   right   off    false",);
+    println!("prints          finder       frames    warp   start  fitted   found   right     off   false");
     println!(
-        "                                      < {START_PX} px  < {START_PX} px  < {FITTED_PX} px          (found)  (found)  finds"
+        "                                    < {START_PX} px  < {START_PX} px  < {FITTED_PX} px                          finds"
     );
     let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph);
     for &finder in &finders {
@@ -25,7 +25,10 @@ pub fn print(results: &[FrameResult]) {
         row("the first three", finder, results.iter().filter(|r| main(r.kind)));
     }
     println!(
-        "warp: before there is a mesh. found: the fit agrees with the image. right and off: these, by their error."
+        "Percent of the frames that show the print; false finds: of those that show another. warp: before there is a mesh."
+    );
+    println!(
+        "found: the fit agrees with the image by {FOUND} or more; of these right: within {FITTED_PX} px, off: not."
     );
     println!();
     println!("medians, ms     features   find    fit");
@@ -62,25 +65,22 @@ fn row<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameRe
     if shown.is_empty() {
         return;
     }
-    let percent = |attempts: &[&Attempt], holds: fn(&Attempt) -> bool| {
+    let percent = |attempts: &[&Attempt], holds: &dyn Fn(&Attempt) -> bool| {
         let count = attempts.iter().filter(|attempt| holds(attempt)).count();
         100.0 * count as f64 / attempts.len().max(1) as f64
     };
-    let within = |error: Option<f64>| error.is_some_and(|error| error < START_PX);
-    let warp = if shown.iter().any(|attempt| attempt.warp_px.is_some()) {
-        let count = shown.iter().filter(|attempt| within(attempt.warp_px)).count();
-        format!("{:.1}", 100.0 * count as f64 / shown.len() as f64)
-    } else {
-        "-".to_owned()
-    };
+    let starts = |error: Option<f64>| error.is_some_and(|error| error < START_PX);
+    let warps = shown.iter().any(|attempt| attempt.warp_px.is_some());
+    let warp = warps.then(|| format!("{:.1}", percent(&shown, &|a| starts(a.warp_px))));
     println!(
-        "{prints:15} {finder:12} {:7} {warp:>7} {:7.1} {:7.1} {:7.1} {:7.1} {:7.1} {:7.2}",
+        "{prints:15} {finder:12} {:6} {:>7} {:7.1} {:7.1} {:7.1} {:7.1} {:7.1} {:7.2}",
         shown.len(),
-        percent(&shown, |a| a.start_px.is_some_and(|error| error < START_PX)),
-        percent(&shown, Attempt::is_fitted),
-        percent(&shown, Attempt::is_found),
-        percent(&shown, |a| a.is_found() && a.is_fitted()),
-        percent(&shown, |a| a.is_found() && !a.is_fitted()),
-        percent(&absent, Attempt::is_found),
+        warp.as_deref().unwrap_or("-"),
+        percent(&shown, &|a| starts(a.start_px)),
+        percent(&shown, &Attempt::is_fitted),
+        percent(&shown, &Attempt::is_found),
+        percent(&shown, &|a| a.is_found() && a.is_fitted()),
+        percent(&shown, &|a| a.is_found() && !a.is_fitted()),
+        percent(&absent, &Attempt::is_found),
     );
 }
