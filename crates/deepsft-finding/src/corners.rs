@@ -43,21 +43,78 @@ pub(crate) struct Corner {
     pub angle: f32,
 }
 
-/// At most about `budget` corners of a level, spread over it: cells of 32 pixels have the same number each, and what poor
-/// cells leave goes to the strongest corners anywhere. `threshold`: least difference in grey levels.
-pub(crate) fn corners(level: &Level, threshold: u8, budget: usize) -> Vec<Corner> {
-    let (width, height) = (level.width, level.height);
-    if width <= 2 * MARGIN + 1 || height <= 2 * MARGIN + 1 {
-        return Vec::new();
+/// Looks for corners. Its memory is used again for the next level.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CornerSearch {
+    /// For each pixel the largest threshold under which it is a corner; 0 where that is not above the least.
+    scores: Vec<u8>,
+    /// Not 0 where a row's pixels may be corners.
+    possible: Vec<u8>,
+    /// The pixels with a score.
+    scored: Vec<usize>,
+    /// Corners with their cells.
+    found: Vec<(usize, Corner)>,
+    rest: Vec<Corner>,
+    kept: Vec<Corner>,
+}
+
+impl CornerSearch {
+    /// At most about `budget` corners of a level, spread over it: cells of 32 pixels have the same number each, and what poor
+    /// cells leave goes to the strongest corners anywhere. `threshold`: least difference in grey levels.
+    pub fn corners(&mut self, level: &Level, threshold: u8, budget: usize) -> &[Corner] {
+        self.kept.clear();
+        let (width, height) = (level.width, level.height);
+        if width <= 2 * MARGIN + 1 || height <= 2 * MARGIN + 1 {
+            return &self.kept;
+        }
+        self.score(level, threshold);
+        self.select(level);
+        self.deal(width.div_ceil(CELL) * height.div_ceil(CELL), budget);
+        let halves = disc_halves();
+        for corner in &mut self.kept {
+            corner.angle = centroid_angle(level, corner, &halves);
+        }
+        &self.kept
     }
-    let scores = segment_scores(level, threshold);
-    let (columns, rows) = (width.div_ceil(CELL), height.div_ceil(CELL));
-    let mut cells: Vec<Vec<Corner>> = vec![Vec::new(); columns * rows];
-    for y in MARGIN..height - MARGIN {
-        for x in MARGIN..width - MARGIN {
-            let i = y * width + x;
-            let score = scores[i];
-            if score == 0 {
+
+    /// The segment test: nine pixels of the circle in a row are all brighter or all darker by more than `threshold`.
+    fn score(&mut self, level: &Level, threshold: u8) {
+        let (width, values) = (level.width, &level.values);
+        let offsets = CIRCLE.map(|(dx, dy)| dy as isize * width as isize + dx as isize);
+        self.scores.clear();
+        self.scores.resize(values.len(), 0);
+        self.scored.clear();
+        let length = width - 2 * (MARGIN - 1);
+        self.possible.clear();
+        self.possible.resize(length, 0);
+        for y in MARGIN - 1..level.height - MARGIN + 1 {
+            let start = y * width + MARGIN - 1;
+            let row = |offset: isize| &values[start.wrapping_add_signed(offset)..][..length];
+            // Nine in a row hold one of each pair of opposite pixels.
+            let pairs = [0, 2, 4, 6].map(|k| [row(offsets[k]), row(offsets[k + 8])]);
+            possible_corners(&mut self.possible, row(0), &pairs, threshold);
+            for x in marked(&self.possible) {
+                let i = start + x;
+                let centre = i16::from(values[i]);
+                let ring: [i16; 16] =
+                    std::array::from_fn(|k| i16::from(values[i.wrapping_add_signed(offsets[k])]) - centre);
+                let score = longest_run(&std::array::from_fn(|k| ring[k % 16]));
+                if score > i16::from(threshold) {
+                    self.scores[i] = score.min(255) as u8;
+                    self.scored.push(i);
+                }
+            }
+        }
+    }
+
+    /// Those whose score no neighbour exceeds.
+    fn select(&mut self, level: &Level) {
+        let (width, height, scores) = (level.width, level.height, &self.scores);
+        let columns = width.div_ceil(CELL);
+        self.found.clear();
+        for &i in &self.scored {
+            let (x, y, score) = (i % width, i / width, scores[i]);
+            if !(MARGIN..width - MARGIN).contains(&x) || !(MARGIN..height - MARGIN).contains(&y) {
                 continue;
             }
             let before = [i - width - 1, i - width, i - width + 1, i - 1];
@@ -66,68 +123,55 @@ pub(crate) fn corners(level: &Level, threshold: u8, budget: usize) -> Vec<Corner
             if before.iter().any(|&j| scores[j] >= score) || after.iter().any(|&j| scores[j] > score) {
                 continue;
             }
-            cells[y / CELL * columns + x / CELL].push(Corner {
+            let corner = Corner {
                 x: x as u16,
                 y: y as u16,
                 strength: harris(level, x, y),
                 angle: 0.0,
-            });
+            };
+            self.found.push((y / CELL * columns + x / CELL, corner));
         }
     }
-    let mut kept = dealt(cells, budget);
-    let halves = disc_halves();
-    for corner in &mut kept {
-        corner.angle = centroid_angle(level, corner, &halves);
-    }
-    kept
-}
 
-/// The strongest corners of each cell, then the strongest of the rest.
-fn dealt(mut cells: Vec<Vec<Corner>>, budget: usize) -> Vec<Corner> {
-    let strongest_first = |a: &Corner, b: &Corner| b.strength.total_cmp(&a.strength);
-    let each = (budget / 2).div_ceil(cells.len().max(1));
-    let (mut kept, mut rest) = (Vec::new(), Vec::new());
-    for cell in &mut cells {
-        cell.sort_by(strongest_first);
-        let first = each.min(cell.len());
-        rest.extend_from_slice(&cell[first..]);
-        kept.extend_from_slice(&cell[..first]);
-    }
-    rest.sort_by(strongest_first);
-    rest.truncate(budget.saturating_sub(kept.len()));
-    kept.extend(rest);
-    kept
-}
-
-/// For each pixel the largest threshold under which it is a corner: nine pixels of the circle in a row are all brighter or all
-/// darker by more. 0 where that is not above `threshold`.
-fn segment_scores(level: &Level, threshold: u8) -> Vec<u8> {
-    let (width, height, values) = (level.width, level.height, &level.values);
-    let offsets = CIRCLE.map(|(dx, dy)| dy as isize * width as isize + dx as isize);
-    let mut scores = vec![0_u8; values.len()];
-    let threshold = i16::from(threshold);
-    for y in MARGIN - 1..height - MARGIN + 1 {
-        for x in MARGIN - 1..width - MARGIN + 1 {
-            let i = y * width + x;
-            let centre = i16::from(values[i]);
-            let difference = |k: usize| i16::from(values[i.wrapping_add_signed(offsets[k])]) - centre;
-            // Nine in a row hold one of each pair of opposite pixels.
-            let near = |k: usize| difference(k).abs() <= threshold;
-            if near(0) && near(8) || near(4) && near(12) || near(2) && near(10) || near(6) && near(14) {
-                continue;
-            }
-            let mut ring = [0_i16; 32];
-            for k in 0..16 {
-                ring[k] = difference(k);
-                ring[k + 16] = ring[k];
-            }
-            let score = longest_run(&ring);
-            if score > threshold {
-                scores[i] = score.min(255) as u8;
-            }
+    /// Keeps the strongest corners of each of so many cells, then the strongest of the rest.
+    fn deal(&mut self, cells: usize, budget: usize) {
+        let strongest_first = |a: &Corner, b: &Corner| b.strength.total_cmp(&a.strength);
+        let by_cell = |a: &(usize, Corner), b: &(usize, Corner)| a.0.cmp(&b.0).then(strongest_first(&a.1, &b.1));
+        self.found.sort_unstable_by(by_cell);
+        let each = (budget / 2).div_ceil(cells.max(1));
+        self.rest.clear();
+        for cell in self.found.chunk_by(|a, b| a.0 == b.0) {
+            let (first, others) = cell.split_at(each.min(cell.len()));
+            self.kept.extend(first.iter().map(|found| found.1));
+            self.rest.extend(others.iter().map(|found| found.1));
         }
+        let left = budget.saturating_sub(self.kept.len());
+        if left < self.rest.len() {
+            self.rest.select_nth_unstable_by(left, strongest_first);
+            self.rest.truncate(left);
+        }
+        self.kept.append(&mut self.rest);
     }
-    scores
+}
+
+/// Marks the pixels of a row of which each pair has one that is brighter by more than `threshold`, or each one that is darker.
+fn possible_corners(possible: &mut [u8], row: &[u8], pairs: &[[&[u8]; 2]; 4], threshold: u8) {
+    let pairs = pairs.map(|pair| pair.map(|pixels| &pixels[..row.len()]));
+    for (x, (possible, &centre)) in possible.iter_mut().zip(row).enumerate() {
+        let (mut brighter, mut darker) = (u8::MAX, u8::MAX);
+        for [a, b] in pairs {
+            brighter = brighter.min(a[x].max(b[x]).saturating_sub(centre));
+            darker = darker.min(centre.saturating_sub(a[x].min(b[x])));
+        }
+        *possible = brighter.max(darker).saturating_sub(threshold);
+    }
+}
+
+/// Indices of the values that are not 0, where most are.
+fn marked(values: &[u8]) -> impl Iterator<Item = usize> {
+    let chunks = values.chunks(16).enumerate();
+    let any = chunks.filter(|(_, chunk)| chunk.iter().fold(0, |all, value| all | value) != 0);
+    any.flat_map(|(k, chunk)| (0..chunk.len()).filter(|&x| chunk[x] != 0).map(move |x| 16 * k + x))
 }
 
 /// The largest value that nine neighbours of the ring (written twice) all reach, or all fall below as its negative.

@@ -20,12 +20,18 @@ const SPREAD: f32 = 6.5;
 
 /// A descriptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Descriptor([u64; WORDS]);
+pub(crate) struct Descriptor(pub(crate) [u64; WORDS]);
 
 impl Descriptor {
     /// Number of comparisons that come out differently.
-    pub fn distance(&self, other: &Self) -> u32 {
-        self.0.iter().zip(other.0).map(|(a, b)| (a ^ b).count_ones()).sum()
+    // Always: its place may be compiled for instructions beyond the baseline.
+    #[inline(always)]
+    pub fn distance(&self, other: &Self) -> u16 {
+        self.0
+            .iter()
+            .zip(other.0)
+            .map(|(a, b)| (a ^ b).count_ones() as u16)
+            .sum()
     }
 
     /// The descriptor of a corner of `level`.

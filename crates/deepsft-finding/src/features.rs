@@ -1,8 +1,8 @@
 //! Corners and descriptors of a picture at many sizes.
 
-use crate::corners::corners;
+use crate::corners::CornerSearch;
 use crate::descriptor::Descriptor;
-use crate::pyramid::pyramid;
+use crate::pyramid::Pyramid;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec2;
 
@@ -30,7 +30,7 @@ impl Default for FeatureOptions {
     }
 }
 
-/// A corner with its descriptor.
+/// A corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Feature {
     /// Position in the whole picture, pixels, pixel centres at half integers.
@@ -39,38 +39,57 @@ pub(crate) struct Feature {
     pub angle: f32,
     /// Pixels of the whole picture per pixel of the level that has the corner.
     pub scale: f32,
-    pub descriptor: Descriptor,
 }
 
 /// The features of one picture.
 #[derive(Clone, Debug, Default)]
 pub struct Features {
-    pub(crate) all: Vec<Feature>,
+    all: Vec<Feature>,
+    descriptors: Vec<Descriptor>,
+    pyramid: Pyramid,
+    search: CornerSearch,
 }
 
 impl Features {
     /// Finds the features of `picture`. Finer detail than a pixel of an image with 960 columns helps little: see
     /// [`crate::feature_image`]. A picture with a side beyond 65,535 pixels has no features.
     pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
+        let mut features = Self::default();
+        features.renew(picture, options);
+        features
+    }
+
+    /// Makes them the features of another picture. Pictures of one size after another need no new memory.
+    pub fn renew(&mut self, picture: &Picture, options: &FeatureOptions) {
+        self.all.clear();
+        self.descriptors.clear();
         if picture.width().max(picture.height()) > usize::from(u16::MAX) {
-            return Self::default();
+            return;
         }
-        let levels = pyramid(picture, SHORTEST_SIDE, options.levels);
+        self.pyramid.renew(picture, SHORTEST_SIDE, options.levels);
+        let levels = self.pyramid.levels();
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
-        let mut all = Vec::new();
-        for level in &levels {
+        for level in levels {
             let part = (level.width * level.height) as f32 / whole;
             let budget = (part * options.corners as f32).ceil() as usize;
-            for corner in corners(level, options.threshold, budget) {
-                all.push(Feature {
+            for corner in self.search.corners(level, options.threshold, budget) {
+                self.all.push(Feature {
                     position: level.position(corner.x, corner.y),
                     angle: corner.angle,
                     scale: level.scale,
-                    descriptor: Descriptor::of(level, &corner),
                 });
+                self.descriptors.push(Descriptor::of(level, corner));
             }
         }
-        Self { all }
+    }
+
+    /// The same features without the memory for the next picture.
+    pub(crate) fn kept(self) -> Self {
+        Self {
+            all: self.all,
+            descriptors: self.descriptors,
+            ..Self::default()
+        }
     }
 
     /// Number of features.
@@ -81,5 +100,14 @@ impl Features {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
+    }
+
+    pub(crate) fn all(&self) -> &[Feature] {
+        &self.all
+    }
+
+    /// One descriptor for each feature.
+    pub(crate) fn descriptors(&self) -> &[Descriptor] {
+        &self.descriptors
     }
 }

@@ -2,14 +2,15 @@
 
 use crate::consensus::{Neighbourhood, groups};
 use crate::features::Features;
-use crate::guided_matching::{candidates_near, guided_matches};
-use crate::matching::{Match, matches};
+use crate::guided_matching::{Seen, guided_matches};
+use crate::matching::{Match, Matching};
 use crate::pyramid::resized;
 use crate::sheet_solver::SheetSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
+use std::borrow::Cow;
 
 /// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
 /// only 125 pixels long. Not swept; time grows with its square.
@@ -59,7 +60,7 @@ pub struct FoundSheet {
 ///
 /// # Errors
 /// [`GeometryError::CameraParameter`] for a camera without pixels.
-pub fn feature_image(image: &Picture, camera: &Camera) -> Result<(Picture, Camera), GeometryError> {
+pub fn feature_image<'a>(image: &'a Picture, camera: &Camera) -> Result<(Cow<'a, Picture>, Camera), GeometryError> {
     let image = resized(image, LONGEST_SIDE);
     let camera = camera.resized(image.width() as u32, image.height() as u32)?;
     Ok((image, camera))
@@ -69,6 +70,7 @@ pub fn feature_image(image: &Picture, camera: &Camera) -> Result<(Picture, Camer
 pub struct FeatureFinder {
     target: PictureTarget,
     solver: SheetSolver,
+    matching: Matching,
 }
 
 impl FeatureFinder {
@@ -80,6 +82,7 @@ impl FeatureFinder {
         Ok(Self {
             solver: SheetSolver::new(target.template())?,
             target,
+            matching: Matching::default(),
         })
     }
 
@@ -99,7 +102,11 @@ impl FeatureFinder {
         camera: &Camera,
         view: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
-        self.find_among(&matches(features, &self.target), features, camera, view)
+        // Taken out while `self` is busy with the mesh.
+        let mut matching = std::mem::take(&mut self.matching);
+        let found = self.find_among(matching.matches(features, &self.target), features, camera, view);
+        self.matching = matching;
+        found
     }
 
     /// As [`Self::find`], among `candidates` that were matched elsewhere, the clearest first. The mesh gathers more matches from
@@ -143,7 +150,7 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = self.guided(&seen, &vertices, search);
+            last = self.guided(&seen, &vertices, search)?;
             if last.len() < FEWEST {
                 return Ok(None);
             }
@@ -166,7 +173,7 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let near = self.guided(seen, &vertices, SEARCH_PX[0] * pixel);
+        let near = self.guided(seen, &vertices, SEARCH_PX[0] * pixel)?;
         if near.len() < FEWEST {
             return Ok(None);
         }
@@ -175,22 +182,9 @@ impl FeatureFinder {
         Ok(Some((score, vertices)))
     }
 
-    fn guided(&self, seen: &Seen<'_>, vertices: &[DVec3], search_px: f64) -> Vec<Match> {
-        let maps = VisibleSurface::new(self.solver.mesh(), vertices, seen.camera).maps();
-        let mut near = guided_matches(seen.features, &self.target, seen.camera, &maps, search_px);
-        if seen.features.is_empty() {
-            let size = self.target.template().size_mm().as_vec2();
-            near.extend(candidates_near(seen.candidates, size, seen.camera, &maps, search_px));
-        }
-        near
+    fn guided(&self, seen: &Seen<'_>, vertices: &[DVec3], search_px: f64) -> Result<Vec<Match>, GeometryError> {
+        guided_matches(seen, &self.target, (self.solver.mesh(), vertices), search_px)
     }
-}
-
-/// What is known of one image.
-struct Seen<'a> {
-    candidates: &'a [Match],
-    features: &'a Features,
-    camera: &'a Camera,
 }
 
 /// Pixels of the camera's image per pixel of the canonical one.

@@ -4,8 +4,9 @@ use crate::descriptor::BITS;
 use crate::features::Features;
 use crate::matching::Match;
 use crate::target::PictureTarget;
-use deepsft_geometry::glam::Vec2;
-use deepsft_geometry::{Camera, Maps};
+use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, GeometryError, TriangleMesh};
 use std::f32::consts::{PI, TAU};
 
 /// Such matches may differ in this fraction of their bits.
@@ -17,54 +18,98 @@ const TURN: f32 = 0.5;
 /// Largest ratio of the sizes of a match on the sheet and in the image, either way.
 const SCALING: f32 = 2.2;
 
-/// For each feature of the image on the surface of `maps` (drawn from a mesh for the image's `camera`): the most similar
-/// feature of the target whose place is within `search_px` pixels.
+/// How much coarser than the image the surface is drawn: it only has to name the face that a feature lies on.
+const COARSER: u32 = 4;
+
+/// For each feature of the image on the surface of `mesh` with its vertices at `vertices`: the most similar feature of the target
+/// whose place is within `search_px` pixels. Without features: those of `candidates` that lie so near.
 pub(crate) fn guided_matches(
-    features: &Features,
+    seen: &Seen<'_>,
     target: &PictureTarget,
-    camera: &Camera,
-    maps: &Maps,
+    (mesh, vertices): (&TriangleMesh, &[DVec3]),
     search_px: f64,
-) -> Vec<Match> {
-    let size = target.template().size_mm().as_vec2();
-    let others = &target.features().all;
-    let most = (MOST_DIFFERENT * BITS as f32) as u32;
+) -> Result<Vec<Match>, GeometryError> {
+    let surface = Surface::new(mesh, vertices, seen.camera, target.template().size_mm())?;
+    let (features, others) = (seen.features, target.features());
+    let most = (MOST_DIFFERENT * BITS as f32) as u16;
     let mut found = Vec::new();
-    for (image, feature) in features.all.iter().enumerate() {
-        let Some(expected) = Expected::at(feature.position, size, camera, maps) else {
+    for (image, (feature, descriptor)) in features.all().iter().zip(features.descriptors()).enumerate() {
+        let Some(expected) = surface.at(feature.position) else {
             continue;
         };
         let fits = |&other: &usize| {
-            let angle = others[other].angle - feature.angle;
+            let angle = others.all()[other].angle - feature.angle;
             expected.fits(angle, target.scale_mm(other) / feature.scale)
         };
         let reach = search_px as f32 * expected.mm_per_pixel;
         let near = target.near(expected.place, reach).filter(fits);
-        let compared = near.map(|other| (feature.descriptor.distance(&others[other].descriptor), other));
+        let compared = near.map(|other| (descriptor.distance(&others.descriptors()[other]), other));
         if let Some((_, other)) = compared.min().filter(|(distance, _)| *distance <= most) {
             found.push(Match::of(features, image, target, other));
         }
     }
-    found
+    if features.is_empty() {
+        found.extend(seen.candidates.iter().filter(|m| {
+            surface.at(m.pixel).is_some_and(|expected| {
+                let reach = search_px as f32 * expected.mm_per_pixel;
+                expected.place.distance(m.place) <= reach && expected.fits(m.angle, m.scale)
+            })
+        }));
+    }
+    Ok(found)
 }
 
-/// Those of `candidates` that lie within `search_px` pixels of where the surface of `maps` has them. `size`: of the sheet, mm.
-pub(crate) fn candidates_near(
-    candidates: &[Match],
-    size: Vec2,
-    camera: &Camera,
-    maps: &Maps,
-    search_px: f64,
-) -> impl Iterator<Item = Match> {
-    candidates.iter().copied().filter(move |m| {
-        Expected::at(m.pixel, size, camera, maps).is_some_and(|expected| {
-            let reach = search_px as f32 * expected.mm_per_pixel;
-            expected.place.distance(m.place) <= reach && expected.fits(m.angle, m.scale)
+/// What is known of one image.
+pub(crate) struct Seen<'a> {
+    pub candidates: &'a [Match],
+    pub features: &'a Features,
+    pub camera: &'a Camera,
+}
+
+/// A mesh as the camera sees it.
+struct Surface {
+    coarse: VisibleSurface,
+    /// Pixels of the coarse image per pixel.
+    scale: DVec2,
+    size_mm: DVec2,
+    focal: f64,
+}
+
+impl Surface {
+    fn new(mesh: &TriangleMesh, vertices: &[DVec3], camera: &Camera, size_mm: DVec2) -> Result<Self, GeometryError> {
+        let [width, height] = [camera.width(), camera.height()];
+        let coarse = camera.resized(width.div_ceil(COARSER), height.div_ceil(COARSER))?;
+        Ok(Self {
+            coarse: VisibleSurface::new(mesh, vertices, &coarse),
+            scale: DVec2::new(f64::from(coarse.width()), f64::from(coarse.height()))
+                / DVec2::new(f64::from(width), f64::from(height)),
+            size_mm,
+            focal: camera.focal().x,
         })
-    })
+    }
+
+    /// What the surface says of a match at `pixel`. `None` where its front is not seen.
+    fn at(&self, pixel: Vec2) -> Option<Expected> {
+        let at = pixel.as_dvec2() * self.scale;
+        let window = self.coarse.window();
+        let (column, row) = (at.x as usize, at.y as usize);
+        if !window.columns.contains(&column) || !window.rows.contains(&row) {
+            return None;
+        }
+        let index = (row - window.rows.start) * window.columns.len() + column - window.columns.start;
+        let triangle = self.coarse.triangles()[self.coarse.centres().triangle(index)?].as_ref()?;
+        let point = triangle.front.then(|| triangle.seen_point(at.x, at.y))?;
+        // Change of the place for a step in the image: the rotation nearest to the matrix with these columns.
+        let [x, y] = [point.duv_dx * self.scale.x, point.duv_dy * self.scale.y].map(|step| step * self.size_mm);
+        Some(Expected {
+            place: (point.uv * self.size_mm).as_vec2(),
+            turn: (x.y - y.x).atan2(x.x + y.y) as f32,
+            mm_per_pixel: (point.depth_mm / self.focal) as f32,
+        })
+    }
 }
 
-/// What a surface says of a match at a pixel.
+/// What a surface says of a match.
 struct Expected {
     place: Vec2,
     turn: f32,
@@ -72,36 +117,9 @@ struct Expected {
 }
 
 impl Expected {
-    /// `None` where the surface is not seen.
-    fn at(pixel: Vec2, size: Vec2, camera: &Camera, maps: &Maps) -> Option<Self> {
-        let column = (pixel.x as usize).min(maps.width() - 1);
-        let row = (pixel.y as usize).min(maps.height() - 1);
-        let index = row * maps.width() + column;
-        Some(Self {
-            turn: turn(maps, index, size)?,
-            place: Vec2::from(maps.registration()[index]) * size,
-            mm_per_pixel: maps.depth()[index] / camera.focal().x as f32,
-        })
-    }
-
     /// Whether a match with this angle and scale, see [`Match`], may be right.
     fn fits(&self, angle: f32, scale: f32) -> bool {
         let off = (angle - self.turn + PI).rem_euclid(TAU) - PI;
         off.abs() < TURN && (SCALING.recip()..SCALING).contains(&(scale / self.mm_per_pixel))
     }
-}
-
-/// The angle by which the registration turns directions of the image around a pixel into directions on the sheet, radians.
-fn turn(maps: &Maps, index: usize, size_mm: Vec2) -> Option<f32> {
-    let (right, below) = (index + 1, index + maps.width());
-    if right % maps.width() == 0
-        || below >= maps.depth().len()
-        || ![index, right, below].iter().all(|&p| maps.inside(p))
-    {
-        return None;
-    }
-    let place = |p: usize| Vec2::from(maps.registration()[p]) * size_mm;
-    let (x, y) = (place(right) - place(index), place(below) - place(index));
-    // The rotation nearest to the matrix with these columns.
-    Some((x.y - y.x).atan2(x.x + y.y))
 }

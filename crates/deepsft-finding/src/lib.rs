@@ -33,6 +33,7 @@ mod descriptor;
 mod features;
 mod finder;
 mod guided_matching;
+mod hamming;
 mod matching;
 mod pyramid;
 mod sheet_solver;

@@ -2,6 +2,7 @@
 
 use crate::descriptor::BITS;
 use crate::features::Features;
+use crate::hamming::distances;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::Vec2;
 
@@ -31,48 +32,53 @@ pub struct Match {
 impl Match {
     /// The match of feature `image` of `features` with feature `other` of `target`.
     pub(crate) fn of(features: &Features, image: usize, target: &PictureTarget, other: usize) -> Self {
-        let feature = &features.all[image];
+        let feature = &features.all()[image];
         Self {
             pixel: feature.position,
             place: target.places()[other],
-            angle: target.features().all[other].angle - feature.angle,
+            angle: target.features().all()[other].angle - feature.angle,
             scale: target.scale_mm(other) / feature.scale,
         }
     }
 }
 
-/// For each feature of the image the most similar of the target, where it stands out; the clearest first.
-pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match> {
-    let others = &target.features().all;
-    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
-    let mut distances = vec![0_u32; others.len()];
-    let most = (MOST_DIFFERENT * BITS as f32) as u32;
-    let mut found = Vec::new();
-    for (image, feature) in features.all.iter().enumerate() {
-        let (mut best, mut least) = (0, u32::MAX);
-        for (i, (other, distance)) in others.iter().zip(&mut distances).enumerate() {
-            *distance = feature.descriptor.distance(&other.descriptor);
-            if *distance < least {
-                (best, least) = (i, *distance);
+/// Looks for matches. Its memory is used again for the next image.
+#[derive(Debug, Default)]
+pub(crate) struct Matching {
+    distances: Vec<u16>,
+    found: Vec<(f32, Match)>,
+    matches: Vec<Match>,
+}
+
+impl Matching {
+    /// For each feature of the image the most similar of the target, where it stands out; the clearest first.
+    pub fn matches(&mut self, features: &Features, target: &PictureTarget) -> &[Match] {
+        let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
+        let most = (MOST_DIFFERENT * BITS as f32) as u16;
+        self.found.clear();
+        for (image, descriptor) in features.descriptors().iter().enumerate() {
+            let (best, least) = distances(descriptor, target.features().descriptors(), &mut self.distances);
+            if least > most {
+                continue;
+            }
+            let place = target.places()[best];
+            // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
+            let limit = (f32::from(least + 1) / MOST_RATIO) as u16 + 1;
+            let elsewhere = |other: &Vec2| other.distance(place) > elsewhere_mm;
+            let rivals = self.distances.iter().zip(target.places());
+            let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
+            let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
+            let ratio = f32::from(least + 1) / f32::from(rival + 1);
+            if ratio <= MOST_RATIO {
+                self.found.push((ratio, Match::of(features, image, target, best)));
             }
         }
-        if least > most {
-            continue;
-        }
-        let place = target.places()[best];
-        // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
-        let limit = ((least + 1) as f32 / MOST_RATIO) as u32 + 1;
-        let elsewhere = |other: &Vec2| other.distance(place) > elsewhere_mm;
-        let rivals = distances.iter().zip(target.places());
-        let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
-        let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
-        let ratio = (least + 1) as f32 / (rival + 1) as f32;
-        if ratio <= MOST_RATIO {
-            found.push((ratio, Match::of(features, image, target, best)));
-        }
+        let order = |a: &(f32, Match), b: &(f32, Match)| a.0.total_cmp(&b.0);
+        self.found.sort_unstable_by(order);
+        self.matches.clear();
+        self.matches.extend(self.found.iter().map(|found| found.1));
+        &self.matches
     }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.into_iter().map(|(_, m)| m).collect()
 }
 
 #[cfg(test)]
@@ -109,7 +115,8 @@ mod tests {
         // Column x of the print is row x of the image, from right to left: turned clockwise.
         let turned = Picture::from_fn(300, 400, |x, y| print.pixel(y, 299 - x));
         let features = Features::of(&turned, &FeatureOptions::default());
-        let found = matches(&features, &target);
+        let mut matching = Matching::default();
+        let found = matching.matches(&features, &target);
         assert!(found.len() > 300, "{}", found.len());
         let right = found.iter().filter(|m| {
             let expected = Vec2::new(m.pixel.y, 300.0 - m.pixel.x);
@@ -135,7 +142,11 @@ mod tests {
         let found = [30.0, 300.0, 5000.0].map(|width_mm| {
             let target = PictureTarget::picture(print.clone(), width_mm).unwrap();
             let relative = |m: &Match| (m.pixel, m.place / width_mm as f32);
-            matches(&features, &target).iter().map(relative).collect::<Vec<_>>()
+            Matching::default()
+                .matches(&features, &target)
+                .iter()
+                .map(relative)
+                .collect::<Vec<_>>()
         });
         assert!(found[0].len() > 300 && found[0].len() == found[1].len() && found[1].len() == found[2].len());
         for (a, others) in found[0].iter().zip(found[1].iter().zip(&found[2])) {
@@ -155,7 +166,8 @@ mod tests {
             ..FeatureOptions::default()
         };
         let features = Features::of(&print, &finest);
-        let found = matches(&features, &target);
+        let mut matching = Matching::default();
+        let found = matching.matches(&features, &target);
         // Only the border and what a level of the pyramid makes of it is like nothing else.
         let inside =
             |m: &&Match| m.place.cmpge(Vec2::splat(40.0)).all() && m.place.cmple(Vec2::new(360.0, 260.0)).all();

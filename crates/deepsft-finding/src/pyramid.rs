@@ -2,6 +2,7 @@
 
 use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Picture, luma};
+use std::borrow::Cow;
 
 /// How much smaller each level is than the one before.
 pub(crate) const STEP: f32 = 1.25;
@@ -29,71 +30,146 @@ impl Level {
     }
 }
 
-/// The picture's levels, the whole one first, down to `shortest_side` pixels or `most` levels.
-pub(crate) fn pyramid(picture: &Picture, shortest_side: usize, most: usize) -> Vec<Level> {
-    let values = picture
-        .rgb()
-        .as_chunks()
-        .0
-        .iter()
-        .map(|&c| (luma(c) + 0.5) as u8)
-        .collect();
-    let mut levels = vec![Level {
-        width: picture.width(),
-        height: picture.height(),
-        scale: 1.0,
-        values,
-        smooth: Vec::new(),
-    }];
-    while levels.len() < most {
-        let last = &levels[levels.len() - 1];
-        let side = |length: usize| (length as f32 / STEP).round() as usize;
-        let (width, height) = (side(last.width), side(last.height));
-        if width.min(height) < shortest_side.max(8) {
-            break;
-        }
-        let next = smaller(last, width, height);
-        levels.push(next);
-    }
-    for level in &mut levels {
-        level.smooth = blurred(&level.values, level.width, level.height);
-    }
-    levels
+/// The levels of a picture. Its memory is used again for the next picture.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pyramid {
+    levels: Vec<Level>,
+    /// Of each column of a smaller level: the two of the larger one that it lies between, and the weight of the second in 256ths.
+    columns: Vec<(usize, usize, u32)>,
+    /// Sums over two or seven pixels.
+    sums: Vec<u16>,
+    row: Vec<u16>,
 }
 
-/// `level` resampled by bilinear interpolation to `width` x `height`.
-fn smaller(level: &Level, width: usize, height: usize) -> Level {
-    let place = |i: usize, to: usize, from: usize| {
-        let at = ((i as f32 + 0.5) * from as f32 / to as f32 - 0.5).clamp(0.0, (from - 1) as f32);
-        let first = at as usize;
-        (first, (first + 1).min(from - 1), at - first as f32)
-    };
-    let columns: Vec<_> = (0..width).map(|x| place(x, width, level.width)).collect();
-    let mut values = Vec::with_capacity(width * height);
-    for y in 0..height {
-        let (above, below, b) = place(y, height, level.height);
-        let above = &level.values[above * level.width..][..level.width];
-        let below = &level.values[below * level.width..][..level.width];
-        for &(left, right, a) in &columns {
-            let mix = |row: &[u8]| f32::from(row[left]) * (1.0 - a) + f32::from(row[right]) * a;
-            values.push((mix(above) * (1.0 - b) + mix(below) * b + 0.5) as u8);
+impl Pyramid {
+    /// The levels, the whole picture first.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// Makes it the pyramid of `picture`, down to `shortest_side` pixels or `most` levels.
+    pub fn renew(&mut self, picture: &Picture, shortest_side: usize, most: usize) {
+        let mut count = 1;
+        let (mut width, mut height) = picture.size();
+        self.level(0, (width, height), 1.0);
+        let grey = picture.rgb().as_chunks().0.iter().map(|&c| (luma(c) + 0.5) as u8);
+        self.levels[0].values.extend(grey);
+        while count < most {
+            let side = |length: usize| (length as f32 / STEP).round() as usize;
+            let (across, down) = (side(width), side(height));
+            if across.min(down) < shortest_side.max(8) {
+                break;
+            }
+            let scale = self.levels[count - 1].scale * width as f32 / across as f32;
+            (width, height) = (across, down);
+            self.level(count, (width, height), scale);
+            self.shrink(count);
+            count += 1;
+        }
+        self.levels.truncate(count);
+        for level in 0..count {
+            self.blur(level);
         }
     }
-    Level {
-        width,
-        height,
-        scale: level.scale * level.width as f32 / width as f32,
-        values,
-        smooth: Vec::new(),
+
+    /// Makes an empty level `index` of this size.
+    fn level(&mut self, index: usize, (width, height): (usize, usize), scale: f32) {
+        if index == self.levels.len() {
+            self.levels.push(Level::default());
+        }
+        let level = &mut self.levels[index];
+        (level.width, level.height, level.scale) = (width, height, scale);
+        level.values.clear();
+    }
+
+    /// Fills level `index` from the one before, by bilinear interpolation.
+    fn shrink(&mut self, index: usize) {
+        let (before, after) = self.levels.split_at_mut(index);
+        let (from, to) = (&before[index - 1], &mut after[0]);
+        let place = |i: usize, to: usize, from: usize| {
+            let at = ((i as f32 + 0.5) * from as f32 / to as f32 - 0.5).clamp(0.0, (from - 1) as f32);
+            let first = at as usize;
+            let weight = ((at - first as f32) * 256.0 + 0.5) as u32;
+            (first, (first + 1).min(from - 1), weight)
+        };
+        self.columns.clear();
+        self.columns
+            .extend((0..to.width).map(|x| place(x, to.width, from.width)));
+        self.sums.clear();
+        self.sums.resize(from.width, 0);
+        for y in 0..to.height {
+            let (above, below, b) = place(y, to.height, from.height);
+            let row = |y: usize| &from.values[y * from.width..][..from.width];
+            for ((sum, &above), &below) in self.sums.iter_mut().zip(row(above)).zip(row(below)) {
+                // At most 255 x 256: it fits.
+                *sum = u16::from(above) * (256 - b as u16) + u16::from(below) * b as u16;
+            }
+            let mix = |&(left, right, a): &(usize, usize, u32)| {
+                let sum = u32::from(self.sums[left]) * (256 - a) + u32::from(self.sums[right]) * a;
+                ((sum + (1 << 15)) >> 16) as u8
+            };
+            to.values.extend(self.columns.iter().map(mix));
+        }
+    }
+
+    /// Separable binomial blur of level `index`, edges repeated.
+    fn blur(&mut self, index: usize) {
+        let Level {
+            width,
+            height,
+            values,
+            smooth,
+            ..
+        } = &mut self.levels[index];
+        let (width, height) = (*width, *height);
+        let radius = BLUR.len() / 2;
+        let across = &mut self.sums;
+        across.clear();
+        across.resize(values.len(), 0);
+        let padded = &mut self.row;
+        padded.clear();
+        padded.resize(width + 2 * radius, 0);
+        for (row, out) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
+            padded[..radius].fill(u16::from(row[0]));
+            padded[radius + width..].fill(u16::from(row[width - 1]));
+            for (p, &v) in padded[radius..].iter_mut().zip(row) {
+                *p = u16::from(v);
+            }
+            weighted(out, |k| &padded[k..]);
+            // Ten bits, so that the sum of the rows still fits.
+            out.iter_mut().for_each(|sum| *sum = (*sum + 8) >> 4);
+        }
+        smooth.clear();
+        smooth.resize(values.len(), 0);
+        let sums = &mut padded[..width];
+        for (y, out) in smooth.chunks_exact_mut(width).enumerate() {
+            weighted(sums, |k| {
+                let row = (y + k).saturating_sub(radius).min(height - 1);
+                &across[row * width..]
+            });
+            for (out, &sum) in out.iter_mut().zip(sums.iter()) {
+                *out = ((sum + 128) >> 8) as u8;
+            }
+        }
+    }
+}
+
+/// The sum of seven rows with the blur's weights.
+fn weighted<'a>(out: &mut [u16], row: impl Fn(usize) -> &'a [u16]) {
+    let rows: [&[u16]; BLUR.len()] = std::array::from_fn(|k| &row(k)[..out.len()]);
+    for (x, sum) in out.iter_mut().enumerate() {
+        *sum = (0..BLUR.len()).map(|k| BLUR[k] * rows[k][x]).sum();
     }
 }
 
 /// The picture with its longest side at most `longest` pixels.
-pub(crate) fn resized(picture: &Picture, longest: usize) -> Picture {
-    let mut picture = picture.clone();
-    while picture.width().max(picture.height()) >= 2 * longest {
-        picture = picture.halved();
-    }
+pub(crate) fn resized(picture: &Picture, longest: usize) -> Cow<'_, Picture> {
+    let factor = picture.width().max(picture.height()) / longest;
+    let picture = if factor > 1 {
+        Cow::Owned(averaged(picture, factor))
+    } else {
+        Cow::Borrowed(picture)
+    };
     let side = picture.width().max(picture.height());
     if side <= longest {
         return picture;
@@ -105,45 +181,34 @@ pub(crate) fn resized(picture: &Picture, longest: usize) -> Picture {
         picture.height() as f64 / height as f64,
     );
     // Four samples per pixel: the picture shrinks by less than two.
-    Picture::from_fn(width, height, |x, y| {
+    Cow::Owned(Picture::from_fn(width, height, |x, y| {
         let mut sum = [0.0_f32; 3];
         for (i, j) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
             let color = picture.sample((x as f64 + i) * across, (y as f64 + j) * down);
             sum.iter_mut().zip(color).for_each(|(s, c)| *s += c / 4.0);
         }
         sum.map(|s| (s + 0.5) as u8)
-    })
+    }))
 }
 
-/// Separable binomial blur, edges repeated.
-fn blurred(values: &[u8], width: usize, height: usize) -> Vec<u8> {
-    let radius = BLUR.len() / 2;
-    let mut across = vec![0_u16; values.len()];
-    let mut padded = vec![0_u16; width + 2 * radius];
-    for (row, out) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
-        padded[..radius].fill(u16::from(row[0]));
-        padded[radius + width..].fill(u16::from(row[width - 1]));
-        for (p, &v) in padded[radius..].iter_mut().zip(row) {
-            *p = u16::from(v);
-        }
-        for (x, out) in out.iter_mut().enumerate() {
-            let window = &padded[x..x + BLUR.len()];
-            *out = window.iter().zip(BLUR).map(|(v, w)| v * w).sum();
-        }
-    }
-    let mut smooth = vec![0_u8; values.len()];
-    let mut sums = vec![0_u32; width];
-    for y in 0..height {
-        sums.fill(0);
-        for (k, &weight) in BLUR.iter().enumerate() {
-            let row = (y + k).saturating_sub(radius).min(height - 1);
-            for (sum, &v) in sums.iter_mut().zip(&across[row * width..][..width]) {
-                *sum += u32::from(weight) * u32::from(v);
+/// The picture `factor` times smaller, each pixel the mean of those it covers. It reads every pixel once, in
+/// order: a picture of 100 megapixels costs little beyond its own memory. A side shorter than `factor` becomes one pixel.
+fn averaged(picture: &Picture, factor: usize) -> Picture {
+    let [across, down] = [picture.width(), picture.height()].map(|side| factor.min(side));
+    let (width, height) = (picture.width() / across, picture.height() / down);
+    let count = (across * down) as u32;
+    let mut means = Vec::with_capacity(width * height);
+    let mut sums = vec![[0_u32; 3]; width];
+    for rows in picture.rgb().chunks_exact(3 * picture.width() * down) {
+        sums.fill([0; 3]);
+        for row in rows.chunks_exact(3 * picture.width()) {
+            for (sum, covered) in sums.iter_mut().zip(row.chunks_exact(3 * across)) {
+                for color in covered.as_chunks::<3>().0 {
+                    sum.iter_mut().zip(color).for_each(|(s, &c)| *s += u32::from(c));
+                }
             }
         }
-        for (out, &sum) in smooth[y * width..][..width].iter_mut().zip(&sums) {
-            *out = ((sum + 2048) >> 12) as u8;
-        }
+        means.extend(sums.iter().map(|sum| sum.map(|s| ((s + count / 2) / count) as u8)));
     }
-    smooth
+    Picture::from_fn(width, height, |x, y| means[y * width + x])
 }

@@ -52,10 +52,10 @@ impl PictureTarget {
             levels: 10,
             threshold: 6,
         };
-        let features = Features::of(&picture, &options);
+        let features = Features::of(&picture, &options).kept();
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
-        let places: Vec<Vec2> = features.all.iter().map(|f| f.position * scale).collect();
+        let places: Vec<Vec2> = features.all().iter().map(|f| f.position * scale).collect();
         let mm_per_pixel = scale.element_sum() / 2.0;
         let cell_mm = CELL_PX * mm_per_pixel;
         let [columns, rows] = [size.x, size.y].map(|side| (side / cell_mm) as usize + 1);
@@ -96,7 +96,7 @@ impl PictureTarget {
 
     /// mm on the sheet per pixel of the level that has feature `index`.
     pub(crate) fn scale_mm(&self, index: usize) -> f32 {
-        self.features.all[index].scale * self.mm_per_pixel
+        self.features.all()[index].scale * self.mm_per_pixel
     }
 
     /// The features whose places are at most `reach` mm from `place`.

@@ -150,17 +150,23 @@ mod tests {
             (Kind::LineArt, 15),
             (Kind::Repetitive, 5),
         ] {
-            let paint = |seed: u64| prints(&[(kind, subjects)], None, seed).unwrap();
-            let (first, again, other) = (paint(3), paint(3), paint(4));
-            for k in 0..subjects {
-                let pixels = |prints: &[Print]| prints[k].template.texture().rgb().to_vec();
-                let (a, subject) = (pixels(&first), first[k].subject);
-                assert!(a == pixels(&again) && a != pixels(&other), "{subject}");
-                let mean = a.iter().map(|&v| f64::from(v)).sum::<f64>() / a.len() as f64;
-                let square = |&v: &u8| (f64::from(v) - mean).powi(2);
-                let deviation = (a.iter().map(square).sum::<f64>() / a.len() as f64).sqrt();
-                assert!(deviation > 10.0, "{subject}: {deviation}");
-                let longer = first[k].template.size_mm().max_element();
+            let paint = |count: usize, seed: u64| prints(&[(kind, count)], None, seed).unwrap();
+            let pixels = |print: &Print| print.template.texture().rgb().to_vec();
+            let painted = paint(subjects, 3);
+            let first = pixels(&painted[0]);
+            assert!(
+                first == pixels(&paint(1, 3)[0]) && first != pixels(&paint(1, 4)[0]),
+                "{kind}"
+            );
+            for print in &painted {
+                let values = pixels(print);
+                let mean = |of: &dyn Fn(f64) -> f64| {
+                    values.iter().map(|&v| of(f64::from(v))).sum::<f64>() / values.len() as f64
+                };
+                let middle = mean(&|v| v);
+                let deviation = mean(&|v| (v - middle).powi(2)).sqrt();
+                assert!(deviation > 10.0, "{}: {deviation}", print.subject);
+                let longer = print.template.size_mm().max_element();
                 assert!((longer - LONG_SIDE_MM).abs() < 1e-9);
             }
         }
