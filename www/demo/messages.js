@@ -33,7 +33,7 @@ const MESSAGES = {
   },
   "camera-not-found": {
     title: "No camera found",
-    advice: "Plug one in and try again, or see how it works on the clip.",
+    advice: "Plug one in and try again, or go on without one.",
     remedies: ["retry", "clip", "image"],
   },
   "camera-busy": {
