@@ -64,10 +64,12 @@ impl DescriptorChoice {
             return Ok(None);
         };
         let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-        let read = || -> Result<DescriptorNetwork> {
-            Ok(DescriptorNetwork::from_bytes(&std::fs::read(path)?, &device)?)
-        };
-        Ok(Some(SharedDescriptorNetwork::new(read().blame("weights", path)?, device.clone())))
+        let read =
+            || -> Result<DescriptorNetwork> { Ok(DescriptorNetwork::from_bytes(&std::fs::read(path)?, &device)?) };
+        Ok(Some(SharedDescriptorNetwork::new(
+            read().blame("weights", path)?,
+            device.clone(),
+        )))
     }
 
     /// The finders of `target`, the network among them if it is asked for.

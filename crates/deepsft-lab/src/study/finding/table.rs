@@ -1,8 +1,8 @@
 //! The tables of the study.
 
 use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX, median};
-use deepsft::LEAST_EXPLAINED;
 use super::prints::Kind;
+use deepsft::LEAST_EXPLAINED;
 
 /// The row of the best of our finders, when there are several.
 const BEST_OF_OURS: &str = "best of ours";
