@@ -17,7 +17,7 @@ use deepsft::encode_png;
 use deepsft_cli::progress;
 use deepsft_formats::write_file;
 use figures::{Failures, print_sheets};
-use finders::{FeatureFinding, Finder};
+use finders::{DescriptorFinding, FeatureFinding, Finder};
 use growth::Growth;
 use judging::{FrameResult, Studied};
 use opencv::{Method, OpenCv};
@@ -65,6 +65,9 @@ pub struct FindingStudyArguments {
     /// Seed of prints and frames
     #[arg(long, value_name = "S")]
     seed: u64,
+    /// Weights of the network that describes any picture: measure what it finds, and the best of it and features
+    #[arg(long, value_name = "FILE")]
+    descriptors: Option<PathBuf>,
     /// Python with OpenCV: measure its ORB and SIFT too
     #[arg(long, value_name = "PYTHON")]
     opencv: Option<PathBuf>,
@@ -107,6 +110,9 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
     let growth = Growth::measured(&prints, arguments.seed)?;
     growth.print();
     let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
+    if let Some(file) = &arguments.descriptors {
+        finders.push(Box::new(DescriptorFinding::read(file)?));
+    }
     if let Some(python) = &arguments.opencv {
         for method in [Method::Orb, Method::Sift] {
             finders.push(Box::new(OpenCv::start(python, method)?));
