@@ -136,11 +136,13 @@ async function measureMesh(sft, camera) {
   ]);
   const tracker = new TrackerWorker();
   try {
-    await tracker.start({ module, files, smooth: null });
+    await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
     const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
     const follow = (number, k) => tracker.follow({ number, timeS: number / 30, frame: copy(clip[k]), intrinsics });
-    const answer = ({ depth, registration }, number) =>
-      tracker.answer({ number, depth: depth.slice(), registration: registration.slice() });
+    const answer = ({ depth, registration }, number) => {
+      const sightings = [{ depth: depth.slice(), registration: registration.slice() }];
+      return tracker.answer({ id: 0, number, sightings, canDeny: true });
+    };
     for (const k of numbers) {
       // A number that does not ascend starts a video afresh.
       await follow(1, k);
@@ -153,7 +155,7 @@ async function measureMesh(sft, camera) {
       if (k === 0) {
         await answer(answers[0], 1);
       } else {
-        if (!tracked.found) throw new Error(`the tracker lost frame ${k} of the clip`);
+        if (!tracked.targets[0].found) throw new Error(`the tracker lost frame ${k} of the clip`);
         track.push(tracked.times.trackMs);
       }
     }

@@ -342,7 +342,7 @@ view.papers.addEventListener("click", ({ target }) => {
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
-  if (source?.stream) calibration.start(source.stream, (await estimator()).template);
+  if (source?.stream) calibration.start(source.stream, (await estimator()).targets[0]);
 });
 addEventListener("resize", () => {
   measureControls();

@@ -1,19 +1,24 @@
 // The estimator as pages use it.
 
 import { fetchBundle } from "./engine/bundle.js";
-import { EngineWorker, compileEngine } from "./engine/engine-worker.js";
-import { DeepSftError, asDeepSftError } from "./error.js";
+import { compileEngine } from "./engine/engine-worker.js";
+import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { Estimate } from "./results/estimate.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
 import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
+import { Target, unknownTarget } from "./targets/target.js";
+import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
 /** @import { LoadProgress } from "./engine/bundle.js" */
-/** @import { EngineInfo, EngineTemplate, MeshRequest, MeshTopology, StartRequest } from "./engine/engine-worker.js" */
+/** @import { MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
+/** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
-/** @import { CameraOption } from "./camera/intrinsics.js" */
+/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { TargetKind } from "./targets/target.js" */
+/** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
 /** @import { TrackedFrame } from "./results/tracked-frame.js" */
 /** @import { Smoothing } from "./tracking/tracker-worker.js" */
 
@@ -30,34 +35,40 @@ import { Tracking } from "./tracking/tracking.js";
  */
 
 /**
+ * @typedef {object} PictureOptions
+ * @property {number} widthMm width of the print, without the paper's margins; 5 to 20,000
+ * @property {number} [heightMm] its height; by the picture's sides when absent
+ * @property {string} [name] for people; the file's own for a File
+ */
+
+/**
  * @typedef {object} EstimateOptions
+ * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
  * @property {CameraOption} [camera] estimated when absent
- * @property {boolean} [fit] fits the template's mesh to the image, starting from the network's maps,
- *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
+ * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+ *   by its features is fitted in any case.
  */
 
 /**
  * @typedef {object} TrackMeshOptions
+ * @property {Iterable<Target>} [targets] what to follow; all when absent
  * @property {CameraOption} [camera] estimated when absent
  * @property {boolean | Smoothing} [smooth] a One-Euro filter of each vertex, for content that must not tremble; `true`
  *   takes its defaults. Default: none.
- * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the network, with the number of
- *   its frame, and owns it: call its `close()` when done
- */
-
-/**
- * What is needed to start the engine again.
- *
- * @typedef {{ request: StartRequest, workerUrl: URL | undefined, timeoutMs: number | undefined }} StartPlan
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onFound] a target is found; called before the callback for that
+ *   frame, which owns the frame
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onLost] a target is found no longer; likewise
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the model's network, with the number
+ *   of its frame, and owns it: call its `close()` when done
  */
 
 /** What of a model's files the tracker needs. */
 const MODEL_FILE = "model.json";
 const TEMPLATE_FOLDER = "template/";
 
-/** A GPU that is lost is started again so many times within an hour; after that the CPU does the work. */
-const GPU_RESTARTS_PER_HOUR = 2;
-const HOUR_MS = 3_600_000;
+/** Number of the model's target. */
+const MODEL_TARGET = 0;
 
 const WASM_URL = new URL("../pkg/deepsft_web_bg.wasm", import.meta.url);
 
@@ -65,12 +76,10 @@ const WASM_URL = new URL("../pkg/deepsft_web_bg.wasm", import.meta.url);
 export class DeepSft {
   /** @type {StartPlan} */
   #plan;
-  /** @type {EngineWorker} */
-  #worker;
-  /** @type {EngineInfo} */
-  #info;
-  /** @type {EngineTemplate} */
-  #template;
+  #engine;
+  /** By number, with what they were made of. @type {Map<number, { target: Target, source: TargetSource }>} */
+  #targets = new Map();
+  #lastTarget = MODEL_TARGET;
   /** @type {Promise<unknown>} settles when the requests so far are done */
   #inFlight = Promise.resolve();
   #requests = 0;
@@ -78,29 +87,29 @@ export class DeepSft {
   #newestCall = 0;
   /** @type {Set<Tracking | MeshTracking>} */
   #trackings = new Set();
-  /** When the GPU was started again within the last hour, milliseconds. @type {number[]} */
-  #gpuRestarts = [];
-  /** @type {Promise<void> | null} settles when the engine has been started again */
-  #restarting = null;
-  #closed = false;
 
   /**
    * Use {@link DeepSft.load}.
    *
    * @param {StartPlan} plan
-   * @param {{ worker: EngineWorker, info: EngineInfo, template: EngineTemplate }} started
+   * @param {LastingEngine} engine
    */
-  constructor(plan, { worker, info, template }) {
+  constructor(plan, engine) {
     this.#plan = plan;
-    this.#worker = worker;
-    this.#info = info;
-    this.#template = template;
+    this.#engine = engine;
+    const { files } = plan.request;
+    if (!engine.model || !files) return;
+    const target = new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model);
+    const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
+    const source = { kind: /** @type {const} */ ("model"), files: new Map([...files].filter(([name]) => isNeeded(name))) };
+    this.#targets.set(MODEL_TARGET, { target, source });
   }
 
   /**
-   * Fetches a model and starts the engine on it.
+   * Starts the engine, on a model that is fetched, or without one, for pictures alone: these need no training, no network and no
+   * GPU.
    *
-   * @param {string | URL} url folder of the model, relative to the page
+   * @param {string | URL | null} [url] folder of the model, relative to the page
    * @param {LoadOptions} [options]
    * @returns {Promise<DeepSft>}
    * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
@@ -108,8 +117,8 @@ export class DeepSft {
   static async load(url, { device = "auto", onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     const base = typeof document === "undefined" ? self.location.href : document.baseURI;
-    const folder = new URL(url, base);
-    if (!folder.pathname.endsWith("/")) folder.pathname += "/";
+    const folder = url === undefined || url === null ? null : new URL(url, base);
+    if (folder && !folder.pathname.endsWith("/")) folder.pathname += "/";
     // Where one download fails the others end with it.
     const downloads = new AbortController();
     const abort = () => downloads.abort(signal?.reason);
@@ -118,7 +127,7 @@ export class DeepSft {
     try {
       [module, files] = await Promise.all([
         compileEngine(wasmUrl === undefined ? WASM_URL : new URL(wasmUrl, base), { onProgress, signal: downloads.signal }),
-        fetchBundle(folder, { onProgress, signal: downloads.signal }),
+        folder && fetchBundle(folder, { onProgress, signal: downloads.signal }),
       ]);
     } catch (error) {
       downloads.abort(error);
@@ -132,38 +141,123 @@ export class DeepSft {
       workerUrl: workerUrl === undefined ? undefined : new URL(workerUrl, base),
       timeoutMs,
     };
-    return new DeepSft(plan, await startEngine(plan, signal));
+    return new DeepSft(plan, await LastingEngine.start(plan, signal));
   }
 
-  /** What runs the network, and where. */
+  /** What runs the network, and where. Without a model: what looks for pictures. */
   get info() {
-    return this.#info;
+    return this.#engine.info;
   }
 
   /**
-   * The template's picture, its size in mm, and what of its mesh no frame changes.
+   * All that can be looked for, the model's own target first.
    *
-   * @returns {{ texture: ImageData, widthMm: number, heightMm: number, mesh: MeshTopology }}
+   * @returns {Target[]}
    */
-  get template() {
-    const { rgba, width, height, sizeMm, mesh } = this.#template;
-    return { texture: new ImageData(rgba, width, height), widthMm: sizeMm[0], heightMm: sizeMm[1], mesh };
+  get targets() {
+    return [...this.#targets.values()].map(({ target }) => target);
   }
 
   /**
-   * Registers and measures the template in one image.
+   * Makes a target of a picture that is printed on something that bends. Nothing is trained.
+   *
+   * Transparent parts count as white paper, large pictures are made smaller. The same pixels twice are refused: two targets
+   * with one picture cannot be told apart.
+   *
+   * @param {ImageInput} image
+   * @param {PictureOptions} options
+   * @returns {Promise<Target>}
+   * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
+   */
+  async addPicture(image, options) {
+    const source = await pictureSource(image, options ?? {});
+    const file = typeof File !== "undefined" && image instanceof File ? image.name : "picture";
+    return this.#addTarget("picture", options.name ?? file, source);
+  }
+
+  /**
+   * Makes a target of a template's folder, as `deepsft template` writes it: a sheet, found like a picture.
+   *
+   * @param {TemplateInput} input address of the folder, relative to the page, or its files
+   * @param {{ name?: string }} [options]
+   * @returns {Promise<Target>}
+   * @throws {DeepSftError} `model-load`, `model-version`, `target-unusable`, `closed`
+   */
+  async addTemplate(input, { name = "template" } = {}) {
+    return this.#addTarget("template", name, await templateSource(input));
+  }
+
+  /**
+   * Looks for a target no longer, also where it is being followed.
+   *
+   * @param {Target} target one that was added; the model's own stays
+   * @throws {DeepSftError} `target-unknown`, `target-unusable`
+   */
+  removeTarget(target) {
+    const { id } = this.#chosen(target);
+    if (id === MODEL_TARGET)
+      throw unusable("The model's own target cannot be removed; leave it out of the targets that are followed.");
+    this.#targets.delete(id);
+    this.#engine.removeTarget(id);
+    for (const tracking of this.#trackings) if (tracking instanceof MeshTracking) tracking.unfollow(target);
+  }
+
+  /**
+   * @param {TargetKind} kind
+   * @param {string} name
+   * @param {TargetSource} source
+   */
+  async #addTarget(kind, name, source) {
+    const refuseTwins = () => {
+      const twin = [...this.#targets.values()].find((known) => isSamePicture(known.source, source));
+      if (twin) throw unusable(`This picture is a target already ("${twin.target.name}"): the two could not be told apart.`);
+    };
+    refuseTwins();
+    const id = ++this.#lastTarget;
+    const description = await this.#engine.addTarget(id, source);
+    try {
+      refuseTwins();
+    } catch (error) {
+      this.#engine.removeTarget(id);
+      throw error;
+    }
+    const target = new Target(id, name, kind, description);
+    this.#targets.set(id, { target, source });
+    return target;
+  }
+
+  /**
+   * The target that is meant.
+   *
+   * @param {Target | undefined} target
+   * @returns {Target}
+   * @throws {DeepSftError} `target-unknown`
+   */
+  #chosen(target) {
+    if (target !== undefined) {
+      if (this.#targets.get(target?.id)?.target === target) return target;
+      throw unknownTarget("The target was removed, or belongs to another DeepSft.");
+    }
+    const { targets } = this;
+    if (targets.length === 1 || targets[0]?.kind === "model") return targets[0];
+    throw unknownTarget(
+      targets.length === 0
+        ? "There is nothing to look for: load a model, or add a picture."
+        : `There are ${targets.length} targets: say which one is meant.`,
+    );
+  }
+
+  /**
+   * Registers and measures a target in one image.
    *
    * @param {ImageInput} image
    * @param {EstimateOptions} [options]
    * @returns {Promise<Estimate>}
-   * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
+   * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
   estimate(image, options = {}) {
     const began = performance.now();
-    this.#requests++;
-    const turn = this.#inFlight.then(() => this.#run(image, options, began)).finally(() => this.#requests--);
-    this.#inFlight = turn.catch(() => undefined);
-    return turn;
+    return this.#inTurn(() => this.#run(image, options, began));
   }
 
   /**
@@ -198,30 +292,36 @@ export class DeepSft {
   }
 
   /**
-   * Follows the template's mesh through a video at the camera's rate: a tracker in a worker of its own takes each newest
-   * frame, and the network, beside it and at its own rate, tells it where to start, confirms it, and finds the
-   * template again when it was lost.
+   * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
+   * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
+   * targets again that were lost.
    *
    * @param {HTMLVideoElement} video
    * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
    * @param {TrackMeshOptions} [options]
    * @returns {MeshTracking}
-   * @throws {DeepSftError} `closed`, `engine-load`
+   * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
    * @throws {RangeError} for a `smooth` that is none
    */
-  trackMesh(video, onTracked, { camera, smooth = false, onEstimate } = {}) {
-    if (this.#closed) throw closedError();
+  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, onFound, onLost, onEstimate } = {}) {
+    if (this.#engine.closed) throw closedError();
+    const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
+    if (targets.length === 0) throw unknownTarget("There is nothing to follow: load a model, or add a picture.");
     const { request, workerUrl, timeoutMs } = this.#plan;
-    const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
+    const sources = targets.flatMap(({ id }) => {
+      const known = this.#targets.get(id);
+      return known ? [{ id, source: known.source }] : [];
+    });
     const start = {
       module: request.module,
-      files: new Map([...request.files].filter(([name]) => isNeeded(name))),
+      targets: sources,
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
+    const find = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of, /** @type {number[]} */ ids) =>
+      this.#inTurn(() => this.#find(frame, of, ids, onEstimate !== undefined));
     const tracker = new TrackerWorker(workerUrl, timeoutMs);
-    const estimate = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of) =>
-      this.estimate(frame, { camera: of });
-    return this.#running(new MeshTracking(video, { tracker, start, estimate, camera, onTracked, onEstimate }));
+    const callbacks = { onTracked, onFound, onLost, onEstimate };
+    return this.#running(new MeshTracking(video, { targets, tracker, start, find, camera, ...callbacks }));
   }
 
   /**
@@ -240,9 +340,22 @@ export class DeepSft {
 
   /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
   close() {
-    this.#closed = true;
     for (const tracking of this.#trackings) tracking.stop();
-    this.#worker.terminate(closedError());
+    this.#engine.close();
+  }
+
+  /**
+   * Runs requests one after the other.
+   *
+   * @template T
+   * @param {() => Promise<T>} request
+   * @returns {Promise<T>}
+   */
+  #inTurn(request) {
+    this.#requests++;
+    const turn = this.#inFlight.then(request).finally(() => this.#requests--);
+    this.#inFlight = turn.catch(() => undefined);
+    return turn;
   }
 
   /**
@@ -251,84 +364,70 @@ export class DeepSft {
    * @param {number} began
    * @returns {Promise<Estimate>}
    */
-  async #run(image, { camera: cameraOption, fit = false }, began) {
-    const { raw, camera, grabMs } = await this.#onEngine(async (worker) => {
+  async #run(image, { target: wanted, camera: cameraOption, fit = false }, began) {
+    if (this.#engine.closed) throw closedError();
+    const target = this.#chosen(wanted);
+    const { raw, camera, grabMs } = await this.#engine.run(async (worker) => {
       const grabbing = performance.now();
       const grabbed = await transferableFrame(image);
       const grabMs = performance.now() - grabbing;
       const { frame } = grabbed;
       try {
         const camera = cameraForFrame(cameraOption, grabbed);
-        const request = { frame, intrinsics: intrinsicsOf(camera), fit };
+        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), fit };
         return { raw: await worker.estimate(request), camera, grabMs };
       } catch (error) {
         closeFrame(frame);
         throw error;
       }
     });
+    return this.#estimateOf(raw, { target, camera, grabMs, began });
+  }
+
+  /**
+   * Has the finders look for targets in a frame.
+   *
+   * @param {ImageBitmap} image
+   * @param {CameraOption} cameraOption
+   * @param {number[]} ids
+   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
+   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
+   */
+  async #find(image, cameraOption, ids, estimated) {
+    const began = performance.now();
+    const { width, height } = image;
+    const { found, camera, grabMs } = await this.#engine.run(async (worker) => {
+      const grabbing = performance.now();
+      const frame = await createImageBitmap(image);
+      const grabMs = performance.now() - grabbing;
+      try {
+        const camera = cameraForFrame(cameraOption, { frame, width, height });
+        const request = { ids, estimated, frame, intrinsics: intrinsicsOf(camera) };
+        return { found: await worker.find(request), camera, grabMs };
+      } catch (error) {
+        closeFrame(frame);
+        throw error;
+      }
+    });
+    const { answers, estimate: raw } = found;
+    const estimate = raw && this.#estimateOf(raw, { target: this.#chosen(undefined), camera, grabMs, began });
+    return { answers, estimate };
+  }
+
+  /**
+   * @param {RawEstimate} raw
+   * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
+   * @returns {Estimate}
+   */
+  #estimateOf(raw, { target, camera, grabMs, began }) {
     const times = {
       captureMs: grabMs + raw.readMs,
       ...raw.times,
       fitMs: raw.fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
-    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#onEngine((worker) => worker.mesh(maps));
-    return new Estimate(raw, camera, times, this.#template.mesh, makeMesh);
-  }
-
-  /**
-   * Has the engine do something; where it loses its GPU meanwhile, once more after it has been started again.
-   *
-   * @template T
-   * @param {(worker: EngineWorker) => Promise<T>} work
-   * @returns {Promise<T>}
-   */
-  async #onEngine(work) {
-    for (;;) {
-      if (this.#closed) throw closedError();
-      const worker = this.#worker;
-      try {
-        return await work(worker);
-      } catch (error) {
-        if (asDeepSftError(error).code !== "gpu-lost" || this.#closed) throw error;
-        // Another call may have seen the loss before.
-        if (worker === this.#worker)
-          await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
-      }
-    }
-  }
-
-  /**
-   * Starts the engine afresh after the GPU was lost: on the GPU, or, where it is lost again and again, on the CPU. A lost
-   * device poisons the engine's whole module, so the worker goes with it.
-   *
-   * @param {unknown} loss
-   */
-  async #restart(loss) {
-    this.#worker.terminate(loss);
-    const now = Date.now();
-    this.#gpuRestarts = this.#gpuRestarts.filter((at) => now - at < HOUR_MS);
-    const isWornOut = this.#gpuRestarts.length >= GPU_RESTARTS_PER_HOUR;
-    const { request } = this.#plan;
-    const message = `The GPU was lost ${GPU_RESTARTS_PER_HOUR + 1} times within an hour.`;
-    if (isWornOut && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
-    this.#gpuRestarts.push(now);
-    let started;
-    try {
-      const device = isWornOut ? "cpu" : request.device;
-      started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
-    } catch (cause) {
-      throw new DeepSftError(
-        "gpu-lost",
-        `The GPU was lost and could not be started again: ${asDeepSftError(cause).message}`,
-        { cause },
-      );
-    }
-    if (this.#closed) return started.worker.terminate(closedError());
-    const { worker, info, template } = started;
-    /** @type {EngineInfo["fallback"]} */
-    const fallback = isWornOut ? { code: "gpu-lost", message } : info.fallback;
-    [this.#worker, this.#info, this.#template] = [worker, { ...info, fallback }, template];
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
+    return new Estimate(raw, camera, times, target, makeMesh);
   }
 }
 
@@ -345,36 +444,4 @@ function checkedSmoothing(smooth) {
   if (beta !== undefined && !(Number.isFinite(beta) && beta >= 0))
     throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
   return smooth;
-}
-
-/**
- * Starts a worker and its engine; under `auto`, when WebGPU promised well but the engine could not start on it, once
- * more on the CPU, in a fresh worker.
- *
- * @param {StartPlan} plan
- * @param {AbortSignal | undefined} signal
- * @returns {Promise<{ worker: EngineWorker, info: EngineInfo, template: EngineTemplate }>}
- */
-async function startEngine({ request, workerUrl, timeoutMs }, signal) {
-  signal?.throwIfAborted();
-  const worker = new EngineWorker(workerUrl, timeoutMs);
-  const abort = () => worker.terminate(signal?.reason);
-  signal?.addEventListener("abort", abort, { once: true });
-  try {
-    return { worker, ...(await worker.start(request)) };
-  } catch (error) {
-    worker.terminate(error);
-    signal?.throwIfAborted();
-    const { code, message } = asDeepSftError(error);
-    const aboutTheGpu = code === "webgpu-unavailable" || code === "gpu-lost" || code === "internal";
-    if (request.device !== "auto" || !aboutTheGpu) throw error;
-    const started = await startEngine({ request: { ...request, device: "cpu" }, workerUrl, timeoutMs }, signal);
-    return { ...started, info: { ...started.info, fallback: { code, message } } };
-  } finally {
-    signal?.removeEventListener("abort", abort);
-  }
-}
-
-function closedError() {
-  return new DeepSftError("closed", "The estimator was used after close().");
 }

@@ -13,17 +13,19 @@
  * | `image-unreadable` | an image that is empty, broken, or not ready yet |
  * | `image-cross-origin` | an image or video of another origin, whose pixels the browser does not show |
  * | `engine-load` | the WebAssembly module or the worker could not be loaded |
- * | `model-load` | a file of the model could not be fetched |
+ * | `model-load` | a file of the model or template could not be fetched |
  * | `model-corrupt` | a file of the model is truncated or does not have the hash that `model.json` records |
- * | `model-version` | the model needs a newer version of this package |
+ * | `model-version` | the model or template needs a newer version of this package |
  * | `webgpu-unavailable` | no WebGPU, no adapter, or one whose limits are too small (only with `device: "webgpu"`) |
  * | `gpu-lost` | the GPU was lost and could not be started again, or was lost too often (only with `device: "webgpu"`) |
+ * | `target-unusable` | a picture or template that cannot be looked for: blank, too small, of no sensible size, twice the same |
+ * | `target-unknown` | a target that was removed, or of another estimator; or none was named and there is not just one |
  * | `closed` | the estimator was used after `close()` |
  * | `internal` | a defect of this package |
  *
  * @typedef {"camera-denied" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
  *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "engine-load"
- *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "closed" | "internal"} DeepSftErrorCode
+ *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
  */
 
 /** @type {ReadonlySet<string>} */
@@ -43,6 +45,8 @@ const CODES = new Set([
   "model-version",
   "webgpu-unavailable",
   "gpu-lost",
+  "target-unusable",
+  "target-unknown",
   "closed",
   "internal",
 ]);
@@ -76,4 +80,17 @@ export function asDeepSftError(error, fallback = "internal") {
   const known = typeof code === "string" && CODES.has(code);
   const text = typeof message === "string" && message !== "" ? message : String(error);
   return new DeepSftError(known ? /** @type {DeepSftErrorCode} */ (code) : fallback, text, { cause: error });
+}
+
+/**
+ * @param {unknown} cause the browser's own refusal
+ * @returns {DeepSftError}
+ */
+export function crossOriginError(cause) {
+  return new DeepSftError(
+    "image-cross-origin",
+    "The image or video comes from another origin, so the browser does not show its pixels. Set crossOrigin on the element, " +
+      "and have the other server allow it (Access-Control-Allow-Origin).",
+    { cause },
+  );
 }

@@ -16,13 +16,15 @@ export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
-export { TrackedFrame } from "./results/tracked-frame.js";
+export { Target } from "./targets/target.js";
+export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
+/** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
@@ -34,4 +36,6 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */
 /** @typedef {import("./camera/intrinsics.js").SourcedCamera} SourcedCamera */
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
+/** @typedef {import("./targets/target.js").TargetKind} TargetKind */
+/** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

@@ -1,11 +1,13 @@
-import { EngineWorker } from "./engine/engine-worker.js";
+import { LastingEngine } from "./engine/lasting-engine.js";
 import { Estimate } from "./results/estimate.js";
+import { Target } from "./targets/target.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { Tracking } from "./tracking/tracking.js";
 import type { LoadProgress } from "./engine/bundle.js";
-import type { EngineInfo, EngineTemplate, MeshTopology, StartRequest } from "./engine/engine-worker.js";
+import type { StartPlan } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
 import type { CameraOption } from "./camera/intrinsics.js";
+import type { TemplateInput } from "./targets/target-source.js";
 import type { TrackedFrame } from "./results/tracked-frame.js";
 import type { Smoothing } from "./tracking/tracker-worker.js";
 export type LoadOptions = {
@@ -33,18 +35,41 @@ export type LoadOptions = {
      */
     timeoutMs?: number;
 };
+export type PictureOptions = {
+    /**
+     * width of the print, without the paper's margins; 5 to 20,000
+     */
+    widthMm: number;
+    /**
+     * its height; by the picture's sides when absent
+     */
+    heightMm?: number;
+    /**
+     * for people; the file's own for a File
+     */
+    name?: string;
+};
 export type EstimateOptions = {
+    /**
+     * what to look for; when absent the model's own target, else the only one there is
+     */
+    target?: Target;
     /**
      * estimated when absent
      */
     camera?: CameraOption;
     /**
-     * fits the template's mesh to the image, starting from the network's maps,
-     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false.
+     * fits the target's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+     * by its features is fitted in any case.
      */
     fit?: boolean;
 };
 export type TrackMeshOptions = {
+    /**
+     * what to follow; all when absent
+     */
+    targets?: Iterable<Target>;
     /**
      * estimated when absent
      */
@@ -55,15 +80,19 @@ export type TrackMeshOptions = {
      */
     smooth?: boolean | Smoothing;
     /**
-     * is given each answer of the network, with the number of
-     * its frame, and owns it: call its `close()` when done
+     * a target is found; called before the callback for that
+     * frame, which owns the frame
+     */
+    onFound?: (target: Target, tracked: TrackedFrame) => void;
+    /**
+     * a target is found no longer; likewise
+     */
+    onLost?: (target: Target, tracked: TrackedFrame) => void;
+    /**
+     * is given each answer of the model's network, with the number
+     * of its frame, and owns it: call its `close()` when done
      */
     onEstimate?: (estimate: Estimate, frame: number) => void;
-};
-export type StartPlan = {
-    request: StartRequest;
-    workerUrl: URL | undefined;
-    timeoutMs: number | undefined;
 };
 /** Shape from template on a worker of its own. */
 export declare class DeepSft {
@@ -72,42 +101,64 @@ export declare class DeepSft {
      * Use {@link DeepSft.load}.
      *
      * @param {StartPlan} plan
-     * @param {{ worker: EngineWorker, info: EngineInfo, template: EngineTemplate }} started
+     * @param {LastingEngine} engine
      */
-    constructor(plan: StartPlan, { worker, info, template }: {
-        worker: EngineWorker;
-        info: EngineInfo;
-        template: EngineTemplate;
-    });
+    constructor(plan: StartPlan, engine: LastingEngine);
     /**
-     * Fetches a model and starts the engine on it.
+     * Starts the engine, on a model that is fetched, or without one, for pictures alone: these need no training, no network and no
+     * GPU.
      *
-     * @param {string | URL} url folder of the model, relative to the page
+     * @param {string | URL | null} [url] folder of the model, relative to the page
      * @param {LoadOptions} [options]
      * @returns {Promise<DeepSft>}
      * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
      */
-    static load(url: string | URL, { device, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
-    /** What runs the network, and where. */
-    get info(): EngineInfo;
+    static load(url?: string | URL | null, { device, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
+    /** What runs the network, and where. Without a model: what looks for pictures. */
+    get info(): import("./engine/engine-worker.js").EngineInfo;
     /**
-     * The template's picture, its size in mm, and what of its mesh no frame changes.
+     * All that can be looked for, the model's own target first.
      *
-     * @returns {{ texture: ImageData, widthMm: number, heightMm: number, mesh: MeshTopology }}
+     * @returns {Target[]}
      */
-    get template(): {
-        texture: ImageData;
-        widthMm: number;
-        heightMm: number;
-        mesh: MeshTopology;
-    };
+    get targets(): Target[];
     /**
-     * Registers and measures the template in one image.
+     * Makes a target of a picture that is printed on something that bends. Nothing is trained.
+     *
+     * Transparent parts count as white paper, large pictures are made smaller. The same pixels twice are refused: two targets
+     * with one picture cannot be told apart.
+     *
+     * @param {ImageInput} image
+     * @param {PictureOptions} options
+     * @returns {Promise<Target>}
+     * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
+     */
+    addPicture(image: ImageInput, options: PictureOptions): Promise<Target>;
+    /**
+     * Makes a target of a template's folder, as `deepsft template` writes it: a sheet, found like a picture.
+     *
+     * @param {TemplateInput} input address of the folder, relative to the page, or its files
+     * @param {{ name?: string }} [options]
+     * @returns {Promise<Target>}
+     * @throws {DeepSftError} `model-load`, `model-version`, `target-unusable`, `closed`
+     */
+    addTemplate(input: TemplateInput, { name }?: {
+        name?: string;
+    }): Promise<Target>;
+    /**
+     * Looks for a target no longer, also where it is being followed.
+     *
+     * @param {Target} target one that was added; the model's own stays
+     * @throws {DeepSftError} `target-unknown`, `target-unusable`
+     */
+    removeTarget(target: Target): void;
+    /**
+     * Registers and measures a target in one image.
      *
      * @param {ImageInput} image
      * @param {EstimateOptions} [options]
      * @returns {Promise<Estimate>}
-     * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
+     * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
      */
     estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
     /**
@@ -131,18 +182,18 @@ export declare class DeepSft {
      */
     track(video: HTMLVideoElement, onEstimate: (estimate: Estimate) => void, options?: EstimateOptions): Tracking;
     /**
-     * Follows the template's mesh through a video at the camera's rate: a tracker in a worker of its own takes each newest
-     * frame, and the network, beside it and at its own rate, tells it where to start, confirms it, and finds the
-     * template again when it was lost.
+     * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
+     * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
+     * targets again that were lost.
      *
      * @param {HTMLVideoElement} video
      * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
      * @param {TrackMeshOptions} [options]
      * @returns {MeshTracking}
-     * @throws {DeepSftError} `closed`, `engine-load`
+     * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
      * @throws {RangeError} for a `smooth` that is none
      */
-    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { camera, smooth, onEstimate }?: TrackMeshOptions): MeshTracking;
+    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, onFound, onLost, onEstimate }?: TrackMeshOptions): MeshTracking;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
 }

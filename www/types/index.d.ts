@@ -7,12 +7,14 @@ export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
-export { TrackedFrame } from "./results/tracked-frame.js";
+export { Target } from "./targets/target.js";
+export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 export type LoadProgress = import("./engine/bundle.js").LoadProgress;
 export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
 export type EstimateOptions = import("./deepsft.js").EstimateOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
+export type PictureOptions = import("./deepsft.js").PictureOptions;
 export type TrackMeshOptions = import("./deepsft.js").TrackMeshOptions;
 export type EngineInfo = import("./engine/engine-worker.js").EngineInfo;
 export type MeshTopology = import("./engine/engine-worker.js").MeshTopology;
@@ -24,11 +26,14 @@ export type CameraOption = import("./camera/intrinsics.js").CameraOption;
 export type CameraSource = import("./camera/intrinsics.js").CameraSource;
 export type SourcedCamera = import("./camera/intrinsics.js").SourcedCamera;
 export type TrackedTimes = import("./results/tracked-frame.js").TrackedTimes;
+export type TargetKind = import("./targets/target.js").TargetKind;
+export type TemplateInput = import("./targets/target-source.js").TemplateInput;
 export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
+/** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
@@ -40,4 +45,6 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */
 /** @typedef {import("./camera/intrinsics.js").SourcedCamera} SourcedCamera */
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
+/** @typedef {import("./targets/target.js").TargetKind} TargetKind */
+/** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

@@ -6,4 +6,4 @@ mod times;
 
 pub use machine::{cores, processor};
 pub use process::{Process, Rival};
-pub use times::{Times, timed};
+pub use times::{Stopwatch, Times, timed};

@@ -4,7 +4,7 @@
 //! sheet (readable 125 pixels wide) down to strokes of half a millimetre, and luminance carries all of
 //! it. Nothing is random at run time: each element throws dice with a seed of its own.
 
-mod canvas;
+pub(crate) mod canvas;
 mod foliage;
 mod inks;
 mod land;

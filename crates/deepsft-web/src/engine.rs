@@ -1,27 +1,27 @@
-//! The engine: a model on a device, frames in, maps out.
+//! The engine: targets, and where they are in a frame.
 
 use crate::{
     adapter,
     clock::Stopwatch,
-    estimate::{RawEstimate, Times, object, rgba},
-    failure::Failure,
-    input::{bundle_files, camera_from, maps_from, picture_from},
-    mesh::{RawMesh, template_mesh},
+    estimate::{RawEstimate, object},
+    failure::{Code, Failure},
+    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
     settle,
+    target::{EngineTarget, network_estimate},
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, Estimator, ModelBundle,
-    geometry::{
-        CANONICAL_HEIGHT, CANONICAL_WIDTH, CompletionOptions, MapsCompletion,
-        fitting::{FitOptions, FrameFitter},
-    },
+    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, View,
+    geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps},
     start_device,
 };
-use js_sys::{Array, Object, Promise, Uint8Array};
-use std::{cell::RefCell, rc::Rc};
+use js_sys::{Array, Float32Array, Object, Promise};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
 
-/// A model on a device, ready for frames.
+/// Number of the target that came with the model.
+const MODEL_TARGET: u32 = 0;
+
+/// Finds targets in frames: that of a model by its network, pictures by their features.
 #[wasm_bindgen]
 pub struct Engine {
     core: Rc<Core>,
@@ -29,30 +29,32 @@ pub struct Engine {
 
 /// What a frame needs; kept alive by the frames under way when JavaScript frees the engine.
 struct Core {
-    bundle: ModelBundle,
-    estimator: Estimator,
     device: DeviceDescription,
-    /// Made for the first frame that is fitted.
-    fitter: RefCell<Option<FrameFitter>>,
-    /// Made for the first frame that is completed.
-    completion: RefCell<Option<MapsCompletion>>,
+    model_name: Option<String>,
+    targets: RefCell<BTreeMap<u32, Rc<EngineTarget>>>,
 }
 
 #[wasm_bindgen]
 impl Engine {
-    /// Loads a model onto a device.
+    /// An engine, with a model on a device or without one.
     ///
-    /// `files` are the model's files by name (`model.json`, `weights.bpk`, ...), as a `Map` or a list of
-    /// pairs. `device` is `"cpu"` or `"webgpu"`. Rejects with an `Error` whose `code` is `model-corrupt`,
-    /// `model-version`, `model-load`, `webgpu-unavailable`, `gpu-lost` or `internal`.
+    /// `files` are the model's files by name (`model.json`, `weights.bpk`, ...), as a `Map` or a list of pairs; its target has the
+    /// number 0. `device` is `"cpu"` or `"webgpu"`. Rejects with an `Error` whose `code` is `model-corrupt`, `model-version`,
+    /// `model-load`, `webgpu-unavailable`, `gpu-lost` or `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<Engine>")]
     pub fn create(
-        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]> | undefined")] files: JsValue,
         #[wasm_bindgen(unchecked_param_type = "\"cpu\" | \"webgpu\"")] device: String,
     ) -> Promise {
         settle::promise(async move {
             let kind: DeviceKind = device.parse().map_err(|error| Failure::of_device(&error))?;
-            let bundle = ModelBundle::from_files(&bundle_files(&files)?).map_err(|error| Failure::of_model(&error))?;
+            let bundle = match files.is_undefined() {
+                true => None,
+                false => {
+                    let bundle = ModelBundle::from_files(&files_from(&files)?);
+                    Some(bundle.map_err(|error| Failure::of_model(&error))?)
+                }
+            };
             let (device, mut description) = start_device(kind).await.map_err(|error| Failure::of_device(&error))?;
             if kind == DeviceKind::WebGpu
                 && let Some((name, software)) = adapter::describe().await
@@ -60,14 +62,16 @@ impl Engine {
                 description.adapter_name = name;
                 description.software |= software;
             }
-            let estimator = Estimator::new(&bundle, &device).map_err(|error| Failure::of_model(&error))?;
+            let mut targets = BTreeMap::new();
+            if let Some(bundle) = &bundle {
+                let target = Target::model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
+                targets.insert(MODEL_TARGET, Rc::new(EngineTarget::of_model(target)));
+            }
             Ok(Self {
                 core: Rc::new(Core {
-                    bundle,
-                    estimator,
                     device: description,
-                    fitter: RefCell::new(None),
-                    completion: RefCell::new(None),
+                    model_name: bundle.map(|bundle| bundle.name().to_owned()),
+                    targets: RefCell::new(targets),
                 }),
             })
         })
@@ -75,56 +79,134 @@ impl Engine {
 
     /// What runs where: a plain object.
     #[wasm_bindgen(
-        unchecked_return_type = "{ device: \"cpu\" | \"webgpu\", adapterName: string, software: boolean, modelName: string, parameters: number, version: string }"
+        unchecked_return_type = "{ device: \"cpu\" | \"webgpu\", adapterName: string, software: boolean, modelName: string | null, parameters: number, version: string }"
     )]
     pub fn info(&self) -> Object {
-        let Core {
-            bundle,
-            estimator,
-            device,
-            ..
-        } = &*self.core;
+        let Core { device, model_name, .. } = &*self.core;
+        let model = self.core.target(MODEL_TARGET).ok();
+        let parameters = model.and_then(|model| Some(model.network()?.parameters()));
         object([
             ("device", device.kind.name().into()),
             ("adapterName", device.adapter_name.as_str().into()),
             ("software", device.software.into()),
-            ("modelName", bundle.name().into()),
-            ("parameters", (estimator.parameters() as f64).into()),
+            ("modelName", model_name.as_deref().map_or(JsValue::NULL, JsValue::from)),
+            ("parameters", (parameters.unwrap_or(0) as f64).into()),
             ("version", env!("CARGO_PKG_VERSION").into()),
         ])
     }
 
-    /// The maps of one frame.
+    /// Looks for the sheet of `width_mm` x `height_mm` with a picture (RGBA, alpha left out) from now on.
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.
+    #[wasm_bindgen(js_name = addPicture, unchecked_return_type = "Promise<void>")]
+    pub fn add_picture(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
+        width: u32,
+        height: u32,
+        width_mm: f64,
+        height_mm: f64,
+    ) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
+            core.add(id, EngineTarget::of_sheet(template)?);
+            Ok(JsValue::UNDEFINED)
+        })
+    }
+
+    /// Looks for a sheet from now on that is given as the files of a template's folder, by name.
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load`, `model-version` or `internal`.
+    #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]
+    pub fn add_template(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+    ) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let template = template_from(&files_from(&files)?)?;
+            core.add(id, EngineTarget::of_sheet(template)?);
+            Ok(JsValue::UNDEFINED)
+        })
+    }
+
+    /// Lets a target go.
+    #[wasm_bindgen(js_name = removeTarget)]
+    pub fn remove_target(&self, id: u32) {
+        self.core.targets.borrow_mut().remove(&id);
+    }
+
+    /// Texture, size and mesh of a target: a plain object; `undefined` when there is no such target.
+    #[wasm_bindgen(
+        js_name = describeTarget,
+        unchecked_return_type = "{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: { faces: Uint32Array, textureCoordinates: Float32Array } } | undefined"
+    )]
+    pub fn describe_target(&self, id: u32) -> JsValue {
+        let target = self.core.target(id);
+        target.map_or(JsValue::UNDEFINED, |target| target.description().into())
+    }
+
+    /// The maps of one target in one frame.
     ///
     /// `rgba` are the frame's pixels (sRGB, not premultiplied), `camera` its intrinsics in pixels as
     /// `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, distortion in OpenCV's order. Rejects with an `Error` whose
-    /// `code` is `camera-intrinsics`, `image-unreadable`, `gpu-lost` or `internal`.
+    /// `code` is `camera-intrinsics`, `image-unreadable`, `target-unknown`, `gpu-lost` or `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawEstimate>")]
     pub fn estimate(
         &self,
+        id: u32,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
         width: u32,
         height: u32,
         camera: Vec<f64>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
-        settle::promise(async move { core.estimate(&rgba, width, height, &camera).await })
+        settle::promise(async move { core.estimate(id, &rgba, (width, height), &camera).await })
     }
 
-    /// Fits the template's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
+    /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
+    /// them.
+    ///
+    /// `canDeny` says whether no sighting means that the target is not there. With `estimated` the network's answer comes as an
+    /// estimate too, if the model's target is among `ids`. Numbers that are no target have no answer. Rejects as
+    /// [`Engine::estimate`].
+    #[wasm_bindgen(
+        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }[], estimate: RawEstimate | undefined }>"
+    )]
+    pub fn find(
+        &self,
+        ids: Vec<u32>,
+        estimated: bool,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
+        width: u32,
+        height: u32,
+        camera: Vec<f64>,
+    ) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move { core.find(&ids, estimated, &rgba, (width, height), &camera).await })
+    }
+
+    /// Fits a target's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
     ///
     /// `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
-    /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
+    /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable`, `target-unknown` or
+    /// `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
     pub fn fit(
         &self,
+        id: u32,
         depth: Vec<f32>,
         registration: Vec<f32>,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] canonical: Vec<u8>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let fitted = core.fit(depth, &registration, &canonical)?;
+            let maps = maps_from(depth, &registration)?;
+            let canonical = picture_from(&canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;
+            let fitted = core.target(id)?.fit(&canonical, &maps)?;
             Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
@@ -133,97 +215,93 @@ impl Engine {
     /// rigidly as possible.
     ///
     /// `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
-    /// vertices. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
+    /// vertices. Rejects as [`Engine::fit`].
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
-    pub fn complete(&self, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn complete(&self, id: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let completed = core.complete(depth, &registration)?;
+            let maps = maps_from(depth, &registration)?;
+            let completed = core.target(id)?.complete(&maps)?;
             Ok(completed.map_or(JsValue::UNDEFINED, JsValue::from))
         })
-    }
-
-    /// Faces and texture coordinates of the template's mesh, the same for every frame.
-    #[wasm_bindgen(
-        js_name = templateMesh,
-        unchecked_return_type = "{ faces: Uint32Array, textureCoordinates: Float32Array }"
-    )]
-    pub fn template_mesh(&self) -> Object {
-        template_mesh(self.core.bundle.template().mesh())
-    }
-
-    /// The picture on the template: a plain object with RGBA bytes.
-    #[wasm_bindgen(js_name = templateTexture, unchecked_return_type = "{ width: number, height: number, rgba: Uint8Array }")]
-    pub fn template_texture(&self) -> Object {
-        let texture = self.core.bundle.template().texture();
-        let bytes = Uint8Array::from(rgba(texture).as_slice());
-        object([
-            ("width", (texture.width() as f64).into()),
-            ("height", (texture.height() as f64).into()),
-            ("rgba", bytes.into()),
-        ])
-    }
-
-    /// Width and height of the flat template, mm.
-    #[wasm_bindgen(js_name = templateSizeMm, unchecked_return_type = "[number, number]")]
-    pub fn template_size_mm(&self) -> Array {
-        let size = self.core.bundle.template().size_mm();
-        Array::of2(&size.x.into(), &size.y.into())
     }
 }
 
 impl Core {
-    async fn estimate(&self, rgba: &[u8], width: u32, height: u32, camera: &[f64]) -> Result<RawEstimate, Failure> {
-        let on_gpu = self.device.kind != DeviceKind::Cpu;
-        let failed = |error| Failure::of_frame(&error, on_gpu);
+    fn add(&self, id: u32, target: EngineTarget) {
+        self.targets.borrow_mut().insert(id, Rc::new(target));
+    }
+
+    fn target(&self, id: u32) -> Result<Rc<EngineTarget>, Failure> {
+        let unknown = || Failure::new(Code::TargetUnknown, "The target was removed.");
+        self.targets.borrow().get(&id).cloned().ok_or_else(unknown)
+    }
+
+    async fn estimate(
+        &self,
+        id: u32,
+        rgba: &[u8],
+        (width, height): (u32, u32),
+        camera: &[f64],
+    ) -> Result<RawEstimate, Failure> {
+        let target = self.target(id)?;
         let camera = camera_from(width, height, camera)?;
-        let mut stopwatch = Stopwatch::start();
         let picture = picture_from(rgba, width, height)?;
-        let canonical = self.estimator.canonical_image(&picture, &camera).map_err(failed)?;
-        let warp_ms = stopwatch.lap_ms();
-        let maps = self.estimator.infer(&canonical).await.map_err(failed)?;
-        let network_ms = stopwatch.lap_ms();
-        let judgement = self.estimator.judge(&canonical, &maps).map_err(failed)?;
-        let judge_ms = stopwatch.lap_ms();
-        let times = Times {
-            warp_ms,
-            network_ms,
-            judge_ms,
-        };
-        Ok(RawEstimate::new(
-            &maps,
-            &canonical,
-            judgement.found,
-            judgement.confidence,
-            &times,
-        ))
+        let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
+        estimate.map_err(|error| self.failed(&error))
     }
 
-    fn complete(&self, depth: Vec<f32>, registration: &[f32]) -> Result<Option<RawMesh>, Failure> {
-        let maps = maps_from(depth, registration)?;
-        let mut completion = self.completion.borrow_mut();
-        let completion = match &mut *completion {
-            Some(completion) => completion,
-            none => none.insert(MapsCompletion::new(
-                self.bundle.template().mesh(),
-                CompletionOptions::default(),
-            )?),
-        };
-        let mut stopwatch = Stopwatch::start();
-        let completed = completion.complete(&maps, self.estimator.canonical_camera(), None)?;
-        Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
+    async fn find(
+        &self,
+        ids: &[u32],
+        estimated: bool,
+        rgba: &[u8],
+        (width, height): (u32, u32),
+        camera: &[f64],
+    ) -> Result<Object, Failure> {
+        let camera = camera_from(width, height, camera)?;
+        let picture = picture_from(rgba, width, height)?;
+        let mut view = View::new(&picture, &camera);
+        let mut estimate = JsValue::UNDEFINED;
+        let answers = Array::new();
+        for &id in ids {
+            let Ok(target) = self.target(id) else {
+                continue;
+            };
+            let mut stopwatch = Stopwatch::start();
+            let found = target.find(&mut view).await;
+            let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
+            if let Some(network) = target.network().filter(|_| estimated) {
+                let network_ms = stopwatch.lap_ms();
+                let canonical = view.canonical(network.canonical_camera());
+                let canonical = canonical.map_err(|error| self.failed(&error))?;
+                let by_network = sightings.iter().find(|sighting| sighting.by == FinderKind::Network);
+                let nothing = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+                let maps = by_network.map_or(&nothing, |sighting| &sighting.maps);
+                let raw = network_estimate(network, canonical, maps, (0.0, network_ms));
+                estimate = raw.map_err(|error| self.failed(&error))?.into();
+            }
+            answers.push(&object([
+                ("id", id.into()),
+                ("canDeny", can_deny.into()),
+                ("sightings", sightings.iter().map(maps_of).collect::<Array>().into()),
+            ]));
+        }
+        Ok(object([("answers", answers.into()), ("estimate", estimate)]))
     }
 
-    fn fit(&self, depth: Vec<f32>, registration: &[f32], canonical: &[u8]) -> Result<Option<RawMesh>, Failure> {
-        let maps = maps_from(depth, registration)?;
-        let canonical = picture_from(canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;
-        let mut fitter = self.fitter.borrow_mut();
-        let fitter = match &mut *fitter {
-            Some(fitter) => fitter,
-            none => none.insert(FrameFitter::new(self.bundle.template(), FitOptions::default())?),
-        };
-        let mut stopwatch = Stopwatch::start();
-        let fitted = fitter.fit(&canonical, self.estimator.canonical_camera(), &maps, None)?;
-        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
+    fn failed(&self, error: &deepsft::DeepSftError) -> Failure {
+        Failure::of_frame(error, self.device.kind != DeviceKind::Cpu)
     }
+}
+
+fn maps_of(sighting: &Sighting) -> Object {
+    let maps = &sighting.maps;
+    object([
+        ("depth", Float32Array::from(maps.depth()).into()),
+        (
+            "registration",
+            Float32Array::from(maps.registration().as_flattened()).into(),
+        ),
+    ])
 }

@@ -1,14 +1,19 @@
 //! One frame's estimate as JavaScript holds it.
 
+use crate::mesh::RawMesh;
 use deepsft::geometry::{Maps, Picture};
+use deepsft::{FinderKind, Judgement};
 use js_sys::{Float32Array, Object, Reflect, Uint8Array, Uint8ClampedArray};
 use wasm_bindgen::prelude::*;
 
 /// Milliseconds of the stages of one frame.
+#[derive(Default)]
 pub struct Times {
     pub warp_ms: f64,
     pub network_ms: f64,
     pub judge_ms: f64,
+    /// All that finding by features takes, the fit that confirms it included.
+    pub features_ms: f64,
 }
 
 /// The maps of one frame, row-major, 270 rows of 480 columns, in the canonical camera's image. The arrays
@@ -21,12 +26,14 @@ pub struct RawEstimate {
     canonical: Uint8ClampedArray,
     found: bool,
     confidence: f32,
+    by: Option<FinderKind>,
+    fitted: Option<RawMesh>,
     times: Object,
 }
 
 impl RawEstimate {
     /// Copies the maps and the canonical image out of WebAssembly's memory.
-    pub fn new(maps: &Maps, canonical: &Picture, found: bool, confidence: f32, times: &Times) -> Self {
+    pub fn new(maps: &Maps, canonical: &Picture, judgement: &Judgement, by: Option<FinderKind>, times: &Times) -> Self {
         let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
         let rgba: Vec<u8> = rgba(canonical);
         Self {
@@ -34,10 +41,17 @@ impl RawEstimate {
             registration: maps.registration().as_flattened().into(),
             mask: mask.as_slice().into(),
             canonical: rgba.as_slice().into(),
-            found,
-            confidence,
+            found: judgement.found,
+            confidence: judgement.confidence,
+            by,
+            fitted: None,
             times: times.to_object(),
         }
+    }
+
+    /// With the mesh that was fitted on the way.
+    pub fn with_fit(self, fitted: Option<RawMesh>) -> Self {
+        Self { fitted, ..self }
     }
 }
 
@@ -61,7 +75,7 @@ impl RawEstimate {
         self.mask.clone()
     }
 
-    /// The image the network saw, RGBA; 270 x 480 x 4.
+    /// The image the maps belong to, RGBA; 270 x 480 x 4.
     #[wasm_bindgen(getter)]
     pub fn canonical(&self) -> Uint8ClampedArray {
         self.canonical.clone()
@@ -79,10 +93,22 @@ impl RawEstimate {
         self.confidence
     }
 
-    /// Milliseconds of the canonical warp, the network (with its read-back) and the judgement.
+    /// Which finder gave the maps.
+    #[wasm_bindgen(getter, unchecked_return_type = "\"network\" | \"features\" | undefined")]
+    pub fn by(&self) -> Option<String> {
+        self.by.map(|by| by.name().to_owned())
+    }
+
+    /// The mesh of the maps, where one was fitted on the way: given once.
+    #[wasm_bindgen(js_name = takeFitted)]
+    pub fn take_fitted(&mut self) -> Option<RawMesh> {
+        self.fitted.take()
+    }
+
+    /// Milliseconds of the canonical warp, the network (with its read-back), the judgement, and of finding by features.
     #[wasm_bindgen(
         getter,
-        unchecked_return_type = "{ warpMs: number, networkMs: number, judgeMs: number }"
+        unchecked_return_type = "{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }"
     )]
     pub fn times(&self) -> Object {
         self.times.clone()
@@ -95,6 +121,7 @@ impl Times {
             ("warpMs", self.warp_ms.into()),
             ("networkMs", self.network_ms.into()),
             ("judgeMs", self.judge_ms.into()),
+            ("featuresMs", self.features_ms.into()),
         ])
     }
 }

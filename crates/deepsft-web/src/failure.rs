@@ -21,6 +21,10 @@ pub enum Code {
     CameraIntrinsics,
     /// Pixels that are no image.
     ImageUnreadable,
+    /// A picture or template that cannot be looked for.
+    TargetUnusable,
+    /// A target that the engine does not have.
+    TargetUnknown,
     /// A defect of ours.
     Internal,
 }
@@ -35,6 +39,8 @@ impl Code {
             Self::GpuLost => "gpu-lost",
             Self::CameraIntrinsics => "camera-intrinsics",
             Self::ImageUnreadable => "image-unreadable",
+            Self::TargetUnusable => "target-unusable",
+            Self::TargetUnknown => "target-unknown",
             Self::Internal => "internal",
         }
     }
@@ -65,6 +71,15 @@ impl Failure {
             _ => Code::ModelCorrupt,
         };
         Self::new(code, format!("The model cannot be used: {error}."))
+    }
+
+    /// A failure of the core while it prepared a picture or template to be looked for.
+    pub fn of_target(error: &DeepSftError) -> Self {
+        let code = match error {
+            DeepSftError::Format(FormatError::TemplateVersion { .. }) => Code::ModelVersion,
+            _ => Code::TargetUnusable,
+        };
+        Self::new(code, format!("This cannot be looked for: {error}."))
     }
 
     /// A failure of the core while it started a device.

@@ -1,19 +1,15 @@
 //! What JavaScript hands over, checked.
 
 use crate::failure::{Code, Failure};
-use deepsft::geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, Maps, Picture};
+use deepsft::geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, Maps, Picture, Template};
+use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
 
-/// The files of a model out of a JavaScript `Map` or list of pairs.
-pub fn bundle_files(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
-    let refused = || {
-        Failure::new(
-            Code::ModelLoad,
-            "The model's files must be a Map from names to Uint8Arrays.",
-        )
-    };
+/// The files of a model or template out of a JavaScript `Map` or list of pairs.
+pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure> {
+    let refused = || Failure::new(Code::ModelLoad, "The files must be a Map from names to Uint8Arrays.");
     let entries = js_sys::try_iter(files).ok().flatten().ok_or_else(refused)?;
     entries
         .map(|entry| {
@@ -58,6 +54,30 @@ pub fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Fai
         .flat_map(|&[r, g, b, _]| [r, g, b])
         .collect();
     Ok(Picture::new(width, height, rgb)?)
+}
+
+/// The sheet that carries the picture of RGBA bytes.
+pub fn printed_sheet(
+    rgba: &[u8],
+    (width, height): (u32, u32),
+    (width_mm, height_mm): (f64, f64),
+) -> Result<Template, Failure> {
+    let picture = picture_from(rgba, width, height)?;
+    Template::thin_shell(picture, width_mm, height_mm).map_err(|error| Failure::of_target(&error.into()))
+}
+
+/// The template of a template folder's files by name.
+pub fn template_from(files: &BTreeMap<String, Vec<u8>>) -> Result<Template, Failure> {
+    let file = |name: &str| {
+        let missing = || Failure::new(Code::TargetUnusable, format!("The template lacks {name}."));
+        files.get(name).map(Vec::as_slice).ok_or_else(missing)
+    };
+    let unusable = |error: FormatError| Failure::of_target(&error.into());
+    let description = TemplateFile::parse(file(TEMPLATE_FILE)?).map_err(unusable)?;
+    let mesh = description.mesh().map(file).transpose()?;
+    description
+        .template(file(description.texture())?, mesh)
+        .map_err(unusable)
 }
 
 /// Maps of the canonical image out of 270 x 480 depths and 270 x 480 x 2 texture positions.

@@ -1,5 +1,5 @@
-//! The wasm-bindgen surface of DeepSfT, and nothing else: an [`Engine`] that takes a model's files and
-//! RGBA frames from JavaScript and gives maps and meshes back, and a [`MeshTracker`] that follows the mesh
+//! The wasm-bindgen surface of DeepSfT, and nothing else: an [`Engine`] that takes a model's files, pictures
+//! and RGBA frames from JavaScript and gives maps and meshes back, and a [`MeshTracker`] that follows meshes
 //! through a video, in an instance of its own. The JavaScript package in `www/` wraps them; people use that.
 //!
 //! Everything that can fail rejects with a JavaScript `Error` that carries a stable `code` and a sentence
@@ -16,12 +16,13 @@ mod failure;
 mod input;
 mod mesh;
 mod settle;
+mod target;
 mod tracker;
 
 pub use engine::Engine;
 pub use estimate::RawEstimate;
 pub use mesh::RawMesh;
-pub use tracker::{MeshTracker, RawTracked};
+pub use tracker::MeshTracker;
 
 use wasm_bindgen::prelude::*;
 

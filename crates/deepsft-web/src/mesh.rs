@@ -49,7 +49,7 @@ impl RawMesh {
 
 #[wasm_bindgen]
 impl RawMesh {
-    /// Whether the mesh explains the image better than the network's maps do.
+    /// Whether the mesh explains the image better than the finder's maps do.
     #[wasm_bindgen(getter)]
     pub fn accepted(&self) -> bool {
         self.accepted

@@ -1,88 +1,128 @@
-//! The tracker: a template, frames of a video in, its mesh in each of them out.
+//! The tracker: targets, frames of a video in, their meshes in each of them out.
 
 use crate::{
     clock::Stopwatch,
     estimate::object,
-    failure::Failure,
-    input::{bundle_files, camera_from, maps_from, picture_from},
-    mesh::{positions, template_mesh},
+    failure::{Code, Failure},
+    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
+    mesh::positions,
     settle,
 };
 use deepsft::{
-    ModelBundle,
+    DeepSftError, ModelBundle, View,
     geometry::{
-        Camera, CanonicalWarp,
-        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracker, TrackingOptions},
+        Camera, Maps, Template,
+        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions},
+        training_camera,
     },
 };
-use js_sys::{Float32Array, Object, Promise};
-use std::{cell::RefCell, rc::Rc};
+use js_sys::{Array, Float32Array, Object, Promise};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
 
-/// Follows the template's mesh through one video, beside an [`crate::Engine`] in another instance of this module that
-/// says where the template is.
+/// Follows the meshes of targets through one video, beside an [`crate::Engine`] in another instance of this module that
+/// says where they are.
 #[wasm_bindgen]
 pub struct MeshTracker {
     core: Rc<RefCell<Core>>,
 }
 
 struct Core {
+    /// Of the meshes; none when absent.
+    smoothing: Option<OneEuroOptions>,
+    tracks: BTreeMap<u32, Track>,
+}
+
+struct Track {
     tracker: Tracker,
     /// Started afresh with each track.
     smoothing: Option<OneEuro>,
     canonical: Camera,
-    mesh: Object,
 }
 
 #[wasm_bindgen]
 impl MeshTracker {
-    /// A tracker for the template of a model.
+    /// A tracker that follows nothing yet.
     ///
-    /// Of the model's `files`, by name, the description and those of the template are enough. With `smooth` each vertex passes
-    /// a One-Euro filter; `min_cutoff` (Hz) and `beta` (Hz per mm/s) replace its defaults. Rejects with an `Error` whose
-    /// `code` is `model-corrupt`, `model-version`, `model-load` or `internal`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<MeshTracker>")]
-    pub fn create(
+    /// With `smooth` each vertex passes a One-Euro filter; `min_cutoff` (Hz) and `beta` (Hz per mm/s) replace its defaults.
+    #[wasm_bindgen(constructor)]
+    pub fn new(smooth: bool, min_cutoff: Option<f64>, beta: Option<f64>) -> Self {
+        let defaults = OneEuroOptions::default();
+        let options = OneEuroOptions {
+            least_cutoff_hz: min_cutoff.unwrap_or(defaults.least_cutoff_hz),
+            speed_coefficient: beta.unwrap_or(defaults.speed_coefficient),
+            ..defaults
+        };
+        Self {
+            core: Rc::new(RefCell::new(Core {
+                smoothing: smooth.then_some(options),
+                tracks: BTreeMap::new(),
+            })),
+        }
+    }
+
+    /// Follows the template of a model too. Of the model's `files`, by name, the description and those of the template are
+    /// enough.
+    ///
+    /// Rejects with an `Error` whose `code` is `model-corrupt`, `model-version`, `model-load`, `target-unusable` or `internal`.
+    #[wasm_bindgen(js_name = addModel, unchecked_return_type = "Promise<void>")]
+    pub fn add_model(
+        &self,
+        id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
-        smooth: bool,
-        min_cutoff: Option<f64>,
-        beta: Option<f64>,
     ) -> Promise {
-        settle::promise(async move {
-            let (template, canonical) =
-                ModelBundle::template_from_files(&bundle_files(&files)?).map_err(|error| Failure::of_model(&error))?;
-            let tracker = Tracker::new(&template, TrackingOptions::default())?;
-            let defaults = OneEuroOptions::default();
-            let options = OneEuroOptions {
-                least_cutoff_hz: min_cutoff.unwrap_or(defaults.least_cutoff_hz),
-                speed_coefficient: beta.unwrap_or(defaults.speed_coefficient),
-                ..defaults
-            };
-            let core = Core {
-                tracker,
-                smoothing: smooth.then(|| OneEuro::new(options)),
-                canonical,
-                mesh: template_mesh(template.mesh()),
-            };
-            Ok(Self {
-                core: Rc::new(RefCell::new(core)),
-            })
+        self.adding(id, move || {
+            ModelBundle::template_from_files(&files_from(&files)?).map_err(|error| Failure::of_model(&error))
         })
     }
 
-    /// Faces and texture coordinates of the mesh, the same for every frame.
-    #[wasm_bindgen(
-        js_name = templateMesh,
-        unchecked_return_type = "{ faces: Uint32Array, textureCoordinates: Float32Array }"
-    )]
-    pub fn template_mesh(&self) -> Object {
-        self.core.borrow().mesh.clone()
+    /// Follows a sheet too that is given as the files of a template's folder, by name.
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-version`, `model-load` or `internal`.
+    #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]
+    pub fn add_template(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+    ) -> Promise {
+        self.adding(id, move || {
+            Ok((template_from(&files_from(&files)?)?, training_camera()))
+        })
+    }
+
+    /// Follows a printed picture too, as [`crate::Engine::add_picture`].
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.
+    #[wasm_bindgen(js_name = addPicture, unchecked_return_type = "Promise<void>")]
+    pub fn add_picture(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
+        width: u32,
+        height: u32,
+        width_mm: f64,
+        height_mm: f64,
+    ) -> Promise {
+        self.adding(id, move || {
+            let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
+            Ok((template, training_camera()))
+        })
+    }
+
+    /// Follows a target no longer.
+    #[wasm_bindgen(js_name = removeTarget)]
+    pub fn remove_target(&self, id: u32) {
+        self.core.borrow_mut().tracks.remove(&id);
     }
 
     /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend.
     ///
-    /// Rejects with an `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<RawTracked>")]
+    /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),
+    /// `confidence` (of each vertex, 0 to 1), `agreement` (of the whole visible print), solver `iterations`. Rejects with an
+    /// `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
+    #[wasm_bindgen(
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }[], warpMs: number, trackMs: number }>"
+    )]
     pub fn follow(
         &self,
         number: u32,
@@ -99,69 +139,100 @@ impl MeshTracker {
         })
     }
 
-    /// What the network says of frame `number`: depth and registration, both empty when it does not find the template there.
+    /// Where a finder sees target `id` in frame `number`; depth and registration both empty: it is not there.
     ///
-    /// Resolves to what the tracker makes of it. Rejects with an `Error` whose `code` is `image-unreadable` or `internal`.
+    /// Resolves to what the tracker makes of it. Rejects with an `Error` whose `code` is `image-unreadable`,
+    /// `target-unknown` or `internal`.
     #[wasm_bindgen(
         unchecked_return_type = "Promise<\"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\">"
     )]
-    pub fn answer(&self, number: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn answer(&self, id: u32, number: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
-        settle::promise(async move { core.borrow_mut().answer(number, depth, &registration) })
+        settle::promise(async move {
+            let maps = match depth.is_empty() {
+                true => None,
+                false => Some(maps_from(depth, &registration)?),
+            };
+            core.borrow_mut().track(id)?.answer(number, maps.as_ref())
+        })
     }
 
-    /// Depth and registration of the mesh in the latest frame, -1 where it is not seen.
-    #[wasm_bindgen(unchecked_return_type = "{ depth: Float32Array, registration: Float32Array }")]
-    pub fn maps(&self) -> Object {
-        let maps = self.core.borrow_mut().tracker.maps();
-        object([
-            ("depth", Float32Array::from(maps.depth()).into()),
-            (
-                "registration",
-                Float32Array::from(maps.registration().as_flattened()).into(),
-            ),
-        ])
+    /// Depth and registration of a target's mesh in the latest frame, -1 where it is not seen.
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unknown`.
+    #[wasm_bindgen(unchecked_return_type = "Promise<{ depth: Float32Array, registration: Float32Array }>")]
+    pub fn maps(&self, id: u32) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let maps = core.borrow_mut().track(id)?.tracker.maps();
+            let registration = Float32Array::from(maps.registration().as_flattened());
+            Ok(object([
+                ("depth", Float32Array::from(maps.depth()).into()),
+                ("registration", registration.into()),
+            ]))
+        })
+    }
+
+    fn adding(&self, id: u32, template: impl FnOnce() -> Result<(Template, Camera), Failure> + 'static) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let (template, canonical) = template()?;
+            core.borrow_mut().add(id, &template, canonical)?;
+            Ok(JsValue::UNDEFINED)
+        })
     }
 }
 
 impl Core {
-    fn follow(&mut self, number: u32, time_s: f64, rgba: &[u8], camera: &Camera) -> Result<RawTracked, Failure> {
-        let mut stopwatch = Stopwatch::start();
-        let picture = picture_from(rgba, camera.width(), camera.height())?;
-        let canonical = CanonicalWarp::new(camera, &self.canonical).apply(&picture)?;
-        let warp_ms = stopwatch.lap_ms();
-        let tracked = self
-            .tracker
-            .follow(u64::from(number), time_s, &canonical, &self.canonical)?;
-        let vertices = match &mut self.smoothing {
-            Some(filter) if tracked.found => {
-                let mut vertices = tracked.vertices_camera.clone();
-                filter.smooth(time_s, &mut vertices);
-                positions(&vertices)
-            }
-            _ => positions(&tracked.vertices_camera),
+    fn add(&mut self, id: u32, template: &Template, canonical: Camera) -> Result<(), Failure> {
+        let tracker = Tracker::new(template, TrackingOptions::default());
+        let track = Track {
+            tracker: tracker.map_err(|error| Failure::of_target(&error.into()))?,
+            smoothing: self.smoothing.clone().map(OneEuro::new),
+            canonical,
         };
-        Ok(RawTracked {
-            found: tracked.found,
-            vertices,
-            confidence: tracked.confidence.as_slice().into(),
-            agreement: tracked.agreement,
-            iterations: tracked.iterations as u32,
-            times: object([("warpMs", warp_ms.into()), ("trackMs", stopwatch.lap_ms().into())]),
-        })
+        self.tracks.insert(id, track);
+        Ok(())
     }
 
-    fn answer(&mut self, number: u32, depth: Vec<f32>, registration: &[f32]) -> Result<&'static str, Failure> {
-        let maps = if depth.is_empty() {
-            None
-        } else {
-            Some(maps_from(depth, registration)?)
-        };
-        let answer = self.tracker.update(u64::from(number), maps.as_ref())?;
-        if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (answer, &mut self.smoothing) {
+    fn track(&mut self, id: u32) -> Result<&mut Track, Failure> {
+        let unknown = || Failure::new(Code::TargetUnknown, "The target is not followed.");
+        self.tracks.get_mut(&id).ok_or_else(unknown)
+    }
+
+    fn follow(&mut self, number: u32, time_s: f64, rgba: &[u8], camera: &Camera) -> Result<Object, Failure> {
+        let mut stopwatch = Stopwatch::start();
+        let picture = picture_from(rgba, camera.width(), camera.height())?;
+        let mut view = View::new(&picture, camera);
+        let failed = |error: DeepSftError| Failure::of_frame(&error, false);
+        // Targets share the canonical image.
+        if let Some(track) = self.tracks.values().next() {
+            view.canonical(&track.canonical).map_err(failed)?;
+        }
+        let warp_ms = stopwatch.lap_ms();
+        let targets = Array::new();
+        for (&id, track) in &mut self.tracks {
+            let canonical = view.canonical(&track.canonical).map_err(failed)?;
+            let tracked = track
+                .tracker
+                .follow(u64::from(number), time_s, canonical, &track.canonical)?;
+            targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
+        }
+        Ok(object([
+            ("targets", targets.into()),
+            ("warpMs", warp_ms.into()),
+            ("trackMs", stopwatch.lap_ms().into()),
+        ]))
+    }
+}
+
+impl Track {
+    fn answer(&mut self, number: u32, maps: Option<&Maps>) -> Result<&'static str, Failure> {
+        let update = self.tracker.update(u64::from(number), maps)?;
+        if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (update, &mut self.smoothing) {
             filter.reset();
         }
-        Ok(match answer {
+        Ok(match update {
             TrackUpdate::Started => "started",
             TrackUpdate::Confirmed => "confirmed",
             TrackUpdate::Restarted => "restarted",
@@ -171,52 +242,22 @@ impl Core {
     }
 }
 
-/// The mesh in one frame. The arrays belong to JavaScript.
-#[wasm_bindgen]
-pub struct RawTracked {
-    found: bool,
-    vertices: Float32Array,
-    confidence: Float32Array,
-    agreement: f64,
-    iterations: u32,
-    times: Object,
-}
-
-#[wasm_bindgen]
-impl RawTracked {
-    /// Whether the template is being followed.
-    #[wasm_bindgen(getter)]
-    pub fn found(&self) -> bool {
-        self.found
-    }
-
-    /// Vertices of the whole mesh, (x, y, z) each, camera frame, mm; empty unless found.
-    #[wasm_bindgen(getter)]
-    pub fn vertices(&self) -> Float32Array {
-        self.vertices.clone()
-    }
-
-    /// How well the image confirms the mesh around each vertex, 0 to 1; 0 where the print is not seen or has no contrast.
-    #[wasm_bindgen(getter)]
-    pub fn confidence(&self) -> Float32Array {
-        self.confidence.clone()
-    }
-
-    /// The same for the whole visible print.
-    #[wasm_bindgen(getter)]
-    pub fn agreement(&self) -> f64 {
-        self.agreement
-    }
-
-    /// Solver iterations.
-    #[wasm_bindgen(getter)]
-    pub fn iterations(&self) -> u32 {
-        self.iterations
-    }
-
-    /// Milliseconds of the canonical warp and of following.
-    #[wasm_bindgen(getter, unchecked_return_type = "{ warpMs: number, trackMs: number }")]
-    pub fn times(&self) -> Object {
-        self.times.clone()
-    }
+/// The mesh of a target in one frame: a plain object, whose arrays belong to JavaScript.
+fn tracked_target(id: u32, tracked: &Tracked, smoothing: &mut Option<OneEuro>, time_s: f64) -> Object {
+    let vertices = match smoothing {
+        Some(filter) if tracked.found => {
+            let mut vertices = tracked.vertices_camera.clone();
+            filter.smooth(time_s, &mut vertices);
+            positions(&vertices)
+        }
+        _ => positions(&tracked.vertices_camera),
+    };
+    object([
+        ("id", id.into()),
+        ("found", tracked.found.into()),
+        ("vertices", vertices.into()),
+        ("confidence", Float32Array::from(tracked.confidence.as_slice()).into()),
+        ("agreement", tracked.agreement.into()),
+        ("iterations", (tracked.iterations as u32).into()),
+    ])
 }

@@ -4,10 +4,10 @@
 //! `weights.bpk` holds the folded weights (burnpack, f16); `template/` is the template.
 
 use crate::error::DeepSftError;
-use crate::network::{Network, NetworkConfig};
-use burn::module::{Module, ModuleMapper, Param};
+use crate::network::{Half, Network, NetworkConfig};
+use burn::module::Module;
 use burn::store::{ModuleRecord, burn_pack::Reader};
-use burn::tensor::{Bytes, Device, FloatDType, Tensor};
+use burn::tensor::{Bytes, Device};
 use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
@@ -322,7 +322,7 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
 }
 
 /// Whether all tensors of a file of weights are of floating-point numbers: burn panics where it is to load others into them.
-fn check_weights(bytes: &[u8]) -> Result<(), String> {
+pub(crate) fn check_weights(bytes: &[u8]) -> Result<(), String> {
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| e.to_string())?;
     for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
         let (name, kind, ..) = tensor.into_parts().map_err(|e| e.to_string())?;
@@ -369,14 +369,5 @@ impl FileEntry {
             size: bytes.len() as u64,
             sha256: deepsft_formats::sha256(bytes),
         }
-    }
-}
-
-/// Rounds weights to half precision.
-struct Half;
-
-impl ModuleMapper for Half {
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        param.map(|weights| weights.cast(FloatDType::F16))
     }
 }

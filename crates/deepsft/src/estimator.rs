@@ -19,8 +19,8 @@ const LEAST_PIECE: f64 = 0.1;
 pub struct Judgement {
     /// Whether the template is seen.
     pub found: bool,
-    /// Photo-consistency of image and template through the registration, clamped to 0..=1: near 1
-    /// when the maps explain the image, near 0 when they do not or nothing is seen.
+    /// Near 1 when the maps explain the image, near 0 when they do not or nothing is seen: of a network's own maps the
+    /// photo-consistency of image and template, of a fitted mesh the fraction of the print that the image confirms.
     pub confidence: f32,
     /// Fraction of the image that the mask covers.
     pub area: f32,

@@ -28,10 +28,14 @@ pub use device::{DeviceDescription, start_device, start_devices};
 pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
-pub use finding::{FOUND_AGREEMENT, Finder, FinderKind, Sighting, Target, TargetEstimate, TargetFinder, View};
+pub use finding::{
+    DescriptorFinder, Finder, FinderKind, LEAST_CONFIRMED_PX, LEAST_EXPLAINED, SharedDescriptorNetwork, Sighting,
+    Target, TargetEstimate, TargetFinder, View,
+};
 pub use network::{
-    Architecture, Block, CompactConfig, CompactNetwork, DepthRange, INPUT_MULTIPLE, LayerDescription, Network,
-    NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL, PaperConfig, PaperNetwork, R50FConfig,
-    R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor, layer_table, pictures_to_tensor,
+    Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork,
+    INPUT_MULTIPLE, LayerDescription, Network, NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL,
+    PaperConfig, PaperNetwork, R50FConfig, R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor,
+    layer_table, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;

@@ -4,7 +4,7 @@ import { createProgram, createTexture } from "./gl.js";
 import { PAPERS_GLSL } from "./papers.js";
 import { prefersStillness } from "./animation.js";
 
-/** @import { DeepSft, SurfaceMesh } from "deepsft" */
+/** @import { SurfaceMesh, Target } from "deepsft" */
 
 const VERTEX_SHADER = `#version 300 es
 precision highp float;
@@ -102,7 +102,7 @@ export class Orbit {
     this.#listen();
   }
 
-  /** @param {DeepSft["template"]} template */
+  /** @param {Target} template */
   setTemplate({ texture, widthMm, heightMm, mesh: { faces, textureCoordinates } }) {
     const gl = this.#gl;
     gl.bindTexture(gl.TEXTURE_2D, this.#print);

@@ -86,7 +86,7 @@ export class Live {
   /** @param {DeepSft} sft */
   use(sft) {
     this.#sft = sft;
-    const template = sft.template;
+    const [template] = sft.targets;
     this.#templateLight = new TemplateLight(template.texture);
     this.#stage.setTemplate(template);
     this.#orbit.setTemplate(template);

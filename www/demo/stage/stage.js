@@ -12,7 +12,7 @@ import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
 import { viewOf } from "./view.js";
 
-/** @import { DeepSft, Estimate, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { Estimate, SourcedCamera, SurfaceMesh, Target } from "deepsft" */
 /** @import { Program } from "../graphics/gl.js" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { MapOverlay } from "./stage-shader.js" */
@@ -101,7 +101,7 @@ export class Stage {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, heat);
   }
 
-  /** @param {DeepSft["template"]} template */
+  /** @param {Target} template */
   setTemplate(template) {
     this.#sheetMm = [template.widthMm, template.heightMm];
     this.#meshLayer.setTemplate(template);

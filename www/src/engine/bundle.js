@@ -23,7 +23,7 @@ const MODEL_FILE = "model.json";
  * @returns {Promise<Uint8Array>}
  * @throws {DeepSftError} `model-load`
  */
-async function fetchBytes(url, signal, onBytes = () => undefined) {
+export async function fetchBytes(url, signal, onBytes = () => undefined) {
   try {
     const response = await fetch(url, { signal });
     if (!response.ok)

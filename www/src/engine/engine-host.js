@@ -1,11 +1,16 @@
-// The engine in its worker: the network, and meshes for single frames.
+// The engine in its worker: what finds targets, and meshes for single frames.
 
 import initialise, { Engine } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
+import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { EngineInfo, EngineTemplate, EstimateRequest, MeshRequest, RawEstimate, RawMesh, StartRequest } from "./engine-worker.js" */
+/** @import { RawEstimate as EngineEstimate, RawMesh as EngineMesh } from "../../pkg/deepsft_web.js" */
+/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+
+/** Number of the model's target. */
+const MODEL_TARGET = 0;
 
 /** @type {Engine | undefined} */
 let engine;
@@ -36,60 +41,97 @@ function started() {
 
 /**
  * @param {StartRequest} request
- * @returns {Promise<{ value: { info: EngineInfo, template: EngineTemplate }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
  */
 export async function start({ module, files, device: wanted }) {
-  const { device, fallback } = await chooseDevice(wanted);
+  // Only a network needs a GPU.
+  const { device, fallback } = files ? await chooseDevice(wanted) : { device: "cpu", fallback: null };
   await initialise({ module_or_path: module });
-  engine = await Engine.create(files, device);
-  const { width, height, rgba } = engine.templateTexture();
-  const [widthMm, heightMm] = engine.templateSizeMm();
-  const texture = new Uint8ClampedArray(rgba);
-  return {
-    value: {
-      info: { ...engine.info(), fallback },
-      template: { width, height, rgba: texture, sizeMm: [widthMm, heightMm], mesh: engine.templateMesh() },
-    },
-    transfer: [texture.buffer],
-  };
+  engine = await Engine.create(files ?? undefined, /** @type {"cpu" | "webgpu"} */ (device));
+  const model = engine.describeTarget(MODEL_TARGET) ?? null;
+  return { value: { info: { ...engine.info(), fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
+}
+
+/**
+ * @param {TargetRequest} request
+ * @returns {Promise<{ value: TargetDescription, transfer: Transferable[] }>}
+ */
+export async function addTarget({ id, source }) {
+  await addSource(started(), id, source);
+  const value = started().describeTarget(id);
+  if (!value) throw new DeepSftError("internal", "The target was not added.");
+  return { value, transfer: [value.rgba.buffer] };
+}
+
+/** @param {{ id: number }} request */
+export function removeTarget({ id }) {
+  started().removeTarget(id);
+  return { value: undefined, transfer: [] };
 }
 
 /**
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-export async function estimate({ frame, intrinsics, fit }) {
+export async function estimate({ id, frame, intrinsics, fit }) {
+  const { rgba, readMs } = read(frame);
+  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics));
+  const { value, transfer } = carried(raw, frame, readMs);
+  if (fit && value.found && !value.fitted) {
+    value.fitted = await solvedMesh({ ...value, id });
+    if (value.fitted?.accepted) ({ depth: value.depth, registration: value.registration } = value.fitted);
+  }
+  const { depth, registration, fitted } = value;
+  const arrays = [depth, registration, ...(fitted ? [fitted.vertices, fitted.confidence] : [])];
+  return { value, transfer: [...new Set([...transfer, ...arrays.map(({ buffer }) => buffer)])] };
+}
+
+/**
+ * @param {FindRequest} request
+ * @returns {Promise<{ value: RawFinding, transfer: Transferable[] }>}
+ */
+export async function find({ ids, estimated, frame, intrinsics }) {
+  const { rgba, readMs } = read(frame);
+  const { width, height } = frame;
+  const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, new Float64Array(intrinsics));
+  const { answers } = found;
+  const maps = answers.flatMap(({ sightings }) => sightings);
+  const transfer = maps.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
+  if (found.estimate) {
+    const estimate = carried(found.estimate, frame, readMs);
+    return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
+  }
+  if (frame instanceof ImageBitmap) frame.close();
+  return { value: { answers, estimate: null }, transfer };
+}
+
+/** @param {ImageBitmap | ImageData} frame */
+function read(frame) {
   const began = performance.now();
   const rgba = framePixels(frame);
-  const readMs = performance.now() - began;
-  const raw = await started().estimate(rgba, frame.width, frame.height, new Float64Array(intrinsics));
+  return { rgba, readMs: performance.now() - began };
+}
+
+/**
+ * An estimate as it crosses to the page.
+ *
+ * @param {EngineEstimate} raw freed here
+ * @param {ImageBitmap | ImageData} frame
+ * @param {number} readMs
+ * @returns {{ value: RawEstimate, transfer: Transferable[] }}
+ */
+function carried(raw, frame, readMs) {
   try {
-    const { depth, registration, mask, canonical, found, confidence, times } = raw;
-    const { warpMs, networkMs, judgeMs } = times;
-    const fitted = fit && found ? await solvedMesh({ depth, registration, canonical }) : null;
+    const { depth, registration, mask, canonical, found, confidence, by, times } = raw;
+    const fitted = raw.takeFitted();
     const bitmap = frame instanceof ImageData ? null : frame;
-    const maps = fitted?.accepted ? fitted : { depth, registration };
+    const mesh = fitted ? plainMesh(fitted) : null;
     return {
       value: {
-        depth: maps.depth,
-        registration: maps.registration,
-        mask,
-        canonical,
-        found,
-        confidence,
-        times: { warpMs, networkMs, judgeMs },
-        readMs,
-        bitmap,
-        fitted,
+        ...{ depth, registration, mask, canonical, found, confidence, by: by ?? null },
+        ...{ times: { ...times }, readMs, bitmap, fitted: found ? mesh : null },
       },
-      transfer: [
-        maps.depth.buffer,
-        maps.registration.buffer,
-        mask.buffer,
-        canonical.buffer,
-        ...(fitted ? [fitted.vertices.buffer, fitted.confidence.buffer] : []),
-        ...(bitmap ? [bitmap] : []),
-      ],
+      transfer: [depth.buffer, registration.buffer, mask.buffer, canonical.buffer, ...(bitmap ? [bitmap] : [])],
     };
   } finally {
     raw.free();
@@ -110,15 +152,19 @@ export async function mesh(request) {
  * @param {MeshRequest} request
  * @returns {Promise<RawMesh | null>}
  */
-async function solvedMesh({ depth, registration, canonical }) {
+async function solvedMesh({ id, depth, registration, canonical }) {
   const raw = await (canonical === null
-    ? started().complete(depth, registration)
-    : started().fit(depth, registration, canonical));
-  if (!raw) return null;
-  try {
-    const { accepted, vertices, confidence, depth, registration, solveMs } = raw;
-    return { accepted, vertices, confidence, depth, registration, solveMs };
-  } finally {
-    raw.free();
-  }
+    ? started().complete(id, depth, registration)
+    : started().fit(id, depth, registration, canonical));
+  return raw ? plainMesh(raw) : null;
+}
+
+/**
+ * @param {EngineMesh} raw freed here
+ * @returns {RawMesh}
+ */
+function plainMesh(raw) {
+  const { accepted, vertices, confidence, depth, registration, solveMs } = raw;
+  raw.free();
+  return { accepted, vertices, confidence, depth, registration, solveMs };
 }

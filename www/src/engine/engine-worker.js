@@ -5,6 +5,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
  * What runs the network.
@@ -13,16 +14,16 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {"webgpu" | "cpu"} device
  * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
  * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
- * @property {string} modelName
- * @property {number} parameters of the network
+ * @property {string | null} modelName null without a model
+ * @property {number} parameters of the network; 0 without a model
  * @property {string} version of this package
  * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
  */
 
 /**
- * Milliseconds in the engine: canonical warp, network, confidence.
+ * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
  *
- * @typedef {{ warpMs: number, networkMs: number, judgeMs: number }} EngineTimes
+ * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
  */
 
 /**
@@ -35,17 +36,18 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {Uint8ClampedArray} canonical
  * @property {boolean} found
  * @property {number} confidence
+ * @property {"network" | "features" | null} by which finder gave the maps
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
- * @property {RawMesh | null} fitted when a fit was asked for and the template found: what came of it
+ * @property {RawMesh | null} fitted the mesh where one was fitted and the target found
  */
 
 /**
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {boolean} accepted whether the mesh explains the image better than the finder's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
@@ -60,14 +62,26 @@ import { WorkerCalls } from "./worker-calls.js";
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
  */
 
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} TargetDescription */
 
-/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
+/** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
+
+/**
+ * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
+ * there.
+ *
+ * @typedef {{ id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ */
+
+/** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
+
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
 /**
@@ -124,14 +138,38 @@ function countBytes({ headers, body }, onProgress) {
   );
 }
 
-/** The worker that runs the network. */
+/** The worker that finds targets. */
 export class EngineWorker extends WorkerCalls {
   /**
    * @param {StartRequest} request
-   * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
+   * @returns {Promise<{ info: EngineInfo, model: TargetDescription | null }>}
    */
   start(request) {
     return this.call("start", request);
+  }
+
+  /**
+   * @param {TargetRequest} request
+   * @returns {Promise<TargetDescription>}
+   */
+  addTarget(request) {
+    return this.call("addTarget", request);
+  }
+
+  /**
+   * @param {{ id: number }} request
+   * @returns {Promise<void>}
+   */
+  removeTarget(request) {
+    return this.call("removeTarget", request);
+  }
+
+  /**
+   * @param {FindRequest} request
+   * @returns {Promise<RawFinding>}
+   */
+  find(request) {
+    return this.call("find", request, [transferable(request.frame)]);
   }
 
   /**

@@ -1,6 +1,6 @@
 // Calls across to a worker, and their answers.
 
-import { DeepSftError, asDeepSftError } from "../error.js";
+import { DeepSftError, asDeepSftError, crossOriginError } from "../error.js";
 
 /** How long a worker may be silent while a call waits, milliseconds: an emulated GPU takes minutes for its first frame. */
 export const DEFAULT_TIMEOUT_MS = 180_000;
@@ -151,10 +151,5 @@ export class WorkerCalls {
  */
 function explainedRefusal(error) {
   if (!(error instanceof DOMException && error.name === "DataCloneError")) return asDeepSftError(error);
-  return new DeepSftError(
-    "image-cross-origin",
-    "The image or video comes from another origin, so the browser does not show its pixels. Set crossOrigin on the element, " +
-      "and have the other server allow it (Access-Control-Allow-Origin).",
-    { cause: error },
-  );
+  return crossOriginError(error);
 }

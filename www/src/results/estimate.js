@@ -5,17 +5,20 @@ import { DeepSftError } from "../error.js";
 import { SurfaceMesh } from "./surface-mesh.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { Target } from "../targets/target.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), `fit` (of a mesh, where it was asked for), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `features` (finding a picture, the fit that confirms it included), `fit` (of a mesh to what
+ * the network found, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
+ * @property {number} featuresMs
  * @property {number} fitMs
  * @property {number} totalMs
  */
@@ -76,9 +79,8 @@ export class EstimateMap {
   }
 }
 
-/** What one frame shows of the template. */
+/** What one frame shows of a target. */
 export class Estimate {
-  #topology;
   #makeMesh;
   /** @type {Promise<RawMesh | null> | null} */
   #fitted = null;
@@ -89,24 +91,30 @@ export class Estimate {
    * @param {RawEstimate} raw
    * @param {SourcedCamera} camera
    * @param {EstimateTimes} times
-   * @param {MeshTopology} topology of the template's mesh
+   * @param {Target} target
    * @param {(request: MeshRequest) => Promise<RawMesh | null>} makeMesh has the engine fit or complete a mesh
    */
-  constructor(raw, camera, times, topology, makeMesh) {
-    this.#topology = topology;
+  constructor(raw, camera, times, target, makeMesh) {
     this.#makeMesh = makeMesh;
     if (raw.fitted) this.#fitted = Promise.resolve(raw.fitted);
-    /** Whether the template was found; when not, the maps are best ignored. */
+    /** What was looked for. */
+    this.target = target;
+    /** Whether the target was found; when not, the maps are best ignored. */
     this.found = raw.found;
-    /** How well image and registered template agree, 0 to 1. */
+    /**
+     * How well image and registered target agree, 0 to 1. Of the network's maps: photo-consistency. Of a picture: the fraction of the
+     * visible print that the image confirms; found from 0.6 on.
+     */
     this.confidence = raw.confidence;
+    /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
+    this.by = raw.by;
     /** Distance along the optical axis, mm; -1 outside the object. */
     this.depth = new EstimateMap(raw.depth, 1);
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
     this.registration = new EstimateMap(raw.registration, 2);
     /** 1 where the object is seen, else 0. */
     this.mask = new EstimateMap(raw.mask, 1);
-    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
     this.fitted = raw.fitted?.accepted === true;
     /** The canonical image the maps belong to. */
     this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
@@ -120,8 +128,8 @@ export class Estimate {
   /**
    * The whole surface, hidden parts included, computed once per method.
    *
-   * `fit` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-   * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the network has them and
+   * `fit` (the default) fits the target's mesh to this image; where no mesh explains the image better than the finder's
+   * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the finder has them and
    * the others follow as rigidly as possible. The mesh's `method` says which it is.
    *
    * @param {{ method?: "fit" | "completion" }} [options]
@@ -133,10 +141,10 @@ export class Estimate {
     // Before anything is waited for: close() may be called meanwhile.
     const maps = { depth: this.depth.values(), registration: this.registration.values() };
     if (method === "completion") return this.#completedMesh(maps);
-    this.#fitted ??= this.#makeMesh({ ...maps, canonical: this.canonical.data });
+    this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
       const fitted = await this.#fitted;
-      return fitted?.accepted ? new SurfaceMesh(fitted, this.#topology, "fit") : await this.#completedMesh(maps);
+      return fitted?.accepted ? new SurfaceMesh(fitted, this.target.mesh, "fit") : await this.#completedMesh(maps);
     } catch (error) {
       this.#fitted = null;
       throw error;
@@ -145,10 +153,10 @@ export class Estimate {
 
   /** @param {{ depth: Float32Array, registration: Float32Array }} maps */
   async #completedMesh(maps) {
-    this.#completed ??= this.#makeMesh({ ...maps, canonical: null });
+    this.#completed ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: null });
     try {
       const completed = await this.#completed;
-      return completed ? new SurfaceMesh(completed, this.#topology, "completion") : null;
+      return completed ? new SurfaceMesh(completed, this.target.mesh, "completion") : null;
     } catch (error) {
       this.#completed = null;
       throw error;

@@ -3,7 +3,7 @@
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
- * Where a mesh comes from: fitted to one image (`fit`), completed from the network's maps (`completion`), or followed through a
+ * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).
  *
  * @typedef {"fit" | "completion" | "tracking"} MeshMethod
@@ -24,7 +24,7 @@ export class SurfaceMesh {
     this.vertices = vertices;
     /**
      * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `completion`: 1 where the
-     * network sees the vertex, else 0.
+     * finder sees the vertex, else 0.
      */
     this.confidence = confidence;
     /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */

@@ -1,46 +1,92 @@
 // What the tracker says of one frame of a video.
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { Target } from "../targets/target.js" */
 /** @import { SurfaceMesh } from "./surface-mesh.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `track`, and `total`, from when the tracker was free for it to the result.
+ * `track` (all targets), and `total`, from when the tracker was free for it to the result.
  *
  * @typedef {{ captureMs: number, warpMs: number, trackMs: number, totalMs: number }} TrackedTimes
  */
 
-/** One frame of a video with the mesh in it. */
+/** One target in one frame of a video. */
+export class TrackedTarget {
+  /**
+   * @param {object} contents
+   * @param {Target} contents.target
+   * @param {SurfaceMesh | null} contents.mesh
+   * @param {boolean} contents.held
+   * @param {number} contents.agreement
+   * @param {number} contents.iterations
+   */
+  constructor({ target, mesh, held, agreement, iterations }) {
+    /** What is followed. */
+    this.target = target;
+    /**
+     * Whether it is found: from when three frames in a row have confirmed its mesh, or one strongly, until none has for 0.4 s.
+     */
+    this.found = mesh !== null;
+    /** The whole surface, hidden parts included; null unless found. */
+    this.mesh = mesh;
+    /** Whether this frame does not confirm the mesh: it stands where it was last confirmed, or about there. */
+    this.held = held;
+    /** Fraction of the visible print that the image confirms, 0 to 1. */
+    this.agreement = agreement;
+    /** Solver iterations this frame took. */
+    this.iterations = iterations;
+  }
+}
+
+/** One frame of a video with the meshes in it. */
 export class TrackedFrame {
   /**
    * @param {object} contents
    * @param {number} contents.number
-   * @param {SurfaceMesh | null} contents.mesh
-   * @param {number} contents.agreement
-   * @param {number} contents.iterations
+   * @param {TrackedTarget[]} contents.targets
    * @param {SourcedCamera} contents.camera
    * @param {TrackedTimes} contents.times
    * @param {number} contents.networkFps
    * @param {ImageBitmap | null} contents.frame
    */
-  constructor({ number, mesh, agreement, iterations, camera, times, networkFps, frame }) {
+  constructor({ number, targets, camera, times, networkFps, frame }) {
     /** Counts the frames the tracker saw, from 1. */
     this.number = number;
-    /** Whether the template is being followed. */
-    this.found = mesh !== null;
-    /** The whole surface, hidden parts included; null unless found. */
-    this.mesh = mesh;
-    /** Fraction of the visible print that the image confirms, 0 to 1. */
-    this.agreement = agreement;
-    /** Solver iterations this frame took. */
-    this.iterations = iterations;
+    /** What each target is in this frame, in the order in which they were given. */
+    this.targets = targets;
     /** The camera that was used, with its source. */
     this.camera = camera;
     this.times = times;
-    /** Answers of the network per second, by the time between the last two; 0 before. */
+    /** Answers of the finders per second, by the time between the last two; 0 before. */
     this.networkFps = networkFps;
-    /** The frame the mesh belongs to: draw over this one, not over what the video shows by now. Closed by `close()`. */
+    /** The frame the meshes belong to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     this.frame = frame;
+  }
+
+  /**
+   * One target in this frame.
+   *
+   * @param {Target} target
+   * @returns {TrackedTarget | undefined} undefined when it is not followed
+   */
+  of(target) {
+    return this.targets.find((tracked) => tracked.target === target);
+  }
+
+  /** Of the first target, for pages that follow one: whether it is found. */
+  get found() {
+    return this.targets[0]?.found ?? false;
+  }
+
+  /** Of the first target: the whole surface; null unless found. */
+  get mesh() {
+    return this.targets[0]?.mesh ?? null;
+  }
+
+  /** Of the first target: fraction of the visible print that the image confirms, 0 to 1. */
+  get agreement() {
+    return this.targets[0]?.agreement ?? 0;
   }
 
   /** Lets the frame go. */

@@ -1,21 +1,27 @@
-// The loop that follows the mesh through a video, with the network beside it.
+// The loop that follows meshes through a video, with the finders beside it.
 
 import { DeepSftError } from "../error.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { Patience } from "../frames/patience.js";
 import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
-import { TrackedFrame } from "../results/tracked-frame.js";
+import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
+import { Presence } from "./presence.js";
+import { SearchPlan } from "./search-plan.js";
 
+/** @import { RawAnswer } from "../engine/engine-worker.js" */
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { Target } from "../targets/target.js" */
+/** @import { RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 
-/** Least time between two frames while the template is being looked for, milliseconds. */
+/** Least time between two frames while nothing is followed, milliseconds. */
 const SEARCHING_INTERVAL_MS = 60;
+/** The tracker keeps 32 frames; the finders may take longer than the last time. */
+const KEPT_FRAMES = 24;
 /**
- * How long the network rests after an answer where the tracker misses frames beside it, in times of that answer, and at most,
+ * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
  * milliseconds.
  */
 const REST = 1.5;
@@ -25,30 +31,37 @@ const BUSY_MS = 2000;
 
 /**
  * @typedef {object} MeshTrackingParts
+ * @property {Target[]} targets
  * @property {TrackerWorker} tracker ended with the loop
  * @property {TrackerStartRequest} start
- * @property {(frame: ImageBitmap, camera: CameraOption) => Promise<Estimate>} estimate
+ * @property {(frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
  * @property {(tracked: TrackedFrame) => void} onTracked
+ * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
+ * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
  */
 
-/** A mesh being followed through a video. */
+/** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
+
+/** Meshes being followed through a video. */
 export class MeshTracking {
   #parts;
   #frames;
   #patience = new Patience();
   #stopped = false;
-  /** Whether the tracker had the template in its last frame. */
-  #found = false;
-  /** Whether the network looks at a frame, or the tracker at its answer, or the network rests. */
-  #networkBusy = false;
+  /** @type {Map<number, Followed>} */
+  #followed;
+  /** @type {SearchPlan} */
+  #plan;
+  /** Whether the finders look at a frame, or the tracker at their answers, or the finders rest. */
+  #findersBusy = false;
   #answeredAt = Number.NaN;
   #networkFps = 0;
   /** What the last answer took, milliseconds. */
-  #networkMs = 0;
-  /** Ends the network's rest. */
-  #wakeNetwork = () => {};
+  #findingMs = 0;
+  /** Ends the finders' rest. */
+  #wakeFinders = () => {};
   /** Frames given to the tracker, when the last was, and its time, seconds. */
   #number = 0;
   #followedAt = -Infinity;
@@ -64,6 +77,8 @@ export class MeshTracking {
   constructor(video, parts) {
     this.#parts = parts;
     this.#frames = new VideoFrames(video);
+    this.#followed = new Map(parts.targets.map((target) => [target.id, { target, presence: new Presence(), mesh: null }]));
+    this.#plan = new SearchPlan(parts.targets);
     this.#ready = parts.tracker.start(parts.start);
     // The loop waits for it too, and says what went wrong.
     this.#ready.catch(() => undefined);
@@ -85,24 +100,40 @@ export class MeshTracking {
   /** Ends the loop; no callback is called again. */
   stop() {
     this.#stopped = true;
-    this.#wakeNetwork();
+    this.#wakeFinders();
     this.#frames.stop();
     this.#parts.tracker.terminate(new DeepSftError("closed", "The tracking was stopped."));
   }
 
   /**
-   * Depth and registration of the mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
+   * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
    * mesh is not seen. Rejects once stopped.
    *
+   * @param {Target} [target] the first when absent
    * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+   * @throws {DeepSftError} `target-unknown`, `closed`
    */
-  maps() {
-    return this.#ready.then(() => this.#parts.tracker.maps());
+  async maps(target) {
+    const [{ target: { id } } = { target: { id: -1 } }] = target ? [{ target }] : this.#followed.values();
+    await this.#ready;
+    return this.#parts.tracker.maps({ id });
+  }
+
+  /**
+   * Follows a target no longer. `onLost` is not called for it.
+   *
+   * @param {Target} target one that is not followed is left alone
+   */
+  unfollow({ id }) {
+    if (!this.#followed.delete(id)) return;
+    this.#plan.remove(id);
+    void this.#ready.then(() => this.#parts.tracker.unfollow({ id })).catch(() => undefined);
+    if (this.#followed.size === 0) this.stop();
   }
 
   /** @param {HTMLVideoElement} video */
   async #loop(video) {
-    const topology = await this.#ready;
+    await this.#ready;
     /** @type {Following | null} */
     let next = null;
     for (;;) {
@@ -110,27 +141,49 @@ export class MeshTracking {
       if (!current) return;
       const raw = await current.answer;
       if (this.#stopped) return raw.bitmap?.close();
-      this.#found = raw.found;
-      if (!raw.found) this.#wakeNetwork();
-      const { number, camera, began, grabMs } = current;
-      const { agreement, iterations, times, readMs, bitmap } = raw;
+      const lost = raw.targets.map(({ id, found, agreement }) => this.#plan.tracked(id, found, agreement));
+      if (lost.includes(true)) this.#wakeFinders();
+      const { number, timeS, camera, began, grabMs } = current;
+      const { times, readMs, bitmap } = raw;
       const totalMs = performance.now() - began;
       // Where frames wait already, the worker follows the next while the page draws this one.
       next = this.#frames.waiting ? await this.#begin(video) : null;
       if (this.#stopped) return bitmap?.close();
-      this.#parts.onTracked(
-        new TrackedFrame({
-          number,
-          mesh: raw.found ? new SurfaceMesh(raw, topology, "tracking") : null,
-          agreement,
-          iterations,
-          camera,
-          times: { captureMs: grabMs + readMs, ...times, totalMs },
-          networkFps: this.#networkFps,
-          frame: bitmap,
-        }),
-      );
+      const seen = raw.targets.flatMap((one) => this.#seen(one, 1000 * timeS) ?? []);
+      const tracked = new TrackedFrame({
+        number,
+        targets: seen.map(({ tracked }) => tracked),
+        camera,
+        times: { captureMs: grabMs + readMs, ...times, totalMs },
+        networkFps: this.#networkFps,
+        frame: bitmap,
+      });
+      const { onFound, onLost, onTracked } = this.#parts;
+      for (const { change, tracked: { target } } of seen) {
+        if (change === "found") onFound?.(target, tracked);
+        if (change === "lost") onLost?.(target, tracked);
+      }
+      onTracked(tracked);
     }
+  }
+
+  /**
+   * What is told of a target in a frame.
+   *
+   * @param {RawTrackedTarget} raw
+   * @param {number} atMs
+   */
+  #seen(raw, atMs) {
+    const followed = this.#followed.get(raw.id);
+    // Removed meanwhile.
+    if (!followed) return null;
+    const { target, presence } = followed;
+    const { found, agreement, iterations } = raw;
+    const change = presence.update(found ? agreement : 0, atMs);
+    if (found) followed.mesh = new SurfaceMesh(raw, target.mesh, "tracking");
+    const mesh = presence.isFound ? followed.mesh : null;
+    const held = mesh !== null && !presence.isConfirmed;
+    return { change, tracked: new TrackedTarget({ target, mesh, held, agreement, iterations }) };
   }
 
   /**
@@ -144,8 +197,9 @@ export class MeshTracking {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return null;
       const began = performance.now();
-      // The tracker keeps some thirty frames: those between a question to the network and its answer must be among them.
-      const interval = this.#found ? 0 : Math.max(SEARCHING_INTERVAL_MS, this.#networkMs / 16);
+      // Those between a question to the finders and their answer must be among the frames that the tracker keeps.
+      const answerable = this.#plan.isMissingSome ? this.#findingMs / KEPT_FRAMES : 0;
+      const interval = Math.max(this.#plan.isFollowingSome ? 0 : SEARCHING_INTERVAL_MS, answerable);
       if (began - this.#followedAt < interval) continue;
       this.#followedAt = began;
       const grabbed = await transferableFrame(video).catch((error) => this.#patience.bear(error));
@@ -161,13 +215,14 @@ export class MeshTracking {
       // Two frames of one time would start the track afresh.
       this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
       const number = ++this.#number;
-      if (!this.#networkBusy && frame instanceof ImageBitmap)
-        void this.#ask(number, await createImageBitmap(frame), camera);
+      const ids = this.#findersBusy ? [] : this.#plan.next(began);
+      if (ids.length > 0 && frame instanceof ImageBitmap)
+        void this.#ask(ids, number, await createImageBitmap(frame), camera);
       const request = { number, timeS: this.#timeS, frame, intrinsics: intrinsicsOf(camera) };
       const answer = this.#parts.tracker.follow(request);
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => closeFrame(frame));
-      return { number, camera, began, grabMs, answer };
+      return { number, timeS: this.#timeS, camera, began, grabMs, answer };
     }
   }
 
@@ -185,52 +240,50 @@ export class MeshTracking {
   }
 
   /**
-   * Has the network look at a frame and the tracker hear of it.
+   * Has the finders look at a frame and the tracker hear of it.
    *
+   * @param {number[]} ids of the targets to look for
    * @param {number} number
    * @param {ImageBitmap} frame closed here
    * @param {SourcedCamera} camera
    */
-  async #ask(number, frame, camera) {
-    const { tracker, estimate, onEstimate } = this.#parts;
+  async #ask(ids, number, frame, camera) {
+    const { tracker, find, onEstimate } = this.#parts;
     if (this.#stopped) return frame.close();
-    this.#networkBusy = true;
+    this.#findersBusy = true;
     const began = performance.now();
     try {
-      const answer = await estimate(frame, camera).finally(() => frame.close());
-      if (this.#stopped) return answer.close();
+      const { answers, estimate } = await find(frame, camera, ids).finally(() => frame.close());
+      if (this.#stopped) return estimate?.close();
       const now = performance.now();
-      this.#networkMs = now - began;
+      this.#findingMs = now - began;
+      this.#plan.took(ids.length, now - began);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      const { found, depth, registration } = answer;
-      const said = found
-        ? { number, depth: depth.toFloat32Array(), registration: registration.toFloat32Array() }
-        : { number, depth: new Float32Array(), registration: new Float32Array() };
-      const heard = tracker.answer(said);
+      const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
+      const heard = Promise.all(answers.filter(isFollowed).map((answer) => tracker.answer({ ...answer, number })));
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
-      if (onEstimate) onEstimate(answer, number);
-      else answer.close();
+      if (estimate) onEstimate?.(estimate, number);
       await heard;
-      // A processor with too few cores for both serves the tracker first, which misses frames otherwise; while it has the
-      // template the network only confirms it.
-      if (this.#found && performance.now() - this.#frames.missedAt < BUSY_MS)
+      // A processor with too few cores for both serves the tracker first, which misses frames otherwise; of targets that it has
+      // the finders only confirm it.
+      if (this.#plan.isFollowingSome && performance.now() - this.#frames.missedAt < BUSY_MS)
         await this.#rest(Math.min(MOST_REST_MS, REST * (performance.now() - began)));
-      this.#networkBusy = false;
+      this.#findersBusy = false;
     } catch (error) {
       this.#fail(error);
     }
   }
 
   /**
-   * Lets the tracker have the processor, until it loses the template.
+   * Lets the tracker have the processor, until it loses a target.
    *
    * @param {number} ms
    */
   #rest(ms) {
     return new Promise((resolve) => {
-      this.#wakeNetwork = () => resolve(undefined);
+      this.#wakeFinders = () => resolve(undefined);
       setTimeout(resolve, ms);
     });
   }
@@ -241,6 +294,7 @@ export class MeshTracking {
  *
  * @typedef {object} Following
  * @property {number} number
+ * @property {number} timeS
  * @property {SourcedCamera} camera
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs

@@ -1,10 +1,10 @@
-// The tracker in its worker: an instance of the module of its own, with the template and without the network.
+// The tracker in its worker: an instance of the module of its own, with the targets and without finders.
 
 import initialise, { MeshTracker } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
+import { addSource } from "../targets/add-source.js";
 
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
 /** @import { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js" */
 
 /** @type {MeshTracker | undefined} */
@@ -17,12 +17,19 @@ function started() {
 
 /**
  * @param {TrackerStartRequest} request
- * @returns {Promise<{ value: MeshTopology, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: void, transfer: Transferable[] }>}
  */
-export async function startTracker({ module, files, smooth }) {
+export async function startTracker({ module, targets, smooth }) {
   await initialise({ module_or_path: module });
-  tracker = await MeshTracker.create(files, smooth !== null, smooth?.minCutoff, smooth?.beta);
-  return { value: tracker.templateMesh(), transfer: [] };
+  tracker = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
+  for (const { id, source } of targets) await addSource(tracker, id, source);
+  return { value: undefined, transfer: [] };
+}
+
+/** @param {{ id: number }} request */
+export function unfollow({ id }) {
+  started().removeTarget(id);
+  return { value: undefined, transfer: [] };
 }
 
 /**
@@ -34,31 +41,35 @@ export async function follow({ number, timeS, frame, intrinsics }) {
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
-  const raw = await started().follow(number, timeS, rgba, frame.width, frame.height, camera);
-  try {
-    const { found, vertices, confidence, agreement, iterations, times } = raw;
-    const bitmap = frame instanceof ImageData ? null : frame;
-    return {
-      value: { found, vertices, confidence, agreement, iterations, times: { ...times }, readMs, bitmap },
-      transfer: [vertices.buffer, confidence.buffer, ...(bitmap ? [bitmap] : [])],
-    };
-  } finally {
-    raw.free();
-  }
+  const { targets, warpMs, trackMs } = await started().follow(number, timeS, rgba, frame.width, frame.height, camera);
+  const bitmap = frame instanceof ImageData ? null : frame;
+  const arrays = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
+  return { value: { targets, times: { warpMs, trackMs }, readMs, bitmap }, transfer: [...arrays, ...(bitmap ? [bitmap] : [])] };
 }
 
 /**
  * @param {AnswerRequest} request
  * @returns {Promise<{ value: { verdict: Verdict, answerMs: number }, transfer: Transferable[] }>}
  */
-export async function answer({ number, depth, registration }) {
+export async function answer({ id, number, sightings, canDeny }) {
   const began = performance.now();
-  const verdict = await started().answer(number, depth, registration);
+  /** @type {Verdict} */
+  let verdict = "ignored";
+  if (sightings.length === 0 && canDeny)
+    verdict = await started().answer(id, number, new Float32Array(), new Float32Array());
+  // The last finder that was asked is the best.
+  for (const { depth, registration } of [...sightings].reverse()) {
+    verdict = await started().answer(id, number, depth, registration);
+    if (verdict !== "ignored") break;
+  }
   return { value: { verdict, answerMs: performance.now() - began }, transfer: [] };
 }
 
-/** @returns {{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }} */
-export function trackedMaps() {
-  const { depth, registration } = started().maps();
+/**
+ * @param {{ id: number }} request
+ * @returns {Promise<{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ */
+export async function trackedMaps({ id }) {
+  const { depth, registration } = await started().maps(id);
   return { value: { depth, registration }, transfer: [depth.buffer, registration.buffer] };
 }

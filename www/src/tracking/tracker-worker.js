@@ -3,7 +3,7 @@
 import { transferable } from "../engine/engine-worker.js";
 import { WorkerCalls } from "../engine/worker-calls.js";
 
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
 
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
@@ -13,38 +13,48 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */
 
-/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, smooth: Smoothing | null }} TrackerStartRequest */
+/** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
 /** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[] }} FollowRequest */
-/** @typedef {{ number: number, depth: Float32Array, registration: Float32Array }} AnswerRequest both empty: not found */
+/** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 
 /**
- * What the tracker made of the network's answer.
+ * What the tracker made of an answer of the finders.
  *
  * @typedef {"started" | "confirmed" | "restarted" | "dropped" | "ignored"} Verdict
  */
 
 /**
- * The mesh in one frame as it crosses from the worker.
+ * One target in a frame: `vertices` and `confidence` are empty unless found.
+ *
+ * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }} RawTrackedTarget
+ */
+
+/**
+ * The meshes in one frame as they cross from the worker.
  *
  * @typedef {object} RawTracked
- * @property {boolean} found
- * @property {Float32Array} vertices
- * @property {Float32Array} confidence
- * @property {number} agreement
- * @property {number} iterations
+ * @property {RawTrackedTarget[]} targets
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
  */
 
-/** The worker that follows the mesh. */
+/** The worker that follows meshes. */
 export class TrackerWorker extends WorkerCalls {
   /**
    * @param {TrackerStartRequest} request
-   * @returns {Promise<MeshTopology>}
+   * @returns {Promise<void>}
    */
   start(request) {
     return this.call("startTracker", request);
+  }
+
+  /**
+   * @param {{ id: number }} request
+   * @returns {Promise<void>}
+   */
+  unfollow(request) {
+    return this.call("unfollow", request);
   }
 
   /**
@@ -60,11 +70,15 @@ export class TrackerWorker extends WorkerCalls {
    * @returns {Promise<{ verdict: Verdict, answerMs: number }>}
    */
   answer(request) {
-    return this.call("answer", request, [request.depth.buffer, request.registration.buffer]);
+    const arrays = request.sightings.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
+    return this.call("answer", request, arrays);
   }
 
-  /** @returns {Promise<{ depth: Float32Array, registration: Float32Array }>} */
-  maps() {
-    return this.call("trackedMaps", null);
+  /**
+   * @param {{ id: number }} request
+   * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+   */
+  maps(request) {
+    return this.call("trackedMaps", request);
   }
 }

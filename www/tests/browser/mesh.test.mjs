@@ -63,7 +63,7 @@ test("completeMesh() and fit: true give what the native program gives", { timeou
           sameTwice: first?.vertices === again?.vertices,
           confidence: first && [...first.confidence],
           normalsTowardsCamera: first && first.normals.filter((n, i) => i % 3 === 2 && n < 0).length,
-          sizes: first && [first.faces.length, first.textureCoordinates.length, sft.template.mesh.faces.length],
+          sizes: first && [first.faces.length, first.textureCoordinates.length, sft.targets[0].mesh.faces.length],
           fitted: fitted.fitted,
           fitMs: fitted.times.fitMs,
           fittedMesh: whole && [...whole.vertices],

@@ -84,7 +84,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
         const files = await fetchBundle(new URL("models/poster-a4/", location.href));
         files.delete("weights.bpk");
         const tracker = new TrackerWorker(undefined);
-        await tracker.start({ module, files, smooth: null });
+        await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
         const meshes = [];
         const times = [];
         let verdict = null;
@@ -94,13 +94,14 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
           const tracked = await tracker.follow({ number: i, timeS: i / 30, frame, intrinsics });
           if (estimate) {
-            const [depth, registration] = [estimate.depth.toFloat32Array(), estimate.registration.toFloat32Array()];
-            verdict = (await tracker.answer({ number: i, depth, registration })).verdict;
+            const sightings = [{ depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
+            verdict = (await tracker.answer({ id: 0, number: i, sightings, canDeny: true })).verdict;
           }
-          meshes.push(tracked.found ? [...tracked.vertices] : null);
+          const [{ found, vertices }] = tracked.targets;
+          meshes.push(found ? [...vertices] : null);
           times.push(tracked.times.trackMs);
         }
-        const { depth } = await tracker.maps();
+        const { depth } = await tracker.maps({ id: 0 });
         tracker.terminate(new Error("done"));
         sft.close();
         return { meshes, times, verdict, area: depth.filter((d) => d > 0).length };

@@ -16,16 +16,18 @@ import { untar } from "./tar.mjs";
  */
 
 /**
- * A clip of the poster, 480 x 270 pixels, 30 frames a second.
+ * A clip, 480 x 270 pixels times `scale`, 30 frames a second: of the poster, or of a picture that is printed `widthMm` wide.
  *
  * @param {string} folder to write
- * @param {{ event: string, frames: number, seed: number }} options
+ * @param {{ event: string, frames: number, seed: number, scale?: number, picture?: string, widthMm?: number }} options
  * @returns {Promise<{ folder: string, camera: object, frames: ClipFrame[] }>}
  */
-export async function makeClip(folder, { event, frames, seed }) {
+export async function makeClip(folder, { event, frames, seed, scale = 1, picture, widthMm }) {
+  const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : ["--model", MODEL];
+  const [count, size] = [String(frames), String(scale)];
   await deepsft(
     "clip",
-    ...["--model", MODEL, "--event", event, "--frames", String(frames), "--seed", String(seed), "--out", folder],
+    ...[...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), "--out", folder],
   );
   const truth = new Map();
   for (const shard of (await readdir(join(folder, "truth"))).filter((name) => name.endsWith(".tar")).sort()) {
@@ -42,6 +44,57 @@ export async function makeClip(folder, { event, frames, seed }) {
   };
   const camera = JSON.parse(await readFile(join(folder, "camera.json"), "utf8"));
   return { folder, camera, frames: await Promise.all(images.map(read)) };
+}
+
+/**
+ * Two clips of one camera as one, of a camera that sees what both show: each is turned about the camera's centre until its
+ * middle is in the middle of its half. What it shows stays exact.
+ *
+ * @param {{ camera: object, frames: ClipFrame[] }} left
+ * @param {{ camera: object, frames: ClipFrame[] }} right
+ * @returns {{ picture: { width: number, height: number, rgb: Uint8Array }, vertices: [Float32Array, Float32Array] }[]} the
+ *   meshes of left and right
+ */
+export function sideBySide(left, right) {
+  const { width, height, fx, fy, cx, cy } = left.camera;
+  const turn = Math.atan(width / 4 / fx);
+  return left.frames.map(({ picture, vertices }, i) => {
+    const rgb = new Uint8Array(3 * width * height);
+    for (const [half, from, angle] of [[0, picture, turn], [1, right.frames[i].picture, -turn]]) {
+      const [c, s] = [Math.cos(angle), Math.sin(angle)];
+      for (let row = 0; row < height; row++) {
+        for (let column = (half * width) / 2; column < ((half + 1) * width) / 2; column++) {
+          const [x, y] = [(column + 0.5 - cx) / fx, (row + 0.5 - cy) / fy];
+          const depth = c - x * s;
+          sample(from, (fx * (x * c + s)) / depth + cx - 0.5, (fy * y) / depth + cy - 0.5, rgb, 3 * (row * width + column));
+        }
+      }
+    }
+    return { picture: { width, height, rgb }, vertices: [turned(vertices, turn), turned(right.frames[i].vertices, -turn)] };
+  });
+}
+
+/** Writes the colour between pixels, beyond the border that of the border, to `to` at `at`. */
+function sample({ width, height, rgb }, x, y, to, at) {
+  const [px, py] = [Math.min(Math.max(x, 0), width - 1.001), Math.min(Math.max(y, 0), height - 1.001)];
+  const [left, top] = [Math.floor(px), Math.floor(py)];
+  const [a, b] = [px - left, py - top];
+  const from = 3 * (top * width + left);
+  const below = from + 3 * width;
+  for (let k = 0; k < 3; k++)
+    to[at + k] = Math.round(
+      (rgb[from + k] * (1 - a) + rgb[from + 3 + k] * a) * (1 - b) + (rgb[below + k] * (1 - a) + rgb[below + 3 + k] * a) * b,
+    );
+}
+
+/** Points in the frame of a camera that is turned about its vertical axis. */
+function turned(points, angle) {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return points.map((value, i) => {
+    if (i % 3 === 1) return value;
+    const [x, z] = [points[i - (i % 3)], points[i - (i % 3) + 2]];
+    return i % 3 === 0 ? x * c - z * s : x * s + z * c;
+  });
 }
 
 /**

@@ -33,7 +33,7 @@ export async function onPage({ prepare, headers, ...launchOptions } = {}, body) 
           (error) => (error instanceof deepsft.DeepSftError ? error.code : String(error)),
         );
       const poster = (sft) => {
-        const { texture } = sft.template;
+        const [{ texture }] = sft.targets;
         const picture = new OffscreenCanvas(texture.width, texture.height);
         picture.getContext("2d").putImageData(texture, 0, 0);
         const canvas = new OffscreenCanvas(640, 360);

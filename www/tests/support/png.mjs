@@ -1,6 +1,6 @@
 // PNG files of 8 and 16 bits without interlacing, as the command line writes them.
 
-import { inflateSync } from "node:zlib";
+import { crc32, deflateSync, inflateSync } from "node:zlib";
 
 const CHANNELS = { 0: 1, 2: 3, 4: 2, 6: 4 };
 
@@ -55,4 +55,32 @@ export function decodePng(file) {
     channels,
     values: Uint16Array.from({ length: raw.length / 2 }, (_, i) => raw.readUInt16BE(2 * i)),
   };
+}
+
+/**
+ * @param {{ width: number, height: number, values: Uint8Array, channels?: 3 | 4 }} picture 8 bits each, RGB or RGBA
+ * @returns {Buffer}
+ */
+export function encodePng({ width, height, values, channels = 3 }) {
+  const chunk = (kind, body) => {
+    const bytes = Buffer.concat([Buffer.from(kind, "latin1"), body]);
+    const framed = Buffer.alloc(8 + bytes.length);
+    framed.writeUInt32BE(body.length, 0);
+    bytes.copy(framed, 4);
+    framed.writeUInt32BE(crc32(bytes), 4 + bytes.length);
+    return framed;
+  };
+  const header = Buffer.alloc(13);
+  header.writeUInt32BE(width, 0);
+  header.writeUInt32BE(height, 4);
+  header.set([8, channels === 4 ? 6 : 2], 8);
+  const stride = channels * width;
+  const rows = Buffer.alloc((stride + 1) * height);
+  for (let row = 0; row < height; row++) rows.set(values.subarray(row * stride, (row + 1) * stride), row * (stride + 1) + 1);
+  return Buffer.concat([
+    Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10]),
+    chunk("IHDR", header),
+    chunk("IDAT", deflateSync(rows)),
+    chunk("IEND", Buffer.alloc(0)),
+  ]);
 }

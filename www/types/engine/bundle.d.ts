@@ -4,6 +4,16 @@ export type LoadProgress = {
     totalBytes: number | null;
 };
 /**
+ * Fetches a file whole.
+ *
+ * @param {URL} url
+ * @param {AbortSignal | undefined} signal
+ * @param {(bytes: number) => void} [onBytes] called with the length of each chunk
+ * @returns {Promise<Uint8Array>}
+ * @throws {DeepSftError} `model-load`
+ */
+export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, onBytes?: (bytes: number) => void): Promise<Uint8Array>;
+/**
  * Fetches a bundle.
  *
  * @param {URL} folder ends in "/"

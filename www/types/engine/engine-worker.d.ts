@@ -1,6 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
+import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
     device: "webgpu" | "cpu";
     /**
@@ -11,9 +12,12 @@ export type EngineInfo = {
      * whether a WebGPU adapter is emulated on the CPU
      */
     software: boolean;
-    modelName: string;
     /**
-     * of the network
+     * null without a model
+     */
+    modelName: string | null;
+    /**
+     * of the network; 0 without a model
      */
     parameters: number;
     /**
@@ -32,6 +36,7 @@ export type EngineTimes = {
     warpMs: number;
     networkMs: number;
     judgeMs: number;
+    featuresMs: number;
 };
 export type RawEstimate = {
     depth: Float32Array;
@@ -40,6 +45,10 @@ export type RawEstimate = {
     canonical: Uint8ClampedArray;
     found: boolean;
     confidence: number;
+    /**
+     * which finder gave the maps
+     */
+    by: "network" | "features" | null;
     times: EngineTimes;
     /**
      * time to read the frame's pixels
@@ -50,13 +59,13 @@ export type RawEstimate = {
      */
     bitmap: ImageBitmap | null;
     /**
-     * when a fit was asked for and the template found: what came of it
+     * the mesh where one was fitted and the target found
      */
     fitted: RawMesh | null;
 };
 export type RawMesh = {
     /**
-     * whether the mesh explains the image better than the network's maps
+     * whether the mesh explains the image better than the finder's maps
      */
     accepted: boolean;
     vertices: Float32Array;
@@ -69,7 +78,7 @@ export type MeshTopology = {
     faces: Uint32Array;
     textureCoordinates: Float32Array;
 };
-export type EngineTemplate = {
+export type TargetDescription = {
     width: number;
     height: number;
     rgba: Uint8ClampedArray<ArrayBuffer>;
@@ -78,21 +87,46 @@ export type EngineTemplate = {
 };
 export type StartRequest = {
     module: WebAssembly.Module;
-    files: Map<string, Uint8Array>;
+    files: Map<string, Uint8Array> | null;
     device: "auto" | "webgpu" | "cpu";
 };
+export type TargetRequest = {
+    id: number;
+    source: TargetSource;
+};
 export type EstimateRequest = {
+    id: number;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
     fit: boolean;
 };
+export type FindRequest = {
+    ids: number[];
+    estimated: boolean;
+    frame: ImageBitmap | ImageData;
+    intrinsics: number[];
+};
+export type RawAnswer = {
+    id: number;
+    canDeny: boolean;
+    sightings: {
+        depth: Float32Array;
+        registration: Float32Array;
+    }[];
+};
+export type RawFinding = {
+    answers: RawAnswer[];
+    estimate: RawEstimate | null;
+};
 export type MeshRequest = {
+    id: number;
     depth: Float32Array;
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { TargetSource } from "../targets/target-source.js" */
 /**
  * What runs the network.
  *
@@ -100,15 +134,15 @@ export type MeshRequest = {
  * @property {"webgpu" | "cpu"} device
  * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
  * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
- * @property {string} modelName
- * @property {number} parameters of the network
+ * @property {string | null} modelName null without a model
+ * @property {number} parameters of the network; 0 without a model
  * @property {string} version of this package
  * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
  */
 /**
- * Milliseconds in the engine: canonical warp, network, confidence.
+ * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
  *
- * @typedef {{ warpMs: number, networkMs: number, judgeMs: number }} EngineTimes
+ * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
  */
 /**
  * The maps of one frame as they cross from the worker.
@@ -120,16 +154,17 @@ export type MeshRequest = {
  * @property {Uint8ClampedArray} canonical
  * @property {boolean} found
  * @property {number} confidence
+ * @property {"network" | "features" | null} by which finder gave the maps
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
- * @property {RawMesh | null} fitted when a fit was asked for and the template found: what came of it
+ * @property {RawMesh | null} fitted the mesh where one was fitted and the target found
  */
 /**
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {boolean} accepted whether the mesh explains the image better than the network's maps
+ * @property {boolean} accepted whether the mesh explains the image better than the finder's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
@@ -142,13 +177,22 @@ export type MeshRequest = {
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
  */
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} EngineTemplate */
-/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} TargetDescription */
+/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
+/** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
+/**
+ * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
+ * there.
+ *
+ * @typedef {{ id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ */
+/** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 /**
  * Compiles the WebAssembly module while it downloads.
@@ -167,16 +211,33 @@ export declare function compileEngine(url: URL, { onProgress, signal }?: {
     onProgress?: (progress: LoadProgress) => void;
     signal?: AbortSignal;
 }): Promise<WebAssembly.Module>;
-/** The worker that runs the network. */
+/** The worker that finds targets. */
 export declare class EngineWorker extends WorkerCalls {
     /**
      * @param {StartRequest} request
-     * @returns {Promise<{ info: EngineInfo, template: EngineTemplate }>}
+     * @returns {Promise<{ info: EngineInfo, model: TargetDescription | null }>}
      */
     start(request: StartRequest): Promise<{
         info: EngineInfo;
-        template: EngineTemplate;
+        model: TargetDescription | null;
     }>;
+    /**
+     * @param {TargetRequest} request
+     * @returns {Promise<TargetDescription>}
+     */
+    addTarget(request: TargetRequest): Promise<TargetDescription>;
+    /**
+     * @param {{ id: number }} request
+     * @returns {Promise<void>}
+     */
+    removeTarget(request: {
+        id: number;
+    }): Promise<void>;
+    /**
+     * @param {FindRequest} request
+     * @returns {Promise<RawFinding>}
+     */
+    find(request: FindRequest): Promise<RawFinding>;
     /**
      * @param {EstimateRequest} request
      * @returns {Promise<RawEstimate>}

@@ -1,25 +1,30 @@
 import { SurfaceMesh } from "./surface-mesh.js";
 import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js";
+import type { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js";
+import type { Target } from "../targets/target.js";
 export type EstimateTimes = {
     captureMs: number;
     warpMs: number;
     networkMs: number;
     judgeMs: number;
+    featuresMs: number;
     fitMs: number;
     totalMs: number;
 };
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshRequest, MeshTopology, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { Target } from "../targets/target.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), `fit` (of a mesh, where it was asked for), and `total`, from the call to the result.
+ * `network`, `judge` (confidence), `features` (finding a picture, the fit that confirms it included), `fit` (of a mesh to what
+ * the network found, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
  * @property {number} captureMs
  * @property {number} warpMs
  * @property {number} networkMs
  * @property {number} judgeMs
+ * @property {number} featuresMs
  * @property {number} fitMs
  * @property {number} totalMs
  */
@@ -64,20 +69,27 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
     /** Lets the memory go. */
     close(): void;
 }
-/** What one frame shows of the template. */
+/** What one frame shows of a target. */
 export declare class Estimate {
     #private;
-    /** Whether the template was found; when not, the maps are best ignored. */
+    /** What was looked for. */
+    target: Target;
+    /** Whether the target was found; when not, the maps are best ignored. */
     found: boolean;
-    /** How well image and registered template agree, 0 to 1. */
+    /**
+     * How well image and registered target agree, 0 to 1. Of the network's maps: photo-consistency. Of a picture: the fraction of the
+     * visible print that the image confirms; found from 0.6 on.
+     */
     confidence: number;
+    /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
+    by: "features" | "network" | null;
     /** Distance along the optical axis, mm; -1 outside the object. */
     depth: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
     registration: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** 1 where the object is seen, else 0. */
     mask: EstimateMap<Uint8Array<ArrayBufferLike>>;
-    /** Whether depth and registration are those of a mesh fitted to the image; else they are the network's own. */
+    /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
     fitted: boolean;
     /** The canonical image the maps belong to. */
     canonical: ImageData;
@@ -90,15 +102,15 @@ export declare class Estimate {
      * @param {RawEstimate} raw
      * @param {SourcedCamera} camera
      * @param {EstimateTimes} times
-     * @param {MeshTopology} topology of the template's mesh
+     * @param {Target} target
      * @param {(request: MeshRequest) => Promise<RawMesh | null>} makeMesh has the engine fit or complete a mesh
      */
-    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, topology: MeshTopology, makeMesh: (request: MeshRequest) => Promise<RawMesh | null>);
+    constructor(raw: RawEstimate, camera: SourcedCamera, times: EstimateTimes, target: Target, makeMesh: (request: MeshRequest) => Promise<RawMesh | null>);
     /**
      * The whole surface, hidden parts included, computed once per method.
      *
-     * `fit` (the default) fits the template's mesh to this image; where no mesh explains the image better than the network's
-     * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the network has them and
+     * `fit` (the default) fits the target's mesh to this image; where no mesh explains the image better than the finder's
+     * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the finder has them and
      * the others follow as rigidly as possible. The mesh's `method` says which it is.
      *
      * @param {{ method?: "fit" | "completion" }} [options]

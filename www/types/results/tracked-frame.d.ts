@@ -1,4 +1,5 @@
 import type { SourcedCamera } from "../camera/intrinsics.js";
+import type { Target } from "../targets/target.js";
 import type { SurfaceMesh } from "./surface-mesh.js";
 export type TrackedTimes = {
     captureMs: number;
@@ -7,53 +8,89 @@ export type TrackedTimes = {
     totalMs: number;
 };
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { Target } from "../targets/target.js" */
 /** @import { SurfaceMesh } from "./surface-mesh.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `track`, and `total`, from when the tracker was free for it to the result.
+ * `track` (all targets), and `total`, from when the tracker was free for it to the result.
  *
  * @typedef {{ captureMs: number, warpMs: number, trackMs: number, totalMs: number }} TrackedTimes
  */
-/** One frame of a video with the mesh in it. */
-export declare class TrackedFrame {
-    /** Counts the frames the tracker saw, from 1. */
-    number: number;
-    /** Whether the template is being followed. */
+/** One target in one frame of a video. */
+export declare class TrackedTarget {
+    /** What is followed. */
+    target: Target;
+    /**
+     * Whether it is found: from when three frames in a row have confirmed its mesh, or one strongly, until none has for 0.4 s.
+     */
     found: boolean;
     /** The whole surface, hidden parts included; null unless found. */
     mesh: SurfaceMesh | null;
+    /** Whether this frame does not confirm the mesh: it stands where it was last confirmed, or about there. */
+    held: boolean;
     /** Fraction of the visible print that the image confirms, 0 to 1. */
     agreement: number;
     /** Solver iterations this frame took. */
     iterations: number;
+    /**
+     * @param {object} contents
+     * @param {Target} contents.target
+     * @param {SurfaceMesh | null} contents.mesh
+     * @param {boolean} contents.held
+     * @param {number} contents.agreement
+     * @param {number} contents.iterations
+     */
+    constructor({ target, mesh, held, agreement, iterations }: {
+        target: Target;
+        mesh: SurfaceMesh | null;
+        held: boolean;
+        agreement: number;
+        iterations: number;
+    });
+}
+/** One frame of a video with the meshes in it. */
+export declare class TrackedFrame {
+    /** Counts the frames the tracker saw, from 1. */
+    number: number;
+    /** What each target is in this frame, in the order in which they were given. */
+    targets: TrackedTarget[];
     /** The camera that was used, with its source. */
     camera: SourcedCamera;
     times: TrackedTimes;
-    /** Answers of the network per second, by the time between the last two; 0 before. */
+    /** Answers of the finders per second, by the time between the last two; 0 before. */
     networkFps: number;
-    /** The frame the mesh belongs to: draw over this one, not over what the video shows by now. Closed by `close()`. */
+    /** The frame the meshes belong to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     frame: ImageBitmap | null;
     /**
      * @param {object} contents
      * @param {number} contents.number
-     * @param {SurfaceMesh | null} contents.mesh
-     * @param {number} contents.agreement
-     * @param {number} contents.iterations
+     * @param {TrackedTarget[]} contents.targets
      * @param {SourcedCamera} contents.camera
      * @param {TrackedTimes} contents.times
      * @param {number} contents.networkFps
      * @param {ImageBitmap | null} contents.frame
      */
-    constructor({ number, mesh, agreement, iterations, camera, times, networkFps, frame }: {
+    constructor({ number, targets, camera, times, networkFps, frame }: {
         number: number;
-        mesh: SurfaceMesh | null;
-        agreement: number;
-        iterations: number;
+        targets: TrackedTarget[];
         camera: SourcedCamera;
         times: TrackedTimes;
         networkFps: number;
         frame: ImageBitmap | null;
     });
+    /**
+     * One target in this frame.
+     *
+     * @param {Target} target
+     * @returns {TrackedTarget | undefined} undefined when it is not followed
+     */
+    of(target: Target): TrackedTarget | undefined;
+    /** Of the first target, for pages that follow one: whether it is found. */
+    get found(): boolean;
+    /** Of the first target: the whole surface; null unless found. */
+    get mesh(): SurfaceMesh | null;
+    /** Of the first target: fraction of the visible print that the image confirms, 0 to 1. */
+    get agreement(): number;
     /** Lets the frame go. */
     close(): void;
 }

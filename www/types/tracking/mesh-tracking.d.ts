@@ -1,28 +1,47 @@
+import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
+import { Presence } from "./presence.js";
+import type { RawAnswer } from "../engine/engine-worker.js";
 import type { Estimate } from "../results/estimate.js";
 import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
+import type { Target } from "../targets/target.js";
 import type { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
 export type MeshTrackingParts = {
+    targets: Target[];
     /**
      * ended with the loop
      */
     tracker: TrackerWorker;
     start: TrackerStartRequest;
-    estimate: (frame: ImageBitmap, camera: CameraOption) => Promise<Estimate>;
+    find: (frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{
+        answers: RawAnswer[];
+        estimate: Estimate | null;
+    }>;
     camera: CameraOption | undefined;
     onTracked: (tracked: TrackedFrame) => void;
+    onFound: ((target: Target, tracked: TrackedFrame) => void) | undefined;
+    onLost: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
+};
+export type Followed = {
+    target: Target;
+    presence: Presence;
+    mesh: SurfaceMesh | null;
 };
 /**
  * @typedef {object} MeshTrackingParts
+ * @property {Target[]} targets
  * @property {TrackerWorker} tracker ended with the loop
  * @property {TrackerStartRequest} start
- * @property {(frame: ImageBitmap, camera: CameraOption) => Promise<Estimate>} estimate
+ * @property {(frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
  * @property {(tracked: TrackedFrame) => void} onTracked
+ * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
+ * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
  */
-/** A mesh being followed through a video. */
+/** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
+/** Meshes being followed through a video. */
 export declare class MeshTracking {
     #private;
     /**
@@ -40,18 +59,27 @@ export declare class MeshTracking {
     /** Ends the loop; no callback is called again. */
     stop(): void;
     /**
-     * Depth and registration of the mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
+     * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
      * mesh is not seen. Rejects once stopped.
      *
+     * @param {Target} [target] the first when absent
      * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+     * @throws {DeepSftError} `target-unknown`, `closed`
      */
-    maps(): Promise<{
+    maps(target?: Target): Promise<{
         depth: Float32Array;
         registration: Float32Array;
     }>;
+    /**
+     * Follows a target no longer. `onLost` is not called for it.
+     *
+     * @param {Target} target one that is not followed is left alone
+     */
+    unfollow({ id }: Target): void;
 }
 export type Following = {
     number: number;
+    timeS: number;
     camera: SourcedCamera;
     /**
      * when the tracker was free for it, milliseconds
@@ -65,6 +93,7 @@ export type Following = {
  *
  * @typedef {object} Following
  * @property {number} number
+ * @property {number} timeS
  * @property {SourcedCamera} camera
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs

@@ -1,13 +1,19 @@
-import type { MeshTopology } from "../engine/engine-worker.js";
 import type { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js";
 /**
  * @param {TrackerStartRequest} request
- * @returns {Promise<{ value: MeshTopology, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: void, transfer: Transferable[] }>}
  */
-export declare function startTracker({ module, files, smooth }: TrackerStartRequest): Promise<{
-    value: MeshTopology;
+export declare function startTracker({ module, targets, smooth }: TrackerStartRequest): Promise<{
+    value: void;
     transfer: Transferable[];
 }>;
+/** @param {{ id: number }} request */
+export declare function unfollow({ id }: {
+    id: number;
+}): {
+    value: undefined;
+    transfer: never[];
+};
 /**
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
@@ -20,18 +26,23 @@ export declare function follow({ number, timeS, frame, intrinsics }: FollowReque
  * @param {AnswerRequest} request
  * @returns {Promise<{ value: { verdict: Verdict, answerMs: number }, transfer: Transferable[] }>}
  */
-export declare function answer({ number, depth, registration }: AnswerRequest): Promise<{
+export declare function answer({ id, number, sightings, canDeny }: AnswerRequest): Promise<{
     value: {
         verdict: Verdict;
         answerMs: number;
     };
     transfer: Transferable[];
 }>;
-/** @returns {{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }} */
-export declare function trackedMaps(): {
+/**
+ * @param {{ id: number }} request
+ * @returns {Promise<{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ */
+export declare function trackedMaps({ id }: {
+    id: number;
+}): Promise<{
     value: {
         depth: Float32Array;
         registration: Float32Array;
     };
     transfer: Transferable[];
-};
+}>;

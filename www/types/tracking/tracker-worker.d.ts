@@ -1,12 +1,12 @@
 import { WorkerCalls } from "../engine/worker-calls.js";
-import type { MeshTopology } from "../engine/engine-worker.js";
+import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
 export type Smoothing = {
     minCutoff?: number;
     beta?: number;
 };
 export type TrackerStartRequest = {
     module: WebAssembly.Module;
-    files: Map<string, Uint8Array>;
+    targets: TargetRequest[];
     smooth: Smoothing | null;
 };
 export type FollowRequest = {
@@ -15,18 +15,20 @@ export type FollowRequest = {
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
 };
-export type AnswerRequest = {
+export type AnswerRequest = RawAnswer & {
     number: number;
-    depth: Float32Array;
-    registration: Float32Array;
 };
 export type Verdict = "started" | "confirmed" | "restarted" | "dropped" | "ignored";
-export type RawTracked = {
+export type RawTrackedTarget = {
+    id: number;
     found: boolean;
     vertices: Float32Array;
     confidence: Float32Array;
     agreement: number;
     iterations: number;
+};
+export type RawTracked = {
+    targets: RawTrackedTarget[];
     times: {
         warpMs: number;
         trackMs: number;
@@ -40,7 +42,7 @@ export type RawTracked = {
      */
     bitmap: ImageBitmap | null;
 };
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
  * for a vertex at rest. The cut-off rises by `beta` (Hz per mm/s, default 0.1) with the vertex's speed, so that motion hardly
@@ -48,34 +50,42 @@ export type RawTracked = {
  *
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */
-/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array>, smooth: Smoothing | null }} TrackerStartRequest */
+/** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
 /** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[] }} FollowRequest */
-/** @typedef {{ number: number, depth: Float32Array, registration: Float32Array }} AnswerRequest both empty: not found */
+/** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 /**
- * What the tracker made of the network's answer.
+ * What the tracker made of an answer of the finders.
  *
  * @typedef {"started" | "confirmed" | "restarted" | "dropped" | "ignored"} Verdict
  */
 /**
- * The mesh in one frame as it crosses from the worker.
+ * One target in a frame: `vertices` and `confidence` are empty unless found.
+ *
+ * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }} RawTrackedTarget
+ */
+/**
+ * The meshes in one frame as they cross from the worker.
  *
  * @typedef {object} RawTracked
- * @property {boolean} found
- * @property {Float32Array} vertices
- * @property {Float32Array} confidence
- * @property {number} agreement
- * @property {number} iterations
+ * @property {RawTrackedTarget[]} targets
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, handed back
  */
-/** The worker that follows the mesh. */
+/** The worker that follows meshes. */
 export declare class TrackerWorker extends WorkerCalls {
     /**
      * @param {TrackerStartRequest} request
-     * @returns {Promise<MeshTopology>}
+     * @returns {Promise<void>}
      */
-    start(request: TrackerStartRequest): Promise<MeshTopology>;
+    start(request: TrackerStartRequest): Promise<void>;
+    /**
+     * @param {{ id: number }} request
+     * @returns {Promise<void>}
+     */
+    unfollow(request: {
+        id: number;
+    }): Promise<void>;
     /**
      * @param {FollowRequest} request
      * @returns {Promise<RawTracked>}
@@ -89,8 +99,13 @@ export declare class TrackerWorker extends WorkerCalls {
         verdict: Verdict;
         answerMs: number;
     }>;
-    /** @returns {Promise<{ depth: Float32Array, registration: Float32Array }>} */
-    maps(): Promise<{
+    /**
+     * @param {{ id: number }} request
+     * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+     */
+    maps(request: {
+        id: number;
+    }): Promise<{
         depth: Float32Array;
         registration: Float32Array;
     }>;

@@ -10,6 +10,10 @@ use glam::DVec3;
 /// on average, be it in the print or in the image, nothing is confirmed.
 const NO_CONTRAST: f64 = 0.04;
 
+/// Correlation around a vertex from which the image confirms the print there, and below which it shows something else.
+const CONFIRMED: f64 = 0.5;
+const CONTRADICTED: f64 = 0.25;
+
 /// Correlation between image and print, both locally normalised.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
@@ -19,6 +23,12 @@ pub(crate) struct Agreement {
     pub(crate) confidence: Vec<f32>,
     /// Points at which image and print were compared.
     pub(crate) points: usize,
+    /// Of the visible vertices around which the print has contrast: the fraction that the image confirms.
+    pub(crate) explained: f64,
+    /// Points around those that it confirms.
+    pub(crate) confirmed_points: f64,
+    /// How sure it is that something hides each vertex: 1 where the print has contrast and the image shows something else.
+    pub(crate) hidden: Vec<f32>,
 }
 
 /// Weighted sums over points of image, print and weight.
@@ -43,6 +53,11 @@ impl Products {
         self.print += other.print;
         self.both += other.both;
         self.weight += other.weight;
+    }
+
+    /// Whether there is contrast in the print.
+    fn tells(&self) -> bool {
+        self.print > NO_CONTRAST * self.weight && self.weight > 0.0
     }
 
     /// Correlation, 0 when negative; no contrast counts against it.
@@ -95,10 +110,30 @@ impl Agreement {
                 0.0
             }
         };
+        let (mut telling, mut confirmed, mut confirmed_points) = (0.0, 0.0, 0.0);
+        for (own, wide) in around
+            .iter()
+            .zip(&wide)
+            .filter(|(own, wide)| own.weight > 0.0 && wide.tells())
+        {
+            telling += own.weight;
+            if wide.correlation() >= CONFIRMED {
+                confirmed += own.weight;
+                confirmed_points += own.weight;
+            }
+        }
+        let contradicted = |(own, wide): (&Products, &Products)| {
+            f32::from(u8::from(
+                own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED,
+            ))
+        };
         Self {
             whole: whole.correlation(),
             confidence: around.iter().zip(&wide).map(shown).collect(),
             points: compared,
+            explained: if telling > 0.0 { confirmed / telling } else { 0.0 },
+            confirmed_points,
+            hidden: around.iter().zip(&wide).map(contradicted).collect(),
         }
     }
 }

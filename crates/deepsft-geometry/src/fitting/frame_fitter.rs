@@ -3,16 +3,25 @@
 use super::agreement::Agreement;
 use super::level::IsometricMesh;
 use super::measurements::{Measurement, measurements};
-use super::mesh_fitter::{MeshFitter, Resolution, Round, WINDOW_PX, check_blurs};
+use super::mesh_fitter::{MeshFitter, POINT_STEP, Resolution, Round, WINDOW_PX, check_blurs};
 use super::options::FitOptions;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::image::{GreyImage, Normalizer, Picture};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
-use crate::mesh::{RigidMotion, SurfacePoint, Template};
+use crate::mesh::{RigidMotion, SurfacePoint, Template, TriangleMesh};
 use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust, SolveReport};
 use glam::DVec3;
+
+/// Where the mask of a fit's maps comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mask {
+    /// It is that of the finder's maps.
+    Given,
+    /// It is the mesh's silhouette less what hides it.
+    FromFit,
+}
 
 /// Fewest measurements from which a mesh is fitted.
 const FEWEST_MEASUREMENTS: usize = 12;
@@ -38,6 +47,10 @@ pub struct FrameFit {
     pub confidence: Vec<f32>,
     /// The same for the whole visible print.
     pub agreement: f64,
+    /// Of the visible print that has contrast: the fraction that the image confirms.
+    pub explained: f64,
+    /// About how many pixels of the image confirm the mesh.
+    pub confirmed_px: f64,
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
     /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
@@ -91,6 +104,30 @@ impl FrameFitter {
         maps: &Maps,
         start: Option<&[DVec3]>,
     ) -> Result<Option<FrameFit>, GeometryError> {
+        self.fit_in((image, camera), maps, start, Mask::Given)
+    }
+
+    /// As [`FrameFitter::fit`], from maps of the whole surface, as features find it: their mask does not say what hides the
+    /// object. The mask of the result is the mesh's silhouette less the parts whose print the image contradicts.
+    ///
+    /// # Errors
+    /// As [`FrameFitter::fit`].
+    pub fn fit_unmasked(
+        &mut self,
+        image: &Picture,
+        camera: &Camera,
+        maps: &Maps,
+    ) -> Result<Option<FrameFit>, GeometryError> {
+        self.fit_in((image, camera), maps, None, Mask::FromFit)
+    }
+
+    fn fit_in(
+        &mut self,
+        (image, camera): (&Picture, &Camera),
+        maps: &Maps,
+        start: Option<&[DVec3]>,
+        mask: Mask,
+    ) -> Result<Option<FrameFit>, GeometryError> {
         check_size(image.size(), camera.size())?;
         check_size(maps.size(), camera.size())?;
         if let Some(start) = start {
@@ -110,7 +147,21 @@ impl FrameFitter {
         let mut vertices = self.mesh_fitter.fine_vertices(&found.vertices);
         if let Some(blur) = last {
             let worth = self.options.independent_registrations;
-            let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.fine, &measured, camera, worth)?;
+            // What the image confirms of a network's maps is left to the image. The whole surface that features give is one
+            // of right lengths already: letting go of it costs accuracy in depth.
+            let confidence = self.mesh_fitter.fine_confidence(&found.agreement.confidence);
+            let fine = &self.mesh_fitter.fine;
+            let hold = |point: &SurfacePoint| {
+                if mask == Mask::FromFit {
+                    return 1.0;
+                }
+                let corners = fine.mesh.faces()[point.face].iter().zip(point.barycentric);
+                1.0 - corners
+                    .map(|(&v, w)| w * f64::from(confidence[v]))
+                    .sum::<f64>()
+                    .clamp(0.0, 1.0)
+            };
+            let (reprojection, depth) = self.measured_terms(fine, &measured, camera, worth, hold)?;
             let round = self.round(Resolution::Fine, blur);
             let seen = |pixel: usize| maps.inside(pixel);
             let priors: [&dyn Energy; 2] = [&reprojection, &depth];
@@ -127,6 +178,7 @@ impl FrameFitter {
             maps,
             (vertices, found.agreement),
             found.reports,
+            mask,
         )))
     }
 
@@ -159,7 +211,7 @@ impl FrameFitter {
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
         let worth = self.options.independent_registrations;
-        let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth)?;
+        let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         if let Some(start) = start {
             let start = self.mesh_fitter.coarse_vertices(start);
@@ -168,7 +220,8 @@ impl FrameFitter {
         }
         let start = self.aligned(measured, camera);
         let trust = self.options.settling_registrations;
-        let (trusted, trusted_depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust)?;
+        let (trusted, trusted_depth) =
+            self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust, |_| 1.0)?;
         let settled = self
             .mesh_fitter
             .coarse
@@ -225,13 +278,15 @@ impl FrameFitter {
         }
     }
 
-    /// The terms that the network's maps give, the registrations worth `independent` measurements together.
+    /// The terms that the finder's maps give, the registrations worth `independent` measurements together, each of them
+    /// weighted by `hold`.
     fn measured_terms(
         &self,
         level: &IsometricMesh,
         measured: &[Measurement],
         camera: &Camera,
         independent: f64,
+        hold: impl Fn(&SurfacePoint) -> f64,
     ) -> Result<(Reprojection, DepthPrior), GeometryError> {
         let mesh = &level.mesh;
         let located: Vec<(SurfacePoint, &Measurement)> = measured
@@ -246,7 +301,7 @@ impl FrameFitter {
             .map(|&(point, m)| ImagePoint {
                 point,
                 pixel: m.pixel,
-                weight,
+                weight: weight * hold(&point),
             })
             .collect();
         let depths: Vec<PointDepth> = located
@@ -292,6 +347,7 @@ impl FrameFitter {
         maps: &Maps,
         (vertices, agreement): (Vec<DVec3>, Agreement),
         reports: Vec<SolveReport>,
+        mask: Mask,
     ) -> FrameFit {
         let surface = VisibleSurface::new(self.mesh_fitter.template.mesh(), &vertices, camera);
         let mut fitted = surface.maps();
@@ -312,20 +368,40 @@ impl FrameFitter {
         };
         let photo_consistency_cost = [cost(maps), cost(&fitted)];
         let accepted = photo_consistency_cost[1] < photo_consistency_cost[0];
-        if accepted {
-            // The mask is the network's: it sees what lies in front. Where the mesh ends before it, its own values stay.
-            fitted = fitted.within(maps);
-        } else {
-            fitted = maps.clone();
+        match mask {
+            Mask::FromFit => clear_hidden(
+                &mut fitted,
+                &surface,
+                self.mesh_fitter.template.mesh(),
+                &agreement.hidden,
+            ),
+            // A network sees what lies in front. Where the mesh ends before its mask, its own values stay.
+            Mask::Given if accepted => fitted = fitted.within(maps),
+            Mask::Given => fitted = maps.clone(),
         }
         FrameFit {
             maps: fitted,
             vertices_camera: vertices,
             confidence: agreement.confidence,
             agreement: agreement.whole,
+            explained: agreement.explained,
+            confirmed_px: agreement.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
             accepted,
             photo_consistency_cost,
             reports,
+        }
+    }
+}
+
+/// Clears the pixels of `maps`, drawn from `surface`, around whose vertices something hides the object.
+fn clear_hidden(maps: &mut Maps, surface: &VisibleSurface, mesh: &TriangleMesh, hidden: &[f32]) {
+    let width = maps.width();
+    for (column, row, face, triangle) in surface.front() {
+        let at = surface.centres().position(column, row);
+        let weights = triangle.barycentric(at.x, at.y);
+        let corners = mesh.faces()[face].iter().zip(weights);
+        if corners.map(|(&v, w)| w * f64::from(hidden[v])).sum::<f64>() > 0.5 {
+            maps.clear(row * width + column);
         }
     }
 }

@@ -20,7 +20,7 @@ pub(crate) const WINDOW_PX: f32 = 8.0;
 const WINDOW_BLURS: f32 = 3.0;
 
 /// Pixels between two photo-consistency points.
-const POINT_STEP: usize = 3;
+pub(crate) const POINT_STEP: usize = 3;
 
 /// How much larger the cells of the coarse mesh are.
 const COARSE_CELLS: usize = 2;

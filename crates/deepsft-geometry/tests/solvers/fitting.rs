@@ -144,6 +144,46 @@ fn an_image_that_shows_nothing_does_not_drag_the_sheet_away() {
 }
 
 #[test]
+fn from_the_whole_surface_the_fit_tells_what_hides_the_sheet_and_whether_it_is_there() {
+    let Scene {
+        template,
+        camera,
+        truth,
+        image,
+    } = scene();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    // A hand of one colour, with an edge of its own.
+    let hides = |x: usize, y: usize| (200..290).contains(&x) && (100..190).contains(&y);
+    let covered = Picture::from_fn(480, 270, |x, y| match hides(x, y) {
+        true => [190, 140, 110 + (x % 2) as u8],
+        false => image.pixel(x, y),
+    });
+    let fitted = fitter
+        .fit_unmasked(&covered, &camera, &mistaken(&truth))
+        .unwrap()
+        .unwrap();
+    let share = |hidden: bool| {
+        let pixels: Vec<usize> = (0..480 * 270)
+            .filter(|&p| truth.inside(p) && hides(p % 480, p / 480) == hidden)
+            .collect();
+        let shown = pixels.iter().filter(|&&p| fitted.maps.inside(p)).count();
+        shown as f64 / pixels.len() as f64
+    };
+    assert!(
+        share(true) < 0.3 && share(false) > 0.9,
+        "{} {}",
+        share(true),
+        share(false)
+    );
+    assert!((0.6..0.95).contains(&fitted.explained), "{}", fitted.explained);
+    assert!(fitted.confirmed_px > 5000.0, "{}", fitted.confirmed_px);
+    // Where something else is shown, next to nothing is confirmed.
+    let other = Picture::from_fn(480, 270, |x, y| [((x / 7 * 7919 + y / 5 * 104_729) % 200) as u8; 3]);
+    let fitted = fitter.fit_unmasked(&other, &camera, &truth).unwrap().unwrap();
+    assert!(fitted.explained < 0.2, "{}", fitted.explained);
+}
+
+#[test]
 fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
     let Scene {
         template,

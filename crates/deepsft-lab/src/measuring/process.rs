@@ -50,8 +50,18 @@ impl Process {
     /// Its answer to a line.
     pub fn ask(&mut self, question: &str) -> Result<String> {
         thread::sleep(REST);
+        self.tell(question)?;
+        self.answer()
+    }
+
+    /// Sends a line, without waiting for its answer.
+    pub fn tell(&mut self, question: &str) -> Result<()> {
         let questions = self.questions.as_mut().context("the process was told to end")?;
-        writeln!(questions, "{question}")?;
+        Ok(writeln!(questions, "{question}")?)
+    }
+
+    /// The answer to the line that was sent first.
+    pub fn answer(&mut self) -> Result<String> {
         let mut answer = String::new();
         self.answers.read_line(&mut answer)?;
         ensure!(!answer.is_empty(), "a process that was to be measured has ended");

@@ -7,61 +7,61 @@ use rand_pcg::Pcg32;
 use tiny_skia::{FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 /// A point of the sheet: mm from its top-left corner, x right, y down.
-pub(super) type Point = (f32, f32);
+pub(crate) type Point = (f32, f32);
 
 /// An opaque sRGB printing ink.
-pub(super) type Ink = [u8; 3];
+pub(crate) type Ink = [u8; 3];
 
 /// Random choices of one element of the artwork. Each element has its own seed, so that changing one
 /// leaves all others as they were.
-pub(super) struct Dice(Pcg32);
+pub(crate) struct Dice(Pcg32);
 
 impl Dice {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(Pcg32::seed_from_u64(0xdee9_5f70_0000_0000 ^ seed))
     }
 
     /// Uniform in `low..high`.
-    pub(super) fn between(&mut self, low: f32, high: f32) -> f32 {
+    pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.0.random::<f32>()
     }
 
     /// Uniform in `-spread..spread`.
-    pub(super) fn jitter(&mut self, spread: f32) -> f32 {
+    pub(crate) fn jitter(&mut self, spread: f32) -> f32 {
         self.between(-spread, spread)
     }
 
-    pub(super) fn chance(&mut self, probability: f32) -> bool {
+    pub(crate) fn chance(&mut self, probability: f32) -> bool {
         self.0.random::<f32>() < probability
     }
 
     /// A whole number in `0..count` (0 for a `count` of 0).
-    pub(super) fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         ((self.0.random::<f32>() * count as f32) as usize).min(count.saturating_sub(1))
     }
 
     /// Two different ones of three inks.
-    pub(super) fn pair(&mut self, inks: &[Ink; 3]) -> [Ink; 2] {
+    pub(crate) fn pair(&mut self, inks: &[Ink; 3]) -> [Ink; 2] {
         let first = self.below(3);
         [inks[first], inks[(first + 1 + self.below(2)) % 3]]
     }
 
     /// One of the inks; white when there is none.
-    pub(super) fn pick(&mut self, inks: &[Ink]) -> Ink {
+    pub(crate) fn pick(&mut self, inks: &[Ink]) -> Ink {
         inks.get(self.below(inks.len())).copied().unwrap_or([255; 3])
     }
 }
 
 /// A filled outline or a line. Degenerate shapes are empty and draw nothing.
 #[derive(Clone)]
-pub(super) struct Shape(Option<Path>);
+pub(crate) struct Shape(Option<Path>);
 
 impl Shape {
-    pub(super) fn polygon(points: &[Point]) -> Self {
+    pub(crate) fn polygon(points: &[Point]) -> Self {
         Self::through(points, true)
     }
 
-    pub(super) fn line(points: &[Point]) -> Self {
+    pub(crate) fn line(points: &[Point]) -> Self {
         Self::through(points, false)
     }
 
@@ -77,7 +77,7 @@ impl Shape {
     }
 
     /// The closed Catmull-Rom curve through the points.
-    pub(super) fn blob(points: &[Point]) -> Self {
+    pub(crate) fn blob(points: &[Point]) -> Self {
         let n = points.len();
         if n < 3 {
             return Self(None);
@@ -98,7 +98,7 @@ impl Shape {
     }
 
     /// The open Catmull-Rom curve through the points.
-    pub(super) fn curve(points: &[Point]) -> Self {
+    pub(crate) fn curve(points: &[Point]) -> Self {
         let n = points.len();
         if n < 2 {
             return Self(None);
@@ -117,12 +117,12 @@ impl Shape {
         Self(path.finish())
     }
 
-    pub(super) fn disc(centre: Point, radius: f32) -> Self {
+    pub(crate) fn disc(centre: Point, radius: f32) -> Self {
         Self(PathBuilder::from_circle(centre.0, centre.1, radius))
     }
 
     /// An ellipse with its first axis turned by `angle` from x towards y.
-    pub(super) fn ellipse(centre: Point, radius_x: f32, radius_y: f32, angle: f32) -> Self {
+    pub(crate) fn ellipse(centre: Point, radius_x: f32, radius_y: f32, angle: f32) -> Self {
         Self::blob(
             &(0..16)
                 .map(|i| turned(centre, angle, unit(i as f32 / 16.0, radius_x, radius_y)))
@@ -131,7 +131,7 @@ impl Shape {
     }
 
     /// The part of a ring between two radii and two angles.
-    pub(super) fn ring_sector(centre: Point, radii: (f32, f32), angles: (f32, f32)) -> Self {
+    pub(crate) fn ring_sector(centre: Point, radii: (f32, f32), angles: (f32, f32)) -> Self {
         let steps = (((angles.1 - angles.0).abs() * radii.1 / 0.5).ceil() as usize).clamp(4, 200);
         let at = |i: usize, radius: f32| {
             let angle = angles.0 + (angles.1 - angles.0) * i as f32 / steps as f32;
@@ -142,12 +142,12 @@ impl Shape {
         Self::polygon(&outer.chain(inner).collect::<Vec<_>>())
     }
 
-    pub(super) fn rectangle(x: f32, y: f32, width: f32, height: f32) -> Self {
+    pub(crate) fn rectangle(x: f32, y: f32, width: f32, height: f32) -> Self {
         Self::polygon(&[(x, y), (x + width, y), (x + width, y + height), (x, y + height)])
     }
 
     /// Everything below a curve that is given from left to right, down to `bottom`.
-    pub(super) fn ground(skyline: &[Point], bottom: f32) -> Self {
+    pub(crate) fn ground(skyline: &[Point], bottom: f32) -> Self {
         let (Some(first), Some(last)) = (skyline.first(), skyline.last()) else {
             return Self(None);
         };
@@ -170,7 +170,7 @@ impl Shape {
     }
 
     /// Left, top, right and bottom; all zero when empty.
-    pub(super) fn bounds(&self) -> (f32, f32, f32, f32) {
+    pub(crate) fn bounds(&self) -> (f32, f32, f32, f32) {
         self.0.as_ref().map_or((0.0, 0.0, 0.0, 0.0), |path| {
             let b = path.bounds();
             (b.left(), b.top(), b.right(), b.bottom())
@@ -190,13 +190,13 @@ fn catmull_rom(path: &mut PathBuilder, a: Point, b: Point, c: Point, d: Point) {
 }
 
 /// The point of an axis-aligned ellipse about the origin at a fraction of a whole turn.
-pub(super) fn unit(turn: f32, radius_x: f32, radius_y: f32) -> Point {
+pub(crate) fn unit(turn: f32, radius_x: f32, radius_y: f32) -> Point {
     let angle = turn * std::f32::consts::TAU;
     (radius_x * angle.cos(), radius_y * angle.sin())
 }
 
 /// `offset` turned by `angle` from x towards y, from `origin`.
-pub(super) fn turned(origin: Point, angle: f32, offset: Point) -> Point {
+pub(crate) fn turned(origin: Point, angle: f32, offset: Point) -> Point {
     let (s, c) = angle.sin_cos();
     (
         origin.0 + c * offset.0 - s * offset.1,
@@ -205,7 +205,7 @@ pub(super) fn turned(origin: Point, angle: f32, offset: Point) -> Point {
 }
 
 /// The sheet being drawn.
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     pixmap: Pixmap,
     pixels_from_mm: Transform,
     clips: Vec<Mask>,
@@ -213,7 +213,7 @@ pub(super) struct Canvas {
 
 impl Canvas {
     /// White paper; `None` when the size does not fit into memory.
-    pub(super) fn new(width: u32, height: u32, pixels_per_mm: f32) -> Option<Self> {
+    pub(crate) fn new(width: u32, height: u32, pixels_per_mm: f32) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         pixmap.fill(tiny_skia::Color::WHITE);
         Some(Self {
@@ -223,12 +223,12 @@ impl Canvas {
         })
     }
 
-    pub(super) fn fill(&mut self, shape: &Shape, ink: Ink) {
+    pub(crate) fn fill(&mut self, shape: &Shape, ink: Ink) {
         self.tint(shape, ink, 1.0);
     }
 
     /// Fills with a transparent ink; `opacity` from 0 to 1.
-    pub(super) fn tint(&mut self, shape: &Shape, ink: Ink, opacity: f32) {
+    pub(crate) fn tint(&mut self, shape: &Shape, ink: Ink, opacity: f32) {
         if let Some(path) = &shape.0 {
             let paint = paint(ink, opacity);
             self.pixmap
@@ -237,7 +237,7 @@ impl Canvas {
     }
 
     /// Draws the outline `width` mm wide, with round ends and corners.
-    pub(super) fn stroke(&mut self, shape: &Shape, ink: Ink, width: f32) {
+    pub(crate) fn stroke(&mut self, shape: &Shape, ink: Ink, width: f32) {
         if let Some(path) = &shape.0 {
             let stroke = Stroke {
                 width,
@@ -251,7 +251,7 @@ impl Canvas {
     }
 
     /// Draws with everything outside `shape` (and outside the enclosing clips) protected.
-    pub(super) fn clipped(&mut self, shape: &Shape, draw: impl FnOnce(&mut Self)) {
+    pub(crate) fn clipped(&mut self, shape: &Shape, draw: impl FnOnce(&mut Self)) {
         let Some(path) = &shape.0 else { return };
         let mask = match self.clips.last() {
             Some(outer) => {
@@ -273,13 +273,13 @@ impl Canvas {
     }
 
     /// Fills the shape, then draws its ornament clipped to it.
-    pub(super) fn fill_with(&mut self, shape: &Shape, ink: Ink, ornament: impl FnOnce(&mut Self)) {
+    pub(crate) fn fill_with(&mut self, shape: &Shape, ink: Ink, ornament: impl FnOnce(&mut Self)) {
         self.fill(shape, ink);
         self.clipped(shape, ornament);
     }
 
     /// The drawing without its alpha channel (paper is opaque).
-    pub(super) fn into_picture(self) -> Picture {
+    pub(crate) fn into_picture(self) -> Picture {
         let width = self.pixmap.width() as usize;
         let pixels = self.pixmap.pixels();
         Picture::from_fn(width, self.pixmap.height() as usize, |x, y| {

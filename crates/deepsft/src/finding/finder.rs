@@ -1,10 +1,11 @@
 //! What can find a target.
 
+use super::picture_descriptors::{PictureDescriptors, SharedDescriptorNetwork};
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_finding::{FeatureFinder, FoundSheet};
-use deepsft_geometry::{Camera, Maps};
+use deepsft_finding::{FeatureFinder, FoundSheet, Match, PictureTarget};
+use deepsft_geometry::{Camera, Maps, Template};
 use serde::Serialize;
 
 /// The ways of finding.
@@ -15,14 +16,17 @@ pub enum FinderKind {
     Network,
     /// Corners and binary descriptors of the target's picture.
     Features,
+    /// The network that describes any picture; its matches gather those of the features.
+    Descriptors,
 }
 
 impl FinderKind {
-    /// `network` or `features`.
+    /// `network`, `features` or `descriptors`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Network => "network",
             Self::Features => "features",
+            Self::Descriptors => "descriptors",
         }
     }
 }
@@ -44,6 +48,55 @@ pub enum Finder {
     Network(Estimator),
     /// The features of its picture.
     Features(Box<FeatureFinder>),
+    /// The descriptors of its picture, and its features.
+    Descriptors(Box<DescriptorFinder>),
+}
+
+/// What finds a picture by the network that describes any picture.
+pub struct DescriptorFinder {
+    network: SharedDescriptorNetwork,
+    picture: PictureDescriptors,
+    features: FeatureFinder,
+}
+
+impl DescriptorFinder {
+    /// Describes the picture on `template`, a sheet.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] for a template that is no sheet, [`DeepSftError::Execution`] when the device fails.
+    pub async fn new(network: &SharedDescriptorNetwork, template: &Template) -> Result<Self, DeepSftError> {
+        Ok(Self {
+            picture: network.describe_picture(template).await?,
+            network: network.clone(),
+            features: FeatureFinder::new(PictureTarget::new(template.clone())?)?,
+        })
+    }
+
+    /// The matches of the picture with the image, the clearest first, in pixels of the image that features are taken from
+    /// ([`View::features`]).
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn matches(&self, view: &mut View<'_>, canonical: &Camera) -> Result<Vec<Match>, DeepSftError> {
+        let matches = self
+            .picture
+            .matches(view.descriptors(&self.network, canonical)?)
+            .await?;
+        let (_, camera) = view.features()?;
+        let ratio = (camera.focal().x / canonical.focal().x) as f32;
+        let to_camera = |m: Match| {
+            let pixel = camera.project(canonical.unproject(m.pixel.as_dvec2(), 1.0))?.as_vec2();
+            let scale = m.scale / ratio;
+            Some(Match { pixel, scale, ..m })
+        };
+        Ok(matches.into_iter().filter_map(to_camera).collect())
+    }
+
+    async fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<FoundSheet>, DeepSftError> {
+        let candidates = self.matches(view, canonical).await?;
+        let (features, camera) = view.features()?;
+        Ok(self.features.find_among(&candidates, features, camera, canonical)?)
+    }
 }
 
 impl Finder {
@@ -52,6 +105,7 @@ impl Finder {
         match self {
             Self::Network(_) => FinderKind::Network,
             Self::Features(_) => FinderKind::Features,
+            Self::Descriptors(_) => FinderKind::Descriptors,
         }
     }
 
@@ -75,13 +129,17 @@ impl Finder {
             }
             Self::Features(finder) => {
                 let (features, camera) = view.features()?;
-                let found = finder.find(features, camera, canonical)?;
-                Ok(found.map(|FoundSheet { maps, .. }| Sighting {
-                    by,
-                    maps,
-                    is_sure: true,
-                }))
+                Ok(finder.find(features, camera, canonical)?.map(|sheet| sure(by, sheet)))
             }
+            Self::Descriptors(finder) => Ok(finder.find(view, canonical).await?.map(|sheet| sure(by, sheet))),
         }
+    }
+}
+
+fn sure(by: FinderKind, FoundSheet { maps, .. }: FoundSheet) -> Sighting {
+    Sighting {
+        by,
+        maps,
+        is_sure: true,
     }
 }

@@ -6,11 +6,13 @@
 //! agreement with the image tells whether the target is there: found or not means the same for all finders.
 
 mod finder;
+mod picture_descriptors;
 mod target;
 mod target_finder;
 mod view;
 
-pub use finder::{Finder, FinderKind, Sighting};
+pub use finder::{DescriptorFinder, Finder, FinderKind, Sighting};
+pub use picture_descriptors::SharedDescriptorNetwork;
 pub use target::Target;
-pub use target_finder::{FOUND_AGREEMENT, TargetEstimate, TargetFinder};
+pub use target_finder::{LEAST_CONFIRMED_PX, LEAST_EXPLAINED, TargetEstimate, TargetFinder};
 pub use view::View;

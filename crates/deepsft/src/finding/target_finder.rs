@@ -9,11 +9,15 @@ use deepsft_finding::{FeatureFinder, PictureTarget};
 use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
 use deepsft_geometry::{Camera, Maps, Picture};
 
-/// Agreement of fit and image (see [`FrameFit::agreement`]) from which a target counts as found.
-pub const FOUND_AGREEMENT: f64 = 0.6;
+/// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]), and so
+/// many pixels of it ([`FrameFit::confirmed_px`]). On frames with another print the fraction stays below 0.54; of right fits one
+/// in twenty has less than 0.6.
+pub const LEAST_EXPLAINED: f64 = 0.6;
+/// See [`LEAST_EXPLAINED`].
+pub const LEAST_CONFIRMED_PX: f64 = 1500.0;
 
-/// Agreement from which no other finder is asked.
-const CONFIRMED: f64 = 0.8;
+/// The fraction from which no other finder is asked.
+const CLEAR: f64 = 0.8;
 
 /// Looks for one target in images.
 pub struct TargetFinder {
@@ -35,6 +39,16 @@ pub struct TargetEstimate {
     pub judgement: Judgement,
     /// The fitted mesh. `None` for templates that are no sheets, and where too little is seen.
     pub fit: Option<FrameFit>,
+}
+
+impl TargetEstimate {
+    /// How much speaks for it: the fraction of the print that the image confirms, and its size.
+    fn worth(&self) -> f64 {
+        let confidence = f64::from(self.judgement.confidence);
+        self.fit
+            .as_ref()
+            .map_or(confidence, |fit| confidence * fit.confirmed_px)
+    }
 }
 
 impl TargetFinder {
@@ -94,8 +108,8 @@ impl TargetFinder {
         Ok(sightings)
     }
 
-    /// The target in `view`: what the finders see, fitted to the image and judged. The best of them, by agreement with the
-    /// image.
+    /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image
+    /// confirms most.
     ///
     /// # Errors
     /// As [`Finder::find`].
@@ -106,11 +120,11 @@ impl TargetFinder {
                 continue;
             };
             let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
-            let confidence = estimate.judgement.confidence;
-            if best.as_ref().is_none_or(|best| confidence > best.judgement.confidence) {
+            let is_clear = f64::from(estimate.judgement.confidence) >= CLEAR;
+            if best.as_ref().is_none_or(|best| estimate.worth() > best.worth()) {
                 best = Some(estimate);
             }
-            if f64::from(confidence) >= CONFIRMED {
+            if is_clear {
                 break;
             }
         }
@@ -141,14 +155,17 @@ impl TargetFinder {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        let fit = fitter.fit(canonical, &self.canonical, &maps, None)?;
-        let agreement = fit.as_ref().map_or(0.0, |fit| fit.agreement);
+        let fit = match by {
+            FinderKind::Network => fitter.fit(canonical, &self.canonical, &maps, None)?,
+            FinderKind::Features | FinderKind::Descriptors => fitter.fit_unmasked(canonical, &self.canonical, &maps)?,
+        };
+        let (explained, confirmed_px) = fit.as_ref().map_or((0.0, 0.0), |fit| (fit.explained, fit.confirmed_px));
         let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());
         Ok(TargetEstimate {
             by: Some(by),
             judgement: Judgement {
-                found: agreement >= FOUND_AGREEMENT,
-                confidence: agreement as f32,
+                found: explained >= LEAST_EXPLAINED && confirmed_px >= LEAST_CONFIRMED_PX,
+                confidence: explained as f32,
                 area: Estimator::area(&maps) as f32,
             },
             maps,

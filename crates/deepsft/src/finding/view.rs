@@ -1,5 +1,6 @@
 //! An image as finders take it.
 
+use super::picture_descriptors::{ImageDescriptors, SharedDescriptorNetwork};
 use crate::error::DeepSftError;
 use deepsft_finding::{FeatureOptions, Features, feature_image};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
@@ -12,6 +13,7 @@ pub struct View<'a> {
     camera: &'a Camera,
     canonical: Option<(Camera, Cow<'a, Picture>)>,
     features: Option<(Features, Camera)>,
+    descriptors: Option<ImageDescriptors>,
 }
 
 impl<'a> View<'a> {
@@ -22,6 +24,7 @@ impl<'a> View<'a> {
             camera,
             canonical: None,
             features: None,
+            descriptors: None,
         }
     }
 
@@ -47,6 +50,29 @@ impl<'a> View<'a> {
         match &self.canonical {
             Some((_, picture)) => Ok(picture),
             None => Ok(self.image),
+        }
+    }
+
+    /// Descriptors of the image as `canonical` would have taken it.
+    ///
+    /// # Errors
+    /// As [`View::canonical`].
+    pub(super) fn descriptors(
+        &mut self,
+        network: &SharedDescriptorNetwork,
+        canonical: &Camera,
+    ) -> Result<&ImageDescriptors, DeepSftError> {
+        if self.descriptors.is_none() || self.canonical.as_ref().is_none_or(|(camera, _)| camera != canonical) {
+            let image = self.canonical(canonical)?;
+            let descriptors = network.describe(image);
+            return Ok(self.descriptors.insert(descriptors));
+        }
+        match &self.descriptors {
+            Some(descriptors) => Ok(descriptors),
+            // Just looked at.
+            None => Err(DeepSftError::Execution {
+                reason: "the image has no descriptors".to_owned(),
+            }),
         }
     }
 

@@ -22,9 +22,13 @@ mod weight_array;
 
 pub use any_network::Network;
 pub use block::Block;
-pub use compact::{CompactNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy};
+pub use compact::{
+    CompactNetwork, DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP,
+    cross_entropy,
+};
 pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
 pub use description::LayerDescription;
+pub(crate) use half_precision::Half;
 pub use layer_table::layer_table;
 pub use maps::{NetworkMaps, OUTSIDE};
 pub use paper::PaperNetwork;

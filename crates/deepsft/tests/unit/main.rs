@@ -5,6 +5,7 @@
 mod bundle;
 mod depth_range;
 mod device;
+mod finding;
 mod layer_table;
 mod network_config;
 mod photo_consistency;

@@ -25,6 +25,13 @@ pub struct MainBlockOutput {
     pub coordinates: Tensor<4>,
 }
 
+/// Features of an image before anything is read off them; strides 4, 16 and 8.
+pub struct Features {
+    pub patches: Tensor<4>,
+    pub at16: Tensor<4>,
+    pub at8: Tensor<4>,
+}
+
 /// Encoder to stride 32, decoder back to stride 8 with skip connections, bins at stride 16.
 #[derive(Module, Debug)]
 pub struct MainBlock {
@@ -67,8 +74,8 @@ impl MainBlock {
         }
     }
 
-    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> [`MainBlockOutput`].
-    pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
+    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> features.
+    pub fn features(&self, image: Tensor<4>) -> Features {
         let patches = self.patch.forward(space_to_depth(image, PATCH)); // [N, C4, H/4, W/4]
         let at8 = self.encode8.forward(self.down8.forward(scaled_relu(patches.clone())));
         let at16 = self.encode16.forward(self.down16.forward(scaled_relu(at8.clone())));
@@ -78,18 +85,26 @@ impl MainBlock {
         }
         let at16 = at16.clone() + up(&self.lateral16, at32, &at16);
         let at16 = self.decode16.forward(at16);
-        let read = widened(scaled_relu(at16.clone()));
+        let at8 = self
+            .decode8
+            .forward(at8.clone() + up(&self.lateral8, at16.clone(), &at8));
+        Features { patches, at16, at8 }
+    }
+
+    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> [`MainBlockOutput`].
+    pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
+        let Features { patches, at16, at8 } = self.features(image);
+        let read = widened(scaled_relu(at16));
         let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
         let coarse = Tensor::cat(
             bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
             1,
         );
-        let features = self.decode8.forward(at8.clone() + up(&self.lateral8, at16, &at8));
-        let read = widened(scaled_relu(features.clone()));
+        let read = widened(scaled_relu(at8.clone()));
         let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(read);
         MainBlockOutput {
             patches,
-            features,
+            features: at8,
             bins,
             coordinates,
         }

@@ -3,6 +3,7 @@
 mod bins;
 mod cells;
 mod compact_network;
+mod descriptor_network;
 mod layers;
 mod main_block;
 mod planar;
@@ -12,4 +13,5 @@ mod seams;
 pub use bins::cross_entropy;
 pub use cells::{INPUT_MULTIPLE, PIXELS_PER_CELL};
 pub use compact_network::{CompactNetwork, NetworkOutput};
+pub use descriptor_network::{DESCRIPTOR_LENGTH, DescriptorNetwork};
 pub use seams::SEAM_JUMP;

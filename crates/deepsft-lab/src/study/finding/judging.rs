@@ -1,0 +1,216 @@
+//! One print with all finders: every frame is searched by each, fitted from what each found, and compared with the truth.
+
+use super::finders::{Finder, Found, View};
+use super::prints::{Kind, Print};
+use crate::measuring::Stopwatch;
+use anyhow::Result;
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, training_camera};
+use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
+use serde::Serialize;
+
+/// Agreement of fit and image from which a print counts as found.
+pub const FOUND: f64 = 0.6;
+
+/// Bars of the table: median registration errors, pixels of the canonical image.
+pub const START_PX: f64 = 8.0;
+pub const FITTED_PX: f64 = 2.0;
+
+/// What became of one frame with one finder.
+#[derive(Clone, Debug, Serialize)]
+pub struct Attempt {
+    pub finder: &'static str,
+    #[serde(skip)]
+    pub ours: bool,
+    /// Whether there was a sheet to fit.
+    pub started: bool,
+    /// Median registration errors of the finder's sheet, of the fitted one, and of OpenCV's warp before there is a mesh. `None`
+    /// where less than half of the visible sheet has a registration.
+    pub start_px: Option<f64>,
+    pub fitted_px: Option<f64>,
+    pub warp_px: Option<f64>,
+    /// Agreement of the fit with the image; 0 without a fit.
+    pub agreement: f64,
+    pub features_ms: f64,
+    pub find_ms: f64,
+    pub fit_ms: f64,
+}
+
+impl Attempt {
+    pub fn is_found(&self) -> bool {
+        self.agreement >= FOUND
+    }
+
+    pub fn is_fitted(&self) -> bool {
+        self.fitted_px.is_some_and(|error| error < FITTED_PX)
+    }
+}
+
+/// One frame.
+#[derive(Serialize)]
+pub struct FrameResult {
+    pub print: usize,
+    pub kind: Kind,
+    pub subject: &'static str,
+    pub index: u64,
+    /// Whether it shows the print, or another in its place.
+    pub shown: bool,
+    /// Median distance of the visible sheet, mm, and its pixels in the canonical image.
+    pub distance_mm: Option<f64>,
+    pub visible_px: usize,
+    pub attempts: Vec<Attempt>,
+}
+
+impl FrameResult {
+    /// The attempt of ours whose fit agrees best with the image.
+    pub fn best_of_ours(&self) -> Option<&Attempt> {
+        let ours = self.attempts.iter().filter(|attempt| attempt.ours);
+        ours.max_by(|a, b| a.agreement.total_cmp(&b.agreement))
+    }
+}
+
+/// A print with everything that looks for it.
+pub struct Studied<'a> {
+    print: &'a Print,
+    number: usize,
+    finders: &'a mut [Box<dyn Finder>],
+    shown: Synthesizer,
+    another: Synthesizer,
+    camera: Camera,
+    canonical: Camera,
+    fitter: FrameFitter,
+}
+
+impl<'a> Studied<'a> {
+    /// Print `number` of `prints`; the next of its kind stands in its place where it is absent.
+    pub fn new(prints: &'a [Print], number: usize, finders: &'a mut [Box<dyn Finder>]) -> Result<Self> {
+        let print = &prints[number];
+        let same = |k: &usize| prints[*k].kind == print.kind;
+        let next = (1..prints.len()).map(|k| (number + k) % prints.len());
+        let other = next
+            .clone()
+            .find(same)
+            .or_else(|| next.clone().next())
+            .unwrap_or(number);
+        let (camera, config) = frames_config()?;
+        for finder in finders.iter_mut() {
+            finder.take(&print.template)?;
+        }
+        Ok(Self {
+            print,
+            number,
+            finders,
+            shown: Synthesizer::new(&print.template, config.clone())?,
+            another: Synthesizer::new(&prints[other].template, config)?,
+            camera,
+            canonical: training_camera(),
+            fitter: FrameFitter::new(&print.template, FitOptions::default())?,
+        })
+    }
+
+    /// Frame `index` of the data set `seed` and its image.
+    pub fn frame(&mut self, seed: u64, index: u64, shown: bool) -> Result<(FrameResult, Picture)> {
+        let synthesizer = if shown { &self.shown } else { &self.another };
+        let sample = synthesizer.sample(seed, index);
+        let truth = shown.then(|| canonical_truth(&sample, self.print.template.mesh(), &self.canonical));
+        let attempts = self.attempts(&sample.image, truth.as_ref())?;
+        let visible = truth
+            .iter()
+            .flat_map(|maps| maps.depth().iter())
+            .filter(|&&depth| depth > 0.0);
+        let result = FrameResult {
+            print: self.number,
+            kind: self.print.kind,
+            subject: self.print.subject,
+            index,
+            shown,
+            distance_mm: median(visible.clone().map(|&depth| f64::from(depth))),
+            visible_px: visible.count(),
+            attempts,
+        };
+        Ok((result, sample.image))
+    }
+
+    fn attempts(&mut self, image: &Picture, truth: Option<&Maps>) -> Result<Vec<Attempt>> {
+        let view = View {
+            image,
+            camera: &self.camera,
+            canonical: &self.canonical,
+        };
+        for finder in self.finders.iter_mut() {
+            finder.begin(image)?;
+        }
+        let warp = CanonicalWarp::new(&self.camera, &self.canonical);
+        let canonical = warp.apply(image)?;
+        let mut attempts = Vec::new();
+        for finder in self.finders.iter_mut() {
+            let found = finder.find(view)?;
+            let error = |maps: &Maps| {
+                let uv = |pixel: usize| maps.inside(pixel).then(|| maps.uv(pixel));
+                error_px(truth?, self.print, &self.canonical, uv)
+            };
+            let start = Stopwatch::start();
+            let fit = match &found.maps {
+                Some(maps) => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
+                None => None,
+            };
+            attempts.push(Attempt {
+                finder: finder.name(),
+                ours: finder.is_ours(),
+                started: found.maps.is_some(),
+                start_px: found.maps.as_ref().and_then(error),
+                fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
+                warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
+                agreement: fit.map_or(0.0, |fit| fit.agreement),
+                features_ms: found.features_ms,
+                find_ms: found.find_ms,
+                fit_ms: start.ms(),
+            });
+        }
+        Ok(attempts)
+    }
+}
+
+/// The camera of the frames, and how they are made.
+pub fn frames_config() -> Result<(Camera, SynthConfig)> {
+    let canonical = training_camera();
+    let camera = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
+    let default = SynthConfig::default();
+    let config = SynthConfig {
+        camera: camera.clone(),
+        empty_probability: 0.0,
+        least_visible_px: 4 * default.least_visible_px,
+        ..default
+    };
+    Ok((camera, config))
+}
+
+/// The error of a finder's warp, as that of maps.
+fn warp_error(found: &Found, canonical: &CanonicalWarp, truth: &Maps, print: &Print, camera: &Camera) -> Option<f64> {
+    let place = found.warp.as_ref()?;
+    let uv = |pixel: usize| {
+        let centre = DVec2::new((pixel % truth.width()) as f64, (pixel / truth.width()) as f64) + 0.5;
+        Some(place(canonical.source_from_canonical(centre)) / print.template.size_mm())
+    };
+    error_px(truth, print, camera, uv)
+}
+
+/// Median distance of a registration from the true one over the visible sheet, pixels; `None` when most of it has none.
+fn error_px(truth: &Maps, print: &Print, camera: &Camera, uv: impl Fn(usize) -> Option<DVec2>) -> Option<f64> {
+    let error = |pixel: usize| {
+        let Some(uv) = uv(pixel) else {
+            return f64::INFINITY;
+        };
+        let off = ((truth.uv(pixel) - uv) * print.template.size_mm()).length();
+        off * camera.focal().x / f64::from(truth.depth()[pixel])
+    };
+    let pixels = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel));
+    median(pixels.map(error)).filter(|error| error.is_finite())
+}
+
+pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

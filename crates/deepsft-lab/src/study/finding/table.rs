@@ -1,0 +1,86 @@
+//! The tables of the study.
+
+use super::judging::{Attempt, FITTED_PX, FOUND, FrameResult, START_PX, median};
+use super::prints::Kind;
+
+/// The row of the best of our finders, when there are several.
+const BEST_OF_OURS: &str = "best of ours";
+
+/// Prints by finder and kind: shares of frames, then medians of times.
+pub fn print(results: &[FrameResult]) {
+    let Some(first) = results.first() else { return };
+    let mut finders: Vec<&str> = first.attempts.iter().map(|attempt| attempt.finder).collect();
+    if first.attempts.iter().filter(|attempt| attempt.ours).count() > 1 {
+        finders.push(BEST_OF_OURS);
+    }
+    println!("prints          finder       frames    warp   start  fitted   found   right     off   false");
+    println!(
+        "                                    < {START_PX} px  < {START_PX} px  < {FITTED_PX} px                          finds"
+    );
+    let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph);
+    for &finder in &finders {
+        for kind in Kind::ALL {
+            row(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
+        }
+        row("the first three", finder, results.iter().filter(|r| main(r.kind)));
+    }
+    println!(
+        "Percent of the frames that show the print; false finds: of those that show another. warp: before there is a mesh."
+    );
+    println!(
+        "found: the fit agrees with the image by {FOUND} or more; of these right: within {FITTED_PX} px, off: not."
+    );
+    println!();
+    println!("medians, ms     features   find    fit");
+    for finder in finders {
+        let attempts = || {
+            let shown = results.iter().filter(|r| r.shown);
+            shown.filter_map(move |r| attempt_of(r, finder))
+        };
+        let time = |of: fn(&Attempt) -> f64| median(attempts().map(of)).unwrap_or_default();
+        if finder != BEST_OF_OURS {
+            println!(
+                "{finder:14} {:9.0} {:6.0} {:6.0}",
+                time(|a| a.features_ms),
+                time(|a| a.find_ms),
+                time(|a| a.fit_ms)
+            );
+        }
+    }
+}
+
+fn attempt_of<'a>(result: &'a FrameResult, finder: &str) -> Option<&'a Attempt> {
+    if finder == BEST_OF_OURS {
+        return result.best_of_ours();
+    }
+    result.attempts.iter().find(|attempt| attempt.finder == finder)
+}
+
+fn row<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameResult>) {
+    let (mut shown, mut absent) = (Vec::new(), Vec::new());
+    for result in results {
+        let attempts = if result.shown { &mut shown } else { &mut absent };
+        attempts.extend(attempt_of(result, finder));
+    }
+    if shown.is_empty() {
+        return;
+    }
+    let percent = |attempts: &[&Attempt], holds: &dyn Fn(&Attempt) -> bool| {
+        let count = attempts.iter().filter(|attempt| holds(attempt)).count();
+        100.0 * count as f64 / attempts.len().max(1) as f64
+    };
+    let starts = |error: Option<f64>| error.is_some_and(|error| error < START_PX);
+    let warps = shown.iter().any(|attempt| attempt.warp_px.is_some());
+    let warp = warps.then(|| format!("{:.1}", percent(&shown, &|a| starts(a.warp_px))));
+    println!(
+        "{prints:15} {finder:12} {:6} {:>7} {:7.1} {:7.1} {:7.1} {:7.1} {:7.1} {:7.2}",
+        shown.len(),
+        warp.as_deref().unwrap_or("-"),
+        percent(&shown, &|a| starts(a.start_px)),
+        percent(&shown, &Attempt::is_fitted),
+        percent(&shown, &Attempt::is_found),
+        percent(&shown, &|a| a.is_found() && a.is_fitted()),
+        percent(&shown, &|a| a.is_found() && !a.is_fitted()),
+        percent(&absent, &Attempt::is_found),
+    );
+}

@@ -1,0 +1,192 @@
+//! A target in the engine: what finds it, and what makes meshes of it.
+
+use crate::{
+    clock::Stopwatch,
+    estimate::{RawEstimate, Times, object, rgba},
+    failure::{Code, Failure},
+    mesh::{RawMesh, template_mesh},
+};
+use deepsft::{
+    DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
+    features::{FeatureFinder, PictureTarget},
+    geometry::{
+        CompletionOptions, GeometryError, Maps, MapsCompletion, Picture, Template,
+        fitting::{FitOptions, FrameFit, FrameFitter},
+        tracking::TrackingOptions,
+    },
+};
+use js_sys::{Array, Object, Uint8ClampedArray};
+use std::cell::RefCell;
+
+/// Corners that a picture must have: below, nothing tells it from anything else.
+const FEWEST_CORNERS: usize = 12;
+
+/// A target with its finders. What makes meshes is made when it is first needed.
+pub struct EngineTarget {
+    target: Target,
+    /// Away while it works.
+    finder: RefCell<Option<TargetFinder>>,
+    fitter: RefCell<Option<FrameFitter>>,
+    completion: RefCell<Option<MapsCompletion>>,
+}
+
+impl EngineTarget {
+    /// The target of a model: its finder is made for the first video.
+    pub fn of_model(target: Target) -> Self {
+        Self {
+            target,
+            finder: RefCell::default(),
+            fitter: RefCell::default(),
+            completion: RefCell::default(),
+        }
+    }
+
+    /// A sheet that nothing was trained for.
+    pub fn of_sheet(template: Template) -> Result<Self, Failure> {
+        let unusable = |error: DeepSftError| Failure::of_target(&error);
+        let picture = PictureTarget::new(template.clone()).map_err(|error| unusable(error.into()))?;
+        if picture.features().len() < FEWEST_CORNERS {
+            return Err(Failure::new(
+                Code::TargetUnusable,
+                "The picture is blank, or nearly so, or too small: there is nothing in it to recognise it by.",
+            ));
+        }
+        let target = Target::mesh(template);
+        let features = FeatureFinder::new(picture).map_err(|error| unusable(error.into()))?;
+        let finder = TargetFinder::with_finders(target.clone(), vec![Finder::Features(Box::new(features))]);
+        Ok(Self {
+            finder: RefCell::new(Some(finder)),
+            ..Self::of_model(target)
+        })
+    }
+
+    /// The model's own network, if the target is that of a model.
+    pub fn network(&self) -> Option<&Estimator> {
+        self.target.network()
+    }
+
+    /// Texture, size and mesh: a plain object.
+    pub fn description(&self) -> Object {
+        let template = self.target.template();
+        let (texture, size) = (template.texture(), template.size_mm());
+        object([
+            ("width", (texture.width() as f64).into()),
+            ("height", (texture.height() as f64).into()),
+            ("rgba", Uint8ClampedArray::from(rgba(texture).as_slice()).into()),
+            ("sizeMm", Array::of2(&size.x.into(), &size.y.into()).into()),
+            ("mesh", template_mesh(template.mesh()).into()),
+        ])
+    }
+
+    /// What the finders see, and whether seeing nothing means that the target is not there.
+    ///
+    /// Features often see something where the target is not. What no fit to the image confirms is left out: the tracker of all
+    /// targets would stand still while it finds that out.
+    pub async fn find(&self, view: &mut View<'_>) -> Result<(Vec<Sighting>, bool), DeepSftError> {
+        let mut finder = self.taken_finder()?;
+        let seen = finder.find(view).await;
+        let can_deny = finder.can_deny();
+        self.finder.replace(Some(finder));
+        let canonical = view.canonical(&self.target.canonical_camera())?;
+        let least = TrackingOptions::default().start_agreement;
+        let mut sightings = Vec::new();
+        for sighting in seen? {
+            match sighting.by {
+                FinderKind::Network => sightings.push(sighting),
+                FinderKind::Features => {
+                    let fit = self.fitted(canonical, &sighting.maps)?;
+                    let confirmed = fit.filter(|fit| fit.agreement >= least);
+                    sightings.extend(confirmed.map(|fit| Sighting {
+                        maps: fit.maps,
+                        ..sighting
+                    }));
+                }
+            }
+        }
+        Ok((sightings, can_deny))
+    }
+
+    /// The target in one image: a network's maps as they are, those of features fitted to the image.
+    pub async fn estimate(&self, view: &mut View<'_>) -> Result<RawEstimate, DeepSftError> {
+        let mut stopwatch = Stopwatch::start();
+        let canonical = self.target.canonical_camera();
+        view.canonical(&canonical)?;
+        let warp_ms = stopwatch.lap_ms();
+        if let Some(network) = self.target.network() {
+            let canonical = view.canonical(&canonical)?;
+            let maps = network.infer(canonical).await?;
+            let network_ms = stopwatch.lap_ms();
+            return network_estimate(network, canonical, &maps, (warp_ms, network_ms));
+        }
+        let mut finder = self.taken_finder()?;
+        let estimate = finder.estimate(view).await;
+        self.finder.replace(Some(finder));
+        let estimate = estimate?;
+        let features_ms = stopwatch.lap_ms();
+        let times = Times {
+            warp_ms,
+            features_ms,
+            ..Times::default()
+        };
+        let (canonical, judgement) = (view.canonical(&canonical)?, &estimate.judgement);
+        let raw = RawEstimate::new(&estimate.maps, canonical, judgement, estimate.by, &times);
+        Ok(raw.with_fit(estimate.fit.map(|fit| RawMesh::of_fit(&fit, 0.0))))
+    }
+
+    fn taken_finder(&self) -> Result<TargetFinder, DeepSftError> {
+        match self.finder.take() {
+            Some(finder) => Ok(finder),
+            None => TargetFinder::new(self.target.clone()),
+        }
+    }
+
+    /// ARAP completion of maps.
+    pub fn complete(&self, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
+        let mut completion = self.completion.borrow_mut();
+        let completion = match &mut *completion {
+            Some(completion) => completion,
+            none => none.insert(MapsCompletion::new(
+                self.target.template().mesh(),
+                CompletionOptions::default(),
+            )?),
+        };
+        let mut stopwatch = Stopwatch::start();
+        let completed = completion.complete(maps, &self.target.canonical_camera(), None)?;
+        Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
+    }
+
+    /// The mesh fitted to a canonical image, from maps of it.
+    pub fn fit(&self, canonical: &Picture, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
+        let mut stopwatch = Stopwatch::start();
+        let fitted = self.fitted(canonical, maps)?;
+        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
+    }
+
+    fn fitted(&self, canonical: &Picture, maps: &Maps) -> Result<Option<FrameFit>, GeometryError> {
+        let mut fitter = self.fitter.borrow_mut();
+        let fitter = match &mut *fitter {
+            Some(fitter) => fitter,
+            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
+        };
+        fitter.fit(canonical, &self.target.canonical_camera(), maps, None)
+    }
+}
+
+/// The maps of a network, judged. The times are those of the canonical warp and of the network, milliseconds.
+pub fn network_estimate(
+    network: &Estimator,
+    canonical: &Picture,
+    maps: &Maps,
+    (warp_ms, network_ms): (f64, f64),
+) -> Result<RawEstimate, DeepSftError> {
+    let mut stopwatch = Stopwatch::start();
+    let judgement = network.judge(canonical, maps)?;
+    let times = Times {
+        warp_ms,
+        network_ms,
+        judge_ms: stopwatch.lap_ms(),
+        ..Times::default()
+    };
+    let by = Some(FinderKind::Network);
+    Ok(RawEstimate::new(maps, canonical, &judgement, by, &times))
+}

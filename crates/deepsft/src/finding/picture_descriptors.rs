@@ -1,0 +1,322 @@
+//! A picture as the descriptor network sees it, and matches of images with it.
+
+use crate::error::DeepSftError;
+use crate::network::{DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, images_to_tensor};
+use burn::tensor::{Device, Tensor, TensorData};
+use deepsft_finding::Match;
+use deepsft_geometry::glam::{DVec2, Vec2};
+use deepsft_geometry::{Picture, Template};
+use std::f32::consts::TAU;
+use std::rc::Rc;
+
+/// Pixels along a cell's side.
+const CELL: usize = 8;
+
+/// What of a cell its descriptor is about, pixels from its corner: as the labels of the training had it.
+const CELL_CENTRE: f32 = 4.5;
+
+/// Directions in which the picture is shown to the network, which knows half of 45 degrees itself.
+const ROLLS: usize = 8;
+
+/// Longer sides of the picture in its views, pixels: an A4 sheet 47 and 94 cm away from the canonical camera.
+const SIDES: [f64; 2] = [240.0, 120.0];
+
+/// Factor between a similarity and its logarithmic odds, as the network has learnt it.
+const SHARPNESS: f32 = 22.0;
+
+/// How much more similar than the best place elsewhere a match must be: odds of about 2 to 1.
+const LEAST_MARGIN: f32 = 0.035;
+
+/// Elsewhere: farther than this, in cells of the smaller view. Neighbouring cells overlap.
+const ELSEWHERE_CELLS: f32 = 2.5;
+
+/// Cells of the image that are compared at a time: bounds the memory of the similarities.
+const BATCH: usize = 512;
+
+/// The descriptor network on its device, shared by all targets.
+#[derive(Clone, Debug)]
+pub struct SharedDescriptorNetwork {
+    network: Rc<DescriptorNetwork>,
+    device: Device,
+}
+
+impl SharedDescriptorNetwork {
+    /// `network`, which is on `device`.
+    pub fn new(network: DescriptorNetwork, device: Device) -> Self {
+        Self {
+            network: Rc::new(network),
+            device,
+        }
+    }
+
+    /// Descriptors of a canonical image.
+    pub(super) fn describe(&self, image: &Picture) -> ImageDescriptors {
+        let descriptors = self.network.forward(images_to_tensor(&[image], &self.device));
+        let [_, d, rows, columns] = descriptors.dims();
+        ImageDescriptors {
+            rows: descriptors.reshape([1, d, rows * columns]).swap_dims(1, 2),
+            columns,
+        }
+    }
+
+    /// Descriptors of the picture on `template`, a sheet.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Execution`] when the device fails.
+    pub async fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
+        PictureDescriptors::new(&self.network, template, &self.device).await
+    }
+}
+
+/// Descriptors of a picture, rolled and scaled.
+#[derive(Debug)]
+pub struct PictureDescriptors {
+    /// [1, D, M]
+    columns: Tensor<3>,
+    values: Vec<f32>,
+    cells: Vec<PictureCell>,
+    views: Vec<PictureView>,
+    elsewhere_mm: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct PictureCell {
+    view: usize,
+    at: [usize; 2],
+    place: Vec2,
+}
+
+/// The picture turned by `angle`, with the index of each cell's descriptor.
+#[derive(Debug)]
+struct PictureView {
+    angle: f64,
+    mm_per_pixel: f64,
+    columns: usize,
+    index: Vec<Option<usize>>,
+}
+
+/// Descriptors of an image, cell after cell, row-major.
+#[derive(Debug)]
+pub struct ImageDescriptors {
+    /// [1, N, D]
+    rows: Tensor<3>,
+    columns: usize,
+}
+
+impl PictureDescriptors {
+    /// Those of the picture on `template`, a sheet.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Execution`] when the device fails.
+    async fn new(network: &DescriptorNetwork, template: &Template, device: &Device) -> Result<Self, DeepSftError> {
+        let (mut values, mut cells, mut views) = (Vec::new(), Vec::new(), Vec::new());
+        let size = template.size_mm();
+        for side in SIDES {
+            let mm_per_pixel = size.max_element() / side;
+            for roll in 0..ROLLS {
+                let angle = f64::from(TAU) * roll as f64 / ROLLS as f64;
+                let (picture, from_view) = turned(template, angle, mm_per_pixel);
+                let descriptors = network.forward(images_to_tensor(&[&picture], device));
+                let [_, d, rows, columns] = descriptors.dims();
+                let descriptors = read(descriptors.reshape([d, rows * columns]).swap_dims(0, 1)).await?;
+                let mut index = vec![None; rows * columns];
+                for (cell, descriptor) in descriptors.chunks_exact(d).enumerate() {
+                    let at = [cell % columns, cell / columns];
+                    let centre = at.map(|k| (CELL * k + CELL / 2) as f64);
+                    let place = from_view(DVec2::from(centre));
+                    if place.cmplt(DVec2::ZERO).any() || place.cmpgt(size).any() {
+                        continue;
+                    }
+                    index[cell] = Some(cells.len());
+                    values.extend_from_slice(descriptor);
+                    cells.push(PictureCell {
+                        view: views.len(),
+                        at,
+                        place: place.as_vec2(),
+                    });
+                }
+                views.push(PictureView {
+                    angle,
+                    mm_per_pixel,
+                    columns,
+                    index,
+                });
+            }
+        }
+        let data = TensorData::new(values.clone(), [1, cells.len(), DESCRIPTOR_LENGTH]);
+        let elsewhere_mm = ELSEWHERE_CELLS * CELL as f32 * (size.max_element() / SIDES[1]) as f32;
+        Ok(Self {
+            columns: Tensor::<3>::from_data(data, device).swap_dims(1, 2),
+            values,
+            cells,
+            views,
+            elsewhere_mm,
+        })
+    }
+
+    /// Matches of an image's cells with places on the picture, the clearest first. Pixels are those of the image that was
+    /// described.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Execution`] when the device fails.
+    pub async fn matches(&self, image: &ImageDescriptors) -> Result<Vec<Match>, DeepSftError> {
+        let [_, count, d] = image.rows.dims();
+        let rows = read(image.rows.clone().reshape([count, d])).await?;
+        let mut found = Vec::new();
+        for start in (0..count).step_by(BATCH) {
+            let end = (start + BATCH).min(count);
+            let batch = image.rows.clone().slice([0..1, start..end, 0..d]);
+            let similarities = read(
+                batch
+                    .matmul(self.columns.clone())
+                    .reshape([end - start, self.cells.len()]),
+            )
+            .await?;
+            for (k, similarities) in similarities.chunks_exact(self.cells.len()).enumerate() {
+                let cell = start + k;
+                let descriptor = &rows[d * cell..d * (cell + 1)];
+                let centre = [cell % image.columns, cell / image.columns].map(|at| (CELL * at) as f32 + CELL_CENTRE);
+                found.extend(self.best(descriptor, similarities, centre.into()));
+            }
+        }
+        found.sort_by(|a: &(f32, Match), b| b.0.total_cmp(&a.0));
+        Ok(with_local_similarity(found.into_iter().map(|(_, m)| m).collect()))
+    }
+
+    /// The most similar place, if it stands out, and by how much.
+    fn best(&self, descriptor: &[f32], similarities: &[f32], pixel: Vec2) -> Option<(f32, Match)> {
+        let (mut best, mut most) = (0, f32::NEG_INFINITY);
+        for (k, &similarity) in similarities.iter().enumerate() {
+            if similarity > most {
+                (best, most) = (k, similarity);
+            }
+        }
+        let place = self.cells.get(best)?.place;
+        let limit = most - 4.0 * LEAST_MARGIN;
+        let mut rival = limit;
+        for (cell, &similarity) in self.cells.iter().zip(similarities) {
+            if similarity > rival && cell.place.distance(place) > self.elsewhere_mm {
+                rival = similarity;
+            }
+        }
+        let margin = most - rival;
+        let view = &self.views[self.cells[best].view];
+        let at = Match {
+            pixel,
+            place: self.refined(best, most, descriptor),
+            angle: -view.angle as f32,
+            scale: view.mm_per_pixel as f32,
+        };
+        (margin >= LEAST_MARGIN).then_some((margin, at))
+    }
+
+    /// The mean of a cell's place and those of its neighbours in the view, weighted by their odds.
+    fn refined(&self, best: usize, most: f32, descriptor: &[f32]) -> Vec2 {
+        let cell = &self.cells[best];
+        let view = &self.views[cell.view];
+        let rows = view.index.len() / view.columns;
+        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        let (mut sum, mut weights) = (Vec2::ZERO, 0.0);
+        for y in around(cell.at[1], rows) {
+            for x in around(cell.at[0], view.columns) {
+                let Some(k) = view.index[y * view.columns + x] else {
+                    continue;
+                };
+                let there = &self.values[DESCRIPTOR_LENGTH * k..DESCRIPTOR_LENGTH * (k + 1)];
+                let similarity: f32 = descriptor.iter().zip(there).map(|(a, b)| a * b).sum();
+                let weight = (SHARPNESS * (similarity - most)).exp();
+                sum += weight * self.cells[k].place;
+                weights += weight;
+            }
+        }
+        if weights > 0.0 { sum / weights } else { cell.place }
+    }
+}
+
+/// Values of a tensor, row-major.
+async fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, DeepSftError> {
+    let failed = |reason: String| DeepSftError::Execution { reason };
+    let data = tensor.into_data_async().await.map_err(|e| failed(format!("{e:?}")))?;
+    data.convert::<f32>().try_to_vec().map_err(|e| failed(format!("{e:?}")))
+}
+
+/// The picture on `template` turned by `angle` on a ground of its mean colour, and the way from the view's pixels to mm on
+/// the sheet.
+fn turned(template: &Template, angle: f64, mm_per_pixel: f64) -> (Picture, impl Fn(DVec2) -> DVec2) {
+    let size = template.size_mm();
+    let turn = DVec2::from_angle(angle);
+    let extent = DVec2::new(
+        turn.x.abs() * size.x + turn.y.abs() * size.y,
+        turn.y.abs() * size.x + turn.x.abs() * size.y,
+    ) / mm_per_pixel;
+    let [width, height] = [extent.x, extent.y].map(|side| (side.ceil() as usize).next_multiple_of(INPUT_MULTIPLE));
+    let centre = DVec2::new(width as f64, height as f64) / 2.0;
+    let back = DVec2::from_angle(-angle);
+    let from_view = move |pixel: DVec2| back.rotate(pixel - centre) * mm_per_pixel + size / 2.0;
+    // Halved until a texel is about a pixel.
+    let mut texture = template.texture().clone();
+    while texture.width().max(texture.height()) as f64 > 1.6 * size.max_element() / mm_per_pixel {
+        texture = texture.halved();
+    }
+    let texels = DVec2::new(texture.width() as f64, texture.height() as f64) / size;
+    let mean = mean_color(&texture);
+    let picture = Picture::from_fn(width, height, |x, y| {
+        let place = from_view(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+        if place.cmplt(DVec2::ZERO).any() || place.cmpgt(size).any() {
+            return mean;
+        }
+        let at = place * texels;
+        texture.sample(at.x, at.y).map(|value| value.round() as u8)
+    });
+    (picture, from_view)
+}
+
+fn mean_color(picture: &Picture) -> [u8; 3] {
+    let mut sum = [0_u64; 3];
+    for pixel in picture.rgb().as_chunks::<3>().0 {
+        for (sum, &value) in sum.iter_mut().zip(pixel) {
+            *sum += u64::from(value);
+        }
+    }
+    let count = (picture.rgb().len() / 3).max(1) as u64;
+    sum.map(|sum| (sum / count) as u8)
+}
+
+/// Distance within which matches tell of each other's angle and scale, pixels.
+const NEIGHBOURHOOD_PX: f32 = 20.0;
+
+/// Fewest neighbours that do.
+const FEWEST_NEIGHBOURS: usize = 3;
+
+/// A view tells angle and scale roughly. Neighbours that agree with it tell them better: the similarity through their places.
+fn with_local_similarity(matches: Vec<Match>) -> Vec<Match> {
+    let refined = |m: &Match| {
+        let (mut cross, mut square, mut count) = (Vec2::ZERO, 0.0, 0);
+        for other in &matches {
+            let d = other.pixel - m.pixel;
+            let length = d.length();
+            if length < 1.0 || length > NEIGHBOURHOOD_PX {
+                continue;
+            }
+            let moved = other.place - m.place;
+            let expected = Vec2::from_angle(m.angle).rotate(d) * m.scale;
+            if moved.distance(expected) > 0.9 * expected.length() {
+                continue;
+            }
+            // moved = z * d as complex numbers, in the least squares sense.
+            cross += Vec2::new(moved.dot(d), d.perp_dot(moved));
+            square += d.length_squared();
+            count += 1;
+        }
+        if count < FEWEST_NEIGHBOURS {
+            return *m;
+        }
+        let similarity = cross / square;
+        Match {
+            angle: similarity.to_angle(),
+            scale: similarity.length().clamp(m.scale / 3.0, 3.0 * m.scale),
+            ..*m
+        }
+    };
+    matches.iter().map(refined).collect()
+}

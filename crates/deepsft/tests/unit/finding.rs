@@ -1,0 +1,164 @@
+//! Targets and their finders, by features and by descriptors.
+
+use deepsft::{
+    DESCRIPTOR_LENGTH, DeepSftError, DescriptorFinder, DescriptorNetwork, DeviceKind, Finder, FinderKind,
+    SharedDescriptorNetwork, Target, TargetFinder, View, start_device,
+};
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleMesh, training_camera};
+
+/// Rectangles of any colour on grey, 297 x 210 mm.
+fn print() -> Picture {
+    let mut state = 7_u64;
+    let mut random = move |below: u64| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) % below) as usize
+    };
+    let mut colors = vec![[120_u8; 3]; 594 * 420];
+    for _ in 0..400 {
+        let (left, top, width, height) = (random(594), random(420), 8 + random(60), 8 + random(60));
+        let color = [random(256) as u8, random(256) as u8, random(256) as u8];
+        for y in top..(top + height).min(420) {
+            colors[594 * y + left..594 * y + (left + width).min(594)].fill(color);
+        }
+    }
+    Picture::from_fn(594, 420, |x, y| colors[594 * y + x])
+}
+
+/// A camera with 960 columns, and what it sees of the print around a cylinder, before a dark wall.
+fn photograph(template: &Template) -> (Camera, Picture, Maps) {
+    let camera = training_camera().resized(960, 540).unwrap();
+    let turn = DVec2::from_angle(2.1);
+    let place = |p: &DVec3| {
+        let (angle, turned) = (p.x / 160.0, turn);
+        let bent = DVec2::new(160.0 * angle.sin(), p.y);
+        let at = turned.rotate(bent);
+        DVec3::new(at.x, at.y, 480.0 + 160.0 * (1.0 - angle.cos()))
+    };
+    let vertices: Vec<DVec3> = template.mesh().vertices().iter().map(place).collect();
+    let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+    let texture = template.texture();
+    let image = Picture::from_fn(960, 540, |x, y| {
+        let pixel = 960 * y + x;
+        match truth.inside(pixel) {
+            true => {
+                let at = truth.uv(pixel) * DVec2::new(texture.width() as f64, texture.height() as f64);
+                texture.sample(at.x, at.y).map(|c| (0.8 * c + 10.0) as u8)
+            }
+            false => [40; 3],
+        }
+    });
+    (camera, image, truth)
+}
+
+#[test]
+fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
+    let target = Target::picture(print(), 297.0).unwrap();
+    let (camera, image, truth) = photograph(target.template());
+    let mut finder = TargetFinder::new(target.clone()).unwrap();
+    assert!(!finder.can_deny());
+    let mut view = View::new(&image, &camera);
+    let estimate = pollster::block_on(finder.estimate(&mut view)).unwrap();
+    assert_eq!(
+        (estimate.by, estimate.judgement.found),
+        (Some(FinderKind::Features), true)
+    );
+    assert!(estimate.judgement.confidence > 0.8 && estimate.fit.is_some());
+    let mut errors: Vec<f64> = (0..480 * 270)
+        .map(|p| (p, 960 * (2 * (p / 480)) + 2 * (p % 480)))
+        .filter(|&(p, q)| estimate.maps.inside(p) && truth.inside(q))
+        .map(|(p, q)| ((estimate.maps.uv(p) - truth.uv(q)) * target.template().size_mm()).length())
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    assert!(
+        errors.len() > 20_000 && errors[errors.len() / 2] < 1.0,
+        "{} {:?}",
+        errors.len(),
+        errors.get(errors.len() / 2)
+    );
+    // The tracker starts from what was seen, before any fit.
+    let seen = pollster::block_on(finder.find(&mut view)).unwrap();
+    assert!(seen.len() == 1 && seen[0].is_sure && seen[0].maps.size() == (480, 270));
+
+    let wall = Picture::from_fn(960, 540, |x, y| [(90 + (x / 31 + y / 17) % 2 * 60) as u8; 3]);
+    let nothing = pollster::block_on(finder.estimate(&mut View::new(&wall, &camera))).unwrap();
+    assert!(!nothing.judgement.found, "{:?}", nothing.judgement);
+}
+
+#[test]
+fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
+    for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
+        let refused = Target::picture(print(), width_mm);
+        assert!(
+            matches!(refused, Err(DeepSftError::Geometry(GeometryError::TemplateSize { .. }))),
+            "{width_mm}"
+        );
+    }
+    let corners = [DVec3::ZERO, DVec3::X * 90.0, DVec3::Y * 90.0, DVec3::Z * 90.0];
+    let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(DVec2::from);
+    let mesh = TriangleMesh::new(corners.to_vec(), uv.to_vec(), vec![[0, 2, 1], [1, 2, 3]]).unwrap();
+    let solid = Target::mesh(Template::of_mesh(mesh, print()).unwrap());
+    let Err(error) = TargetFinder::new(solid) else {
+        panic!("nothing finds a solid without a network");
+    };
+    assert!(error.to_string().contains("sheet"), "{error}");
+}
+
+#[test]
+fn descriptors_are_unit_vectors_and_come_back_from_their_file() {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let network = DescriptorNetwork::new(&device);
+    let image = deepsft::images_to_tensor(&[&print()], &device);
+    let descriptors = network.forward(image.clone());
+    assert_eq!(descriptors.dims(), [1, DESCRIPTOR_LENGTH, 432 / 8, 608 / 8]);
+    let lengths = descriptors.clone().square().sum_dim(1);
+    assert!((lengths - 1.0).abs().max().into_scalar::<f32>() < 1e-4);
+    let bytes = network.to_bytes().unwrap();
+    let read = DescriptorNetwork::from_bytes(&bytes, &device).unwrap();
+    // Weights are kept in half precision.
+    let off = (read.forward(image) - descriptors).abs().max().into_scalar::<f32>();
+    assert!(off < 0.02, "{off}");
+    for broken in [&bytes[..bytes.len() / 2], b"no weights", &[]] {
+        assert!(matches!(
+            DescriptorNetwork::from_bytes(broken, &device),
+            Err(DeepSftError::BundleContent { .. })
+        ));
+    }
+}
+
+#[test]
+fn matches_of_descriptors_tell_place_roll_and_scale() {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let network = SharedDescriptorNetwork::new(DescriptorNetwork::new(&device), device);
+    let template = Template::thin_shell(print(), 297.0, 210.0).unwrap();
+    let finder = pollster::block_on(DescriptorFinder::new(&network, &template)).unwrap();
+    // The print itself, upside down, 240 pixels long: just as one of the views has it. Even a network that was never
+    // trained knows that again.
+    let camera = training_camera();
+    let image = Picture::from_fn(480, 270, |x, y| {
+        let (u, v) = (359.5 - x as f64, 219.5 - y as f64);
+        match (0.0..240.0).contains(&u) && (0.0..169.7).contains(&v) {
+            true => template
+                .texture()
+                .halved()
+                .sample(u * 297.0 / 240.0, v * 297.0 / 240.0)
+                .map(|c| c as u8),
+            false => [120; 3],
+        }
+    });
+    let mut view = View::new(&image, &camera);
+    let matches = pollster::block_on(finder.matches(&mut view, &camera)).unwrap();
+    let right = matches.iter().filter(|m| {
+        let pixel = m.pixel.as_dvec2() / 2.0;
+        let expected = DVec2::new(360.0 - pixel.x, 220.0 - pixel.y) * (297.0 / 240.0);
+        let turned = (m.angle.abs() - std::f32::consts::PI).abs();
+        let scale = f64::from(m.scale) * 2.0 / (297.0 / 240.0);
+        m.place.as_dvec2().distance(expected) < 10.0 && turned < 0.5 && (0.6..1.6).contains(&scale)
+    });
+    let right = right.count();
+    assert!(right > 100 && right * 2 > matches.len(), "{right} of {}", matches.len());
+    let _ = Finder::Descriptors(Box::new(finder));
+}

@@ -1,0 +1,179 @@
+// The engine as the page holds it: started on what works, and started again where its GPU was lost.
+
+import { DeepSftError, asDeepSftError } from "../error.js";
+import { EngineWorker } from "./engine-worker.js";
+
+/** @import { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
+/** @import { TargetSource } from "../targets/target-source.js" */
+
+/**
+ * What is needed to start the engine again.
+ *
+ * @typedef {{ request: StartRequest, workerUrl: URL | undefined, timeoutMs: number | undefined }} StartPlan
+ */
+
+/** @typedef {{ worker: EngineWorker, info: EngineInfo, model: TargetDescription | null }} StartedEngine */
+
+/** A GPU that is lost is started again so many times within an hour; after that the CPU does the work. */
+const GPU_RESTARTS_PER_HOUR = 2;
+const HOUR_MS = 3_600_000;
+
+/** An engine that outlives the loss of its GPU, with its targets. */
+export class LastingEngine {
+  #plan;
+  /** @type {EngineWorker} */
+  #worker;
+  /** @type {EngineInfo} */
+  #info;
+  /** Those that were added, by number. @type {Map<number, TargetSource>} */
+  #sources = new Map();
+  /** When the GPU was started again within the last hour, milliseconds. @type {number[]} */
+  #gpuRestarts = [];
+  /** @type {Promise<void> | null} settles when the engine has been started again */
+  #restarting = null;
+  #closed = false;
+
+  /**
+   * Use {@link LastingEngine.start}.
+   *
+   * @param {StartPlan} plan
+   * @param {StartedEngine} started
+   */
+  constructor(plan, { worker, info, model }) {
+    this.#plan = plan;
+    this.#worker = worker;
+    this.#info = info;
+    /** The model's target, number 0; null without a model. */
+    this.model = model;
+  }
+
+  /**
+   * @param {StartPlan} plan
+   * @param {AbortSignal | undefined} signal
+   * @returns {Promise<LastingEngine>}
+   * @throws {DeepSftError}
+   */
+  static async start(plan, signal) {
+    return new LastingEngine(plan, await startEngine(plan, signal));
+  }
+
+  get info() {
+    return this.#info;
+  }
+
+  get closed() {
+    return this.#closed;
+  }
+
+  /**
+   * @param {number} id
+   * @param {TargetSource} source
+   * @returns {Promise<TargetDescription>}
+   * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
+   */
+  async addTarget(id, source) {
+    const description = await this.run((worker) => worker.addTarget({ id, source }));
+    this.#sources.set(id, source);
+    return description;
+  }
+
+  /** @param {number} id */
+  removeTarget(id) {
+    this.#sources.delete(id);
+    // An engine that has ended has no targets either.
+    this.#worker.removeTarget({ id }).catch(() => undefined);
+  }
+
+  /** Stops the worker; what is under way rejects with `closed`. */
+  close() {
+    this.#closed = true;
+    this.#worker.terminate(closedError());
+  }
+
+  /**
+   * Has the engine do something; where it loses its GPU meanwhile, once more after it has been started again.
+   *
+   * @template T
+   * @param {(worker: EngineWorker) => Promise<T>} work
+   * @returns {Promise<T>}
+   */
+  async run(work) {
+    for (;;) {
+      if (this.#closed) throw closedError();
+      const worker = this.#worker;
+      try {
+        return await work(worker);
+      } catch (error) {
+        if (asDeepSftError(error).code !== "gpu-lost" || this.#closed) throw error;
+        // Another call may have seen the loss before.
+        if (worker === this.#worker)
+          await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
+      }
+    }
+  }
+
+  /**
+   * Starts the engine afresh after the GPU was lost: on the GPU, or, where it is lost again and again, on the CPU. A lost
+   * device poisons the engine's whole module, so the worker goes with it.
+   *
+   * @param {unknown} loss
+   */
+  async #restart(loss) {
+    this.#worker.terminate(loss);
+    const now = Date.now();
+    this.#gpuRestarts = this.#gpuRestarts.filter((at) => now - at < HOUR_MS);
+    const isWornOut = this.#gpuRestarts.length >= GPU_RESTARTS_PER_HOUR;
+    const { request } = this.#plan;
+    const message = `The GPU was lost ${GPU_RESTARTS_PER_HOUR + 1} times within an hour.`;
+    if (isWornOut && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
+    this.#gpuRestarts.push(now);
+    let started;
+    try {
+      const device = isWornOut ? "cpu" : request.device;
+      started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
+      for (const [id, source] of this.#sources) await started.worker.addTarget({ id, source });
+    } catch (cause) {
+      throw new DeepSftError(
+        "gpu-lost",
+        `The GPU was lost and could not be started again: ${asDeepSftError(cause).message}`,
+        { cause },
+      );
+    }
+    if (this.#closed) return started.worker.terminate(closedError());
+    /** @type {EngineInfo["fallback"]} */
+    const fallback = isWornOut ? { code: "gpu-lost", message } : started.info.fallback;
+    [this.#worker, this.#info] = [started.worker, { ...started.info, fallback }];
+  }
+}
+
+/**
+ * Starts a worker and its engine; under `auto`, when WebGPU promised well but the engine could not start on it, once
+ * more on the CPU, in a fresh worker.
+ *
+ * @param {StartPlan} plan
+ * @param {AbortSignal | undefined} signal
+ * @returns {Promise<StartedEngine>}
+ */
+async function startEngine({ request, workerUrl, timeoutMs }, signal) {
+  signal?.throwIfAborted();
+  const worker = new EngineWorker(workerUrl, timeoutMs);
+  const abort = () => worker.terminate(signal?.reason);
+  signal?.addEventListener("abort", abort, { once: true });
+  try {
+    return { worker, ...(await worker.start(request)) };
+  } catch (error) {
+    worker.terminate(error);
+    signal?.throwIfAborted();
+    const { code, message } = asDeepSftError(error);
+    const aboutTheGpu = code === "webgpu-unavailable" || code === "gpu-lost" || code === "internal";
+    if (request.device !== "auto" || !aboutTheGpu) throw error;
+    const started = await startEngine({ request: { ...request, device: "cpu" }, workerUrl, timeoutMs }, signal);
+    return { ...started, info: { ...started.info, fallback: { code, message } } };
+  } finally {
+    signal?.removeEventListener("abort", abort);
+  }
+}
+
+export function closedError() {
+  return new DeepSftError("closed", "The estimator was used after close().");
+}

@@ -1,0 +1,138 @@
+// From what a page gives as a target to what the workers take.
+
+import { fetchBytes } from "../engine/bundle.js";
+import { DeepSftError, crossOriginError } from "../error.js";
+import { closeFrame, transferableFrame } from "../frames/image-input.js";
+
+/** @import { ImageInput } from "../frames/image-input.js" */
+
+/**
+ * What a worker makes a target of.
+ *
+ * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number }
+ *   | { kind: "template" | "model", files: Map<string, Uint8Array> }} TargetSource
+ */
+
+/**
+ * The files of a template's folder: its address, the files by name, or the files as a file input gives them.
+ *
+ * @typedef {string | URL | Map<string, Uint8Array> | Iterable<File>} TemplateInput
+ */
+
+/** The engine looks at pictures with this many pixels along the longer side, or fewer: the canonical image has 480. */
+const LONGEST_SIDE = 1024;
+
+/** What counts as the side of a print, mm: from a stamp to a banner. */
+const LEAST_SIDE_MM = 5;
+const MOST_SIDE_MM = 20_000;
+
+/** How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins. */
+const MOST_STRETCH = 0.05;
+
+const TEMPLATE_FILE = "template.json";
+
+/**
+ * @param {string} name
+ * @param {unknown} value
+ */
+function checkSide(name, value) {
+  if (typeof value === "number" && value >= LEAST_SIDE_MM && value <= MOST_SIDE_MM) return;
+  throw unusable(`${name} is ${value}, expected the length of the print in millimetres, ${LEAST_SIDE_MM} to ${MOST_SIDE_MM}.`);
+}
+
+/**
+ * @param {ImageInput} image
+ * @param {{ widthMm: number, heightMm?: number }} size of the print, without the paper's margins
+ * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
+ * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
+ */
+export async function pictureSource(image, { widthMm, heightMm }) {
+  checkSide("widthMm", widthMm);
+  if (heightMm !== undefined) checkSide("heightMm", heightMm);
+  const { frame, width, height } = await transferableFrame(image);
+  try {
+    const naturalMm = (widthMm * height) / width;
+    if (heightMm !== undefined && Math.abs(heightMm / naturalMm - 1) > MOST_STRETCH)
+      throw unusable(
+        `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
+          "picture without the paper's margins.",
+      );
+    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm };
+  } finally {
+    closeFrame(frame);
+  }
+}
+
+/**
+ * A picture as it looks on white paper, made smaller where it is larger than the engine looks at.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ * @returns {Promise<ImageData>}
+ */
+async function opaquePixels(frame) {
+  const scale = Math.min(1, LONGEST_SIDE / Math.max(frame.width, frame.height));
+  const [width, height] = [frame.width, frame.height].map((side) => Math.max(1, Math.round(scale * side)));
+  const small = await createImageBitmap(frame, { resizeWidth: width, resizeHeight: height, resizeQuality: "high" });
+  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+  if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a picture with.");
+  context.fillStyle = "#fff";
+  context.fillRect(0, 0, width, height);
+  context.drawImage(small, 0, 0);
+  small.close();
+  try {
+    return context.getImageData(0, 0, width, height);
+  } catch (error) {
+    throw crossOriginError(error);
+  }
+}
+
+/**
+ * @param {TemplateInput} input
+ * @returns {Promise<Extract<TargetSource, { kind: "template" | "model" }>>}
+ * @throws {DeepSftError} `model-load`, `target-unusable`
+ */
+export async function templateSource(input) {
+  if (typeof input === "string" || input instanceof URL) return { kind: "template", files: await fetchTemplate(input) };
+  if (input instanceof Map) return { kind: "template", files: input };
+  const files = new Map();
+  for (const file of input) files.set(file.name, new Uint8Array(await file.arrayBuffer()));
+  return { kind: "template", files };
+}
+
+/** @param {string | URL} url of the folder, relative to the page */
+async function fetchTemplate(url) {
+  const folder = new URL(url, typeof document === "undefined" ? self.location.href : document.baseURI);
+  if (!folder.pathname.endsWith("/")) folder.pathname += "/";
+  const fetched = async (/** @type {string} */ name) =>
+    /** @type {const} */ ([name, await fetchBytes(new URL(encodeURIComponent(name), folder), undefined)]);
+  const description = await fetched(TEMPLATE_FILE);
+  let named;
+  try {
+    named = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(description[1]));
+  } catch (error) {
+    throw unusable(`${folder}${TEMPLATE_FILE} is not JSON; is this the folder of a template?`, error);
+  }
+  // What they must be is the engine's to check.
+  const names = [named?.texture, named?.mesh].filter((name) => typeof name === "string");
+  return new Map([description, ...(await Promise.all(names.map(fetched)))]);
+}
+
+/**
+ * Whether two pictures have the same pixels.
+ *
+ * @param {TargetSource} one
+ * @param {TargetSource} other
+ */
+export function isSamePicture(one, other) {
+  if (one.kind !== "picture" || other.kind !== "picture") return false;
+  const [a, b] = [one.pixels, other.pixels];
+  return a.width === b.width && a.height === b.height && a.data.every((value, i) => value === b.data[i]);
+}
+
+/**
+ * @param {string} message
+ * @param {unknown} [cause]
+ */
+export function unusable(message, cause) {
+  return new DeepSftError("target-unusable", message, { cause });
+}

@@ -1,0 +1,47 @@
+// What is looked for, as pages hold it.
+
+import { DeepSftError } from "../error.js";
+
+/** @import { MeshTopology, TargetDescription } from "../engine/engine-worker.js" */
+
+/**
+ * Where a target comes from: a picture that was added, a template's folder, or a model, which brings a network of its own.
+ *
+ * @typedef {"picture" | "template" | "model"} TargetKind
+ */
+
+/** An object that is looked for. `DeepSft` makes it. */
+export class Target {
+  /**
+   * @param {number} id
+   * @param {string} name
+   * @param {TargetKind} kind
+   * @param {TargetDescription} description
+   */
+  constructor(id, name, kind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh }) {
+    /** Tells the targets of one `DeepSft` apart. */
+    this.id = id;
+    /** For people. */
+    this.name = name;
+    this.kind = kind;
+    /** The picture on it, as it is looked for: at most 1024 pixels along the longer side if it was added as a picture. */
+    this.texture = new ImageData(rgba, width, height);
+    /** Size of the flat print. */
+    this.widthMm = widthMm;
+    this.heightMm = heightMm;
+    /**
+     * What of its mesh no frame changes.
+     *
+     * @type {MeshTopology}
+     */
+    this.mesh = mesh;
+  }
+}
+
+/**
+ * @param {string} message
+ * @returns {DeepSftError}
+ */
+export function unknownTarget(message) {
+  return new DeepSftError("target-unknown", message);
+}

@@ -1,0 +1,338 @@
+// Pictures as targets in the browser: added in the page, found, followed two at once, lost, removed, and refused.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { SLOW_MS } from "../support/browser.mjs";
+import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
+import { median } from "../support/maps.mjs";
+import { meshDistance } from "../support/meshes.mjs";
+import { onPage } from "../support/page.mjs";
+import { encodePng } from "../support/png.mjs";
+import { PRINTS, thereAndBack, twoPrints } from "../support/two-prints.mjs";
+import { y4m } from "../support/y4m.mjs";
+
+const FRAMES = 30;
+/** How often the film goes there and back, and the grey frames at its end. */
+const TURNS = 2;
+const COVERED = 12;
+/** A fifth of the rate that the clips are rendered for, as in tracking.test.mjs. */
+const CAMERA_FPS = 6;
+
+let folder;
+let shown;
+let camera;
+let pngs;
+let cameraFile;
+
+before(
+  async () => {
+    folder = await mkdtemp(join(tmpdir(), "deepsft-targets-"));
+    ({ shown, camera, pngs } = await twoPrints(folder, FRAMES));
+    const { width, height } = camera;
+    const grey = Array.from({ length: COVERED }, () => ({ width, height, rgb: new Uint8Array(3 * width * height).fill(110) }));
+    const film = [...Array.from({ length: TURNS }, () => thereAndBack(shown)).flat(), ...grey];
+    film.forEach((picture, i) => stamp(picture, i));
+    cameraFile = join(folder, "camera.y4m");
+    await writeFile(cameraFile, y4m(film, CAMERA_FPS));
+  },
+  { timeout: SLOW_MS },
+);
+after(() => rm(folder, { recursive: true, force: true }));
+
+/** The truth of a frame of the film: the meshes of left and right; null while covered. */
+function truthOf(film) {
+  if (film >= 2 * FRAMES * TURNS) return null;
+  const along = film % (2 * FRAMES);
+  return shown[along < FRAMES ? along : 2 * FRAMES - 1 - along].vertices;
+}
+
+/** Opens an empty page with `sft`, an engine without a model, and `pictures`, the prints as Blobs. */
+const withPictures = (options, body) =>
+  onPage(options, async ({ page, ...rest }) => {
+    await page.evaluate(async (files) => {
+      globalThis.pictures = files.map((base64) => new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]));
+      globalThis.sft = await deepsft.DeepSft.load();
+    }, pngs);
+    await body({ page, ...rest });
+  });
+
+test("without a model a picture is found, fitted to the image and told from others", { timeout: SLOW_MS }, async () => {
+  await withPictures({}, async ({ page }) => {
+    const frame = encodePng({ ...shown[0].picture, values: shown[0].picture.rgb }).toString("base64");
+    const seen = await page.evaluate(
+      async ([prints, base64, camera]) => {
+        const none = await codeOf(sft.estimate(new ImageData(64, 64)));
+        const targets = [];
+        for (const [i, { name, widthMm }] of prints.entries()) targets.push(await sft.addPicture(pictures[i], { widthMm, name }));
+        const image = new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]);
+        const several = await codeOf(sft.estimate(image, { camera }));
+        const found = [];
+        for (const target of targets) {
+          const estimate = await sft.estimate(image, { camera, target });
+          const mesh = await estimate.completeMesh();
+          const { by, fitted, times } = estimate;
+          const isOfTarget = estimate.target === target;
+          found.push({ found: estimate.found, by, fitted, times, isOfTarget, vertices: mesh && [...mesh.vertices], method: mesh?.method });
+          estimate.close();
+        }
+        const [{ id, name, kind, widthMm, heightMm, texture, mesh }] = targets;
+        const described = { id, name, kind, widthMm, heightMm, width: texture.width, height: texture.height, faces: mesh.faces.length };
+        return { none, several, found, described, model: sft.info.modelName, same: sft.targets.every((target, i) => target === targets[i]) };
+      },
+      [PRINTS, frame, camera],
+    );
+    assert.deepEqual([seen.none, seen.several, seen.model, seen.same], ["target-unknown", "target-unknown", null, true]);
+    const { faces, ...described } = seen.described;
+    assert.deepEqual(described, { id: 1, name: "left", kind: "picture", widthMm: 150, heightMm: 100, width: 600, height: 400 });
+    assert.ok(faces > 300);
+    assert.deepEqual(seen.found.map(({ found }) => found), [true, true, false]);
+    for (const [i, { by, fitted, times, isOfTarget, vertices, method }] of seen.found.slice(0, 2).entries()) {
+      assert.deepEqual([by, fitted, isOfTarget, method], ["features", true, true, "fit"]);
+      assert.ok(times.featuresMs > 0 && times.networkMs === 0, JSON.stringify(times));
+      const { medianPx } = meshDistance(vertices, shown[0].vertices[i]);
+      assert.ok(medianPx < 1, `${PRINTS[i].name} is ${medianPx} px off`);
+    }
+  });
+});
+
+test(
+  "of three pictures before a camera two are followed at once, lost when they are covered, found again, and removed",
+  { timeout: SLOW_MS },
+  async (t) => {
+    const prepare = (context) => context.grantPermissions(["camera"]);
+    await withPictures({ camera: cameraFile, prepare }, async ({ page }) => {
+      await page.evaluate(
+        async ([prints, camera, points]) => {
+          const targets = [];
+          for (const [i, { name, widthMm }] of prints.entries()) targets.push(await sft.addPicture(pictures[i], { widthMm, name }));
+          const video = document.body.appendChild(document.createElement("video"));
+          globalThis.stream = await deepsft.openCamera(video);
+          const canvas = new OffscreenCanvas(64, 8);
+          const context = canvas.getContext("2d", { willReadFrequently: true });
+          Object.assign(globalThis, { targets, events: [], frames: [] });
+          const tell = (change) => (target, tracked) => {
+            events.push({ change, name: target.name, number: tracked.number, isSo: tracked.of(target).found });
+          };
+          globalThis.tracking = sft.trackMesh(
+            video,
+            (tracked) => {
+              const { frame, number, times, found, mesh } = tracked;
+              context.drawImage(frame, 0, frame.height - 8, 64, 8, 0, 0, 64, 8);
+              const { data } = context.getImageData(0, 0, 64, 8);
+              frames.push({
+                number,
+                at: performance.now(),
+                trackMs: times.trackMs,
+                greys: points.map(([x]) => data[4 * (4 * 64 + Math.floor(x))]),
+                ofFirst: found === tracked.targets[0]?.found && mesh === tracked.targets[0]?.mesh,
+                targets: tracked.targets.map(({ target, found, held, mesh, agreement }) => ({
+                  name: target.name,
+                  ...{ found, held, agreement },
+                  vertices: mesh && [...mesh.vertices],
+                })),
+              });
+              tracked.close();
+            },
+            { camera, onFound: tell("found"), onLost: tell("lost") },
+          );
+          // What ends it is the test's to know.
+          tracking.finished.catch((error) => (globalThis.ended = `${error.code} ${error.message}`));
+        },
+        [PRINTS, camera, stampPoints(camera.height)],
+      );
+      // Both found, both lost, both found again, and both followed for a while.
+      await page.waitForFunction(
+        (least) => {
+          const times = (change, name) => events.filter((one) => one.change === change && one.name === name).length;
+          const isDone = ["left", "right"].every((name) => times("lost", name) > 0 && times("found", name) > times("lost", name));
+          const isClear = ({ found, held }) => found && !held;
+          const both = frames.filter(({ targets }) => targets.filter(isClear).length === 2);
+          return globalThis.ended || (isDone && both.length >= least);
+        },
+        FRAMES,
+        { timeout: SLOW_MS, polling: 500 },
+      );
+      const removed = await page.evaluate(async () => {
+        const [left, right] = targets;
+        const { depth } = await tracking.maps(right);
+        sft.removeTarget(left);
+        const from = frames.length;
+        while (frames.length < from + 3) await new Promise((resolve) => setTimeout(resolve, 50));
+        const names = frames.at(-1).targets.map(({ name }) => name);
+        const codes = [await codeOf(sft.estimate(pictures[0], { target: left })), await codeOf(tracking.maps(left))];
+        try {
+          sft.removeTarget(left);
+        } catch ({ code }) {
+          codes.push(code);
+        }
+        tracking.stop();
+        stream.stop();
+        return { names, codes, area: depth.filter((d) => d > 0).length };
+      });
+      const { frames, events, ended } = await page.evaluate(() => ({ frames, events, ended: globalThis.ended }));
+      assert.equal(ended, undefined);
+      assert.deepEqual(removed.names, ["right", "absent"]);
+      assert.deepEqual(removed.codes, Array(3).fill("target-unknown"));
+      assert.ok(removed.area > 1000, "maps of the one that is named");
+      assert.ok(events.every(({ name }) => name !== "absent"), "what is not there is not found");
+      assert.ok(events.every(({ change, isSo }) => isSo === (change === "found")), "events agree with their frames");
+      assert.ok(frames.every(({ ofFirst }) => ofFirst), "a frame speaks for its first target");
+      const stamped = frames.map((frame) => ({ ...frame, film: readStamp(frame.greys) }));
+      const errors = [];
+      let both = 0;
+      for (const { film, targets } of stamped) {
+        const truth = truthOf(film);
+        const clear = targets.filter(({ found, held }) => found && !held);
+        if (truth && clear.length === 2) both++;
+        for (const { name, vertices } of clear) {
+          assert.ok(truth, `${name} is confirmed by a grey picture`);
+          errors.push(meshDistance(vertices, truth[PRINTS.findIndex((print) => print.name === name)]).medianPx);
+        }
+      }
+      const seconds = (frames.at(-1).at - frames[0].at) / 1000;
+      t.diagnostic(
+        JSON.stringify({
+          events: events.map(({ change, name, number }) => `${number} ${change} ${name}`),
+          both,
+          frames: frames.length,
+          fps: frames.length / seconds,
+          medianPx: median(errors),
+          trackMs: median(frames.map(({ trackMs }) => trackMs)),
+        }),
+      );
+      assert.ok(both > 0.9 * FRAMES, `both in ${both} frames that show them`);
+      assert.ok(median(errors) < 1, `${median(errors)} px`);
+    });
+  },
+);
+
+test("what cannot be a target is refused with a code and a reason", { timeout: SLOW_MS }, async () => {
+  await withPictures({}, async ({ page, origin }) => {
+    const refusals = await page.evaluate(async () => {
+      const [print] = pictures;
+      const canvas = (width, height, style = "#a33") => {
+        const made = Object.assign(document.createElement("canvas"), { width, height });
+        const context = made.getContext("2d");
+        context.fillStyle = style;
+        context.fillRect(0, 0, width, height);
+        return made;
+      };
+      const size = { widthMm: 100 };
+      const cases = {
+        "no options": [print],
+        "no width": [print, {}],
+        "zero width": [print, { widthMm: 0 }],
+        "negative width": [print, { widthMm: -210 }],
+        "a width that is no number": [print, { widthMm: Number.NaN }],
+        "a width as a text": [print, { widthMm: "210" }],
+        "a width in metres": [print, { widthMm: 0.21 }],
+        "an endless width": [print, { widthMm: Infinity }],
+        "a height that does not fit": [print, { widthMm: 150, heightMm: 150 }],
+        "one pixel": [canvas(1, 1), size],
+        "3 x 3": [canvas(3, 3), size],
+        "a blank picture": [canvas(600, 400), size],
+        "a transparent picture": [canvas(600, 400, "transparent"), size],
+        "nothing": [null, size],
+        "no image": [new Blob(["text"], { type: "image/png" }), size],
+        "an empty file": [new Blob([]), size],
+      };
+      const answers = {};
+      for (const [name, [image, options]] of Object.entries(cases))
+        answers[name] = await sft.addPicture(image, options).then(
+          () => ["added"],
+          ({ code, message }) => [code, message],
+        );
+      const first = await sft.addPicture(print, { widthMm: 150, name: "first" });
+      answers.twice = await sft.addPicture(print, { widthMm: 200 }).catch(({ code, message }) => [code, message]);
+      sft.removeTarget(first);
+      const again = await sft.addPicture(print, { widthMm: 150, heightMm: 101 });
+      const other = await deepsft.DeepSft.load();
+      const foreign = await codeOf(other.estimate(print, { target: again }));
+      other.close();
+      const video = document.createElement("video");
+      const ofVideo = (options) => codeOf(Promise.resolve().then(() => sft.trackMesh(video, () => undefined, options)));
+      const tracked = [await ofVideo({ targets: [] }), await ofVideo({ targets: [first] }), await ofVideo({ targets: [first, again] })];
+      const template = [
+        await codeOf(sft.addTemplate("/models/none/")),
+        await codeOf(sft.addTemplate(new Map())),
+        await codeOf(sft.addTemplate(new Map([["template.json", new TextEncoder().encode("{")]]))),
+        await codeOf(sft.addTemplate("/tests/support/")),
+      ];
+      sft.close();
+      return { answers, foreign, tracked, template, closed: await codeOf(sft.addPicture(pictures[1], size)), left: sft.targets.length };
+    });
+    const { answers } = refusals;
+    const unreadable = ["nothing", "no image", "an empty file"];
+    for (const [name, [code, message]] of Object.entries(answers)) {
+      assert.equal(code, unreadable.includes(name) ? "image-unreadable" : "target-unusable", `${name}: ${message}`);
+      assert.match(message, /\.$/);
+    }
+    assert.match(answers["a width in metres"][1], /millimetres/);
+    assert.match(answers["a transparent picture"][1], /blank/);
+    assert.match(answers.twice[1], /"first"/);
+    assert.deepEqual([refusals.foreign, ...refusals.tracked], Array(4).fill("target-unknown"));
+    assert.deepEqual(refusals.template, ["model-load", "target-unusable", "target-unusable", "model-load"], origin);
+    assert.deepEqual([refusals.closed, refusals.left], ["closed", 1]);
+  });
+});
+
+test("large pictures are made smaller, transparent ones lie on white", { timeout: SLOW_MS }, async () => {
+  await withPictures({}, async ({ page }) => {
+    const made = await page.evaluate(async () => {
+      const bitmap = await createImageBitmap(pictures[0]);
+      // 96 megapixels, as scanners make them.
+      const large = new OffscreenCanvas(12_000, 8000);
+      large.getContext("2d").drawImage(bitmap, 0, 0, 12_000, 8000);
+      const blob = await large.convertToBlob({ type: "image/jpeg" });
+      const scan = await sft.addPicture(blob, { widthMm: 300 });
+      // The right half has no paint at all.
+      const canvas = new OffscreenCanvas(600, 400);
+      canvas.getContext("2d").drawImage(bitmap, 0, 0, 300, 400, 0, 0, 300, 400);
+      const half = await sft.addPicture(new File([await canvas.convertToBlob()], "half.png"), { widthMm: 150 });
+      const at = ({ data, width }, x, y) => [...data.slice(4 * (y * width + x), 4 * (y * width + x) + 4)];
+      return { scan: [scan.texture.width, scan.texture.height, scan.heightMm], half: at(half.texture, 450, 200), name: half.name };
+    });
+    assert.deepEqual(made, { scan: [1024, 683, 200], half: [255, 255, 255, 255], name: "half.png" });
+  });
+});
+
+test("a template's folder is a target like a picture, beside a model and without", { timeout: SLOW_MS }, async () => {
+  await withPictures({}, async ({ page }) => {
+    const seen = await page.evaluate(async () => {
+      const fetched = await sft.addTemplate("/models/poster-a4/template", { name: "poster" });
+      const names = ["template.json", "texture.png"];
+      const files = await Promise.all(
+        names.map(async (name) => new File([await (await fetch(`/models/poster-a4/template/${name}`)).blob()], name)),
+      );
+      const model = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+      const chosen = await model.addTemplate(files);
+      const image = poster(model);
+      const answers = [];
+      for (const [engine, target] of [[sft, fetched], [model, chosen], [model, undefined]]) {
+        const estimate = await engine.estimate(image, { target });
+        answers.push([estimate.found, estimate.by, estimate.target.kind, estimate.target.widthMm]);
+        estimate.close();
+      }
+      const kinds = model.targets.map(({ kind, name }) => `${kind} ${name}`);
+      let refusal;
+      try {
+        model.removeTarget(model.targets[0]);
+      } catch ({ code }) {
+        refusal = code;
+      }
+      model.close();
+      return { answers, kinds, refusal };
+    });
+    assert.deepEqual(seen.answers, [
+      [true, "features", "template", 297],
+      [true, "features", "template", 297],
+      [true, "network", "model", 297],
+    ]);
+    assert.deepEqual(seen.kinds, ["model poster-a4", "template template"]);
+    assert.equal(seen.refusal, "target-unusable");
+  });
+});

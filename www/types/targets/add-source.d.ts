@@ -1,0 +1,10 @@
+import type { Engine, MeshTracker } from "../../pkg/deepsft_web.js";
+import type { TargetSource } from "./target-source.js";
+/** @import { Engine, MeshTracker } from "../../pkg/deepsft_web.js" */
+/** @import { TargetSource } from "./target-source.js" */
+/**
+ * @param {Engine | MeshTracker} to
+ * @param {number} id
+ * @param {TargetSource} source
+ */
+export declare function addSource(to: Engine | MeshTracker, id: number, source: TargetSource): Promise<void>;

@@ -1,0 +1,17 @@
+/**
+ * Found and lost with hysteresis, so that neither flickers. A target is found when three frames in a row confirm its mesh, each
+ * with an agreement of 0.35 or more, or at once when one confirms 0.8 of the visible print. It is lost when no frame has
+ * confirmed it for 0.4 seconds of the video.
+ */
+export declare class Presence {
+    #private;
+    get isFound(): boolean;
+    /** Whether the newest frame confirms the mesh. */
+    get isConfirmed(): boolean;
+    /**
+     * @param {number} agreement of the newest frame with the tracker's mesh, 0 to 1; 0 without a mesh
+     * @param {number} atMs time of the frame, milliseconds, ascending
+     * @returns {"found" | "lost" | null} what has changed
+     */
+    update(agreement: number, atMs: number): "found" | "lost" | null;
+}

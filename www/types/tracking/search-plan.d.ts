@@ -1,0 +1,45 @@
+import type { Target } from "../targets/target.js";
+export type Searched = {
+    target: Target;
+    isFollowed: boolean;
+    agreement: number;
+    askedAt: number;
+};
+/** @typedef {{ target: Target, isFollowed: boolean, agreement: number, askedAt: number }} Searched */
+/**
+ * Spends the finders on the targets that are missing, in turn, as many at once as a search may take time for. A target that is
+ * followed is confirmed now and then, at once when the image does not confirm it, and in between when nothing is missing and it
+ * has a network, which also denies.
+ */
+export declare class SearchPlan {
+    #private;
+    /** @param {Target[]} targets */
+    constructor(targets: Target[]);
+    /** Whether some target is not followed. */
+    get isMissingSome(): boolean;
+    /** Whether some target is followed. */
+    get isFollowingSome(): boolean;
+    /**
+     * What the tracker says of a target in its newest frame.
+     *
+     * @param {number} id
+     * @param {boolean} isFollowed
+     * @param {number} agreement
+     * @returns {boolean} whether the target was just lost
+     */
+    tracked(id: number, isFollowed: boolean, agreement: number): boolean;
+    /** @param {number} id of a target that is looked for no longer */
+    remove(id: number): void;
+    /**
+     * The targets to look for now, by number; none when all are followed well.
+     *
+     * @param {number} nowMs
+     * @returns {number[]}
+     */
+    next(nowMs: number): number[];
+    /**
+     * @param {number} count of targets that a search was for
+     * @param {number} ms that it took
+     */
+    took(count: number, ms: number): void;
+}
