@@ -12,7 +12,7 @@ use deepsft::{
     DeepSftError, ModelBundle, View,
     geometry::{
         Camera, Maps, Template,
-        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions},
+        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackerImage, TrackingOptions},
         training_camera,
     },
 };
@@ -201,27 +201,35 @@ impl Core {
     }
 
     fn follow(&mut self, number: u32, time_s: f64, rgba: &[u8], camera: &Camera) -> Result<Object, Failure> {
-        let mut stopwatch = Stopwatch::start();
+        let (mut whole, mut stopwatch) = (Stopwatch::start(), Stopwatch::start());
         let picture = picture_from(rgba, camera.width(), camera.height())?;
         let mut view = View::new(&picture, camera);
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         // Targets share the canonical image.
-        if let Some(track) = self.tracks.values().next() {
-            view.canonical(&track.canonical).map_err(failed)?;
-        }
-        let warp_ms = stopwatch.lap_ms();
+        let mut shared: Option<(Camera, TrackerImage)> = None;
+        let mut warp_ms = stopwatch.lap_ms();
         let targets = Array::new();
         for (&id, track) in &mut self.tracks {
-            let canonical = view.canonical(&track.canonical).map_err(failed)?;
+            let canonical = &track.canonical;
+            let image = match shared.take().filter(|(camera, _)| camera == canonical) {
+                Some((_, image)) => image,
+                None => {
+                    stopwatch.lap_ms();
+                    let image = TrackerImage::of(view.canonical(canonical).map_err(failed)?);
+                    warp_ms += stopwatch.lap_ms();
+                    image
+                }
+            };
             let tracked = track
                 .tracker
-                .follow(u64::from(number), time_s, canonical, &track.canonical)?;
+                .follow_shared(u64::from(number), time_s, &image, canonical)?;
             targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
+            shared = Some((*canonical, image));
         }
         Ok(object([
             ("targets", targets.into()),
             ("warpMs", warp_ms.into()),
-            ("trackMs", stopwatch.lap_ms().into()),
+            ("trackMs", (whole.lap_ms() - warp_ms).into()),
         ]))
     }
 }

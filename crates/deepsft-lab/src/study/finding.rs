@@ -14,6 +14,7 @@ mod table;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::encode_png;
+use deepsft_cli::object_choice::DescriptorChoice;
 use deepsft_cli::progress;
 use deepsft_formats::write_file;
 use figures::{Failures, print_sheets};
@@ -65,9 +66,8 @@ pub struct FindingStudyArguments {
     /// Seed of prints and frames
     #[arg(long, value_name = "S")]
     seed: u64,
-    /// Weights of the network that describes any picture: measure what it finds, and the best of it and features
-    #[arg(long, value_name = "FILE")]
-    descriptors: Option<PathBuf>,
+    #[command(flatten)]
+    descriptors: DescriptorChoice,
     /// Python with OpenCV: measure its ORB and SIFT too
     #[arg(long, value_name = "PYTHON")]
     opencv: Option<PathBuf>,
@@ -110,8 +110,8 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
     let growth = Growth::measured(&prints, arguments.seed)?;
     growth.print();
     let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
-    if let Some(file) = &arguments.descriptors {
-        finders.push(Box::new(DescriptorFinding::read(file)?));
+    if let Some(network) = arguments.descriptors.read()? {
+        finders.push(Box::new(DescriptorFinding::new(network)));
     }
     if let Some(python) = &arguments.opencv {
         for method in [Method::Orb, Method::Sift] {

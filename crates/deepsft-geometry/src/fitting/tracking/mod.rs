@@ -14,4 +14,4 @@ mod tracker;
 pub use one_euro::{OneEuro, OneEuroOptions};
 pub use options::TrackingOptions;
 pub use tracked::{TrackUpdate, Tracked};
-pub use tracker::Tracker;
+pub use tracker::{Tracker, TrackerImage};

@@ -37,6 +37,18 @@ struct Mesh {
     held: bool,
 }
 
+/// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
+/// [`memory`](TrackingOptions::memory) images.
+#[derive(Clone)]
+pub struct TrackerImage(Rc<GreyImage>);
+
+impl TrackerImage {
+    /// Of a canonical image.
+    pub fn of(image: &Picture) -> Self {
+        Self(Rc::new(GreyImage::of(image)))
+    }
+}
+
 /// Follows one template through one video.
 ///
 /// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
@@ -110,7 +122,21 @@ impl Tracker {
         image: &Picture,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        check_size(image.size(), camera.size())?;
+        self.follow_shared(frame, time_s, &TrackerImage::of(image), camera)
+    }
+
+    /// As [`follow`](Self::follow), with an image that other trackers take too.
+    ///
+    /// # Errors
+    /// As [`follow`](Self::follow).
+    pub fn follow_shared(
+        &mut self,
+        frame: u64,
+        time_s: f64,
+        TrackerImage(image): &TrackerImage,
+        camera: &Camera,
+    ) -> Result<&Tracked, GeometryError> {
+        check_size((image.width, image.height), camera.size())?;
         let goes_on = self
             .frames
             .back()
@@ -122,7 +148,7 @@ impl Tracker {
         self.frames.push_back(Remembered {
             frame,
             time_s,
-            grey: Rc::new(GreyImage::of(image)),
+            grey: Rc::clone(image),
             mesh: None,
         });
         while self.frames.len() > self.options.memory.max(2) {

@@ -2,13 +2,10 @@
 
 use crate::measuring::Stopwatch;
 use anyhow::{Context, Result};
-use deepsft::{DescriptorFinder, DescriptorNetwork, DeviceKind, SharedDescriptorNetwork, start_device};
+use deepsft::{DescriptorFinder, SharedDescriptorNetwork};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps, Picture, Template};
-use std::fs;
-use std::path::Path;
-use std::time::Instant;
 
 /// An image with its camera, and the canonical camera, for which maps are wanted.
 #[derive(Clone, Copy)]
@@ -85,23 +82,15 @@ impl Finder for FeatureFinding {
     }
 }
 
-/// The network that describes any picture, with our features.
+/// The network that describes any picture.
 pub struct DescriptorFinding {
     network: SharedDescriptorNetwork,
     finder: Option<deepsft::Finder>,
 }
 
 impl DescriptorFinding {
-    /// With the weights in `file`.
-    pub fn read(file: &Path) -> Result<Self> {
-        let bytes = fs::read(file).with_context(|| format!("reading {}", file.display()))?;
-        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-        let network =
-            DescriptorNetwork::from_bytes(&bytes, &device).with_context(|| format!("reading {}", file.display()))?;
-        Ok(Self {
-            network: SharedDescriptorNetwork::new(network, device),
-            finder: None,
-        })
+    pub fn new(network: SharedDescriptorNetwork) -> Self {
+        Self { network, finder: None }
     }
 }
 
@@ -122,49 +111,17 @@ impl Finder for DescriptorFinding {
 
     fn find(&mut self, view: View<'_>) -> Result<Found> {
         let finder = self.finder.as_mut().context("there is no print to look for")?;
-        // The device has threads of its own: the time that passes.
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let mut seen = deepsft::View::new(view.image, view.camera);
         seen.features()?;
-        let features_ms = start.elapsed().as_secs_f64() * 1e3;
-        let start = Instant::now();
-        let sighting = pollster::block_on(finder.find(&mut seen, view.canonical))?;
+        let features_ms = start.ms();
+        let start = Stopwatch::start();
+        let found = pollster::block_on(finder.find(&mut seen, view.canonical))?;
         Ok(Found {
-            maps: sighting.map(|sighting| sighting.maps),
+            maps: found.map(|found| found.maps),
             warp: None,
             features_ms,
-            find_ms: start.elapsed().as_secs_f64() * 1e3,
+            find_ms: start.ms(),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use deepsft_geometry::training_camera;
-
-    #[test]
-    fn weights_are_read_from_their_file_and_other_files_are_refused_by_name() {
-        let folder = tempfile::tempdir().unwrap();
-        let [good, broken] = ["descriptors.bpk", "broken.bpk"].map(|name| folder.path().join(name));
-        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
-        let bytes = DescriptorNetwork::new(&device).to_bytes().unwrap();
-        fs::write(&good, &bytes).unwrap();
-        fs::write(&broken, &bytes[..bytes.len() / 2]).unwrap();
-        let error = DescriptorFinding::read(&broken).err().map(|e| format!("{e:#}"));
-        assert!(error.is_some_and(|e| e.contains("broken.bpk")));
-        let mut finder = DescriptorFinding::read(&good).unwrap();
-        let picture = Picture::from_fn(300, 200, |x, y| [(x * y % 251) as u8; 3]);
-        let (camera, blank) = (training_camera(), Picture::from_fn(480, 270, |_, _| [90; 3]));
-        let view = View {
-            image: &blank,
-            camera: &camera,
-            canonical: &camera,
-        };
-        assert!(finder.find(view).is_err());
-        finder
-            .take(&Template::thin_shell(picture, 297.0, 198.0).unwrap())
-            .unwrap();
-        assert!(finder.find(view).unwrap().maps.is_none());
     }
 }
