@@ -171,7 +171,7 @@ fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Ca
     Ok(match finders.unwrap_or(unasked) {
         Finders::Network => {
             let network = target.network().context("a picture has no network of its own")?.clone();
-            let finders = vec![Finder::Network(network)];
+            let finders = vec![Finder::Network(Box::new(network))];
             (TargetFinder::with_finders(target.clone(), finders), canonical)
         }
         Finders::Features => (TargetFinder::new(Target::mesh(target.template().clone()))?, doubled),

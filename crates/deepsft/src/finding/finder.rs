@@ -45,7 +45,7 @@ pub struct Sighting {
 /// One way to find one target.
 pub enum Finder {
     /// The target's own network.
-    Network(Estimator),
+    Network(Box<Estimator>),
     /// The features of its picture.
     Features(Box<FeatureFinder>),
     /// The descriptors of its picture, and its features.

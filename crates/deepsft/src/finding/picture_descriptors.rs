@@ -22,10 +22,13 @@ const ROLLS: usize = 8;
 const SIDES: [f64; 2] = [240.0, 120.0];
 
 /// Factor between a similarity and its logarithmic odds, as the network has learnt it.
-const SHARPNESS: f32 = 22.0;
+const SHARPNESS: f32 = 30.0;
 
 /// How much more similar than the best place elsewhere a match must be: odds of about 2 to 1.
 const LEAST_MARGIN: f32 = 0.035;
+
+/// Similarity below which a cell shows something else; the network learnt 0.73 as the point of even odds.
+const LEAST_SIMILARITY: f32 = 0.65;
 
 /// Elsewhere: farther than this, in cells of the smaller view. Neighbouring cells overlap.
 const ELSEWHERE_CELLS: f32 = 2.5;
@@ -180,7 +183,9 @@ impl PictureDescriptors {
             }
         }
         found.sort_by(|a: &(f32, Match), b| b.0.total_cmp(&a.0));
-        Ok(with_local_similarity(found.into_iter().map(|(_, m)| m).collect()))
+        Ok(with_local_similarity(
+            &found.into_iter().map(|(_, m)| m).collect::<Vec<_>>(),
+        ))
     }
 
     /// The most similar place, if it stands out, and by how much.
@@ -191,7 +196,7 @@ impl PictureDescriptors {
                 (best, most) = (k, similarity);
             }
         }
-        let place = self.cells.get(best)?.place;
+        let place = self.cells.get(best).filter(|_| most >= LEAST_SIMILARITY)?.place;
         let limit = most - 4.0 * LEAST_MARGIN;
         let mut rival = limit;
         for (cell, &similarity) in self.cells.iter().zip(similarities) {
@@ -289,13 +294,13 @@ const NEIGHBOURHOOD_PX: f32 = 20.0;
 const FEWEST_NEIGHBOURS: usize = 3;
 
 /// A view tells angle and scale roughly. Neighbours that agree with it tell them better: the similarity through their places.
-fn with_local_similarity(matches: Vec<Match>) -> Vec<Match> {
+fn with_local_similarity(matches: &[Match]) -> Vec<Match> {
     let refined = |m: &Match| {
         let (mut cross, mut square, mut count) = (Vec2::ZERO, 0.0, 0);
-        for other in &matches {
+        for other in matches {
             let d = other.pixel - m.pixel;
             let length = d.length();
-            if length < 1.0 || length > NEIGHBOURHOOD_PX {
+            if !(1.0..=NEIGHBOURHOOD_PX).contains(&length) {
                 continue;
             }
             let moved = other.place - m.place;

@@ -60,7 +60,7 @@ impl TargetFinder {
     pub fn new(target: Target) -> Result<Self, DeepSftError> {
         let mut finders = Vec::new();
         if let Some(network) = target.network() {
-            finders.push(Finder::Network(network.clone()));
+            finders.push(Finder::Network(Box::new(network.clone())));
         }
         if target.template().is_sheet() || finders.is_empty() {
             let picture = PictureTarget::new(target.template().clone())?;

@@ -35,7 +35,7 @@ fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     let bundle = bundle();
     let device = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap().0;
     let target = Target::model(&bundle, &device).unwrap();
-    let network = Finder::Network(target.network().unwrap().clone());
+    let network = Finder::Network(Box::new(target.network().unwrap().clone()));
     let mut finder = TargetFinder::with_finders(target, vec![network]);
     let ticks = Cell::new(0.0);
     let clock = || {
