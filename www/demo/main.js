@@ -1,22 +1,21 @@
-// The demo page: a start screen, the live view, and what to say when something is in the way.
+// The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
-import { DeepSft } from "deepsft";
 import { CalibrationPanel } from "./live/calibration-panel.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
 import { Live } from "./live/live.js";
 import { messageFor } from "./messages.js";
 import { Orbit } from "./graphics/orbit.js";
+import { OwnPicture } from "./own/own-picture.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage/stage.js";
+import { Subjects } from "./subjects.js";
 
-/** @import { CameraStream, LoadOptions, LoadProgress } from "deepsft" */
+/** @import { CameraStream, LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
 /** @import { VideoSource } from "./sources.js" */
 /** @import { Overlay } from "./stage/stage.js" */
 /** @import { Paper } from "./graphics/papers.js" */
-
-const DEFAULT_MODEL = "../models/poster-a4/";
 
 /** @type {Record<Remedy, string>} */
 const REMEDY_WORDS = {
@@ -25,8 +24,16 @@ const REMEDY_WORDS = {
   clip: "Use the clip",
   image: "Open an image",
   reload: "Reload",
+  picture: "Choose another picture",
+  edit: "Change this one",
 };
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
+
+/**
+ * What a library that grades pictures says of one: how well it can be found, and sentences that help.
+ *
+ * @typedef {{ grade?: { level: string, reasons: string[] } }} Graded
+ */
 
 /** @template {HTMLElement} T @param {string} id @param {new () => T} kind @returns {T} */
 function byId(id, kind) {
@@ -37,6 +44,7 @@ function byId(id, kind) {
 
 const view = {
   live: byId("live", HTMLDivElement),
+  own: byId("own", HTMLDivElement),
   video: byId("video", HTMLVideoElement),
   loading: byId("loading", HTMLElement),
   loadingText: byId("loading-text", HTMLParagraphElement),
@@ -51,15 +59,6 @@ const view = {
   imageFile: byId("image-file", HTMLInputElement),
 };
 
-/** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
-const parameters = new URLSearchParams(location.search);
-
-/** @returns {LoadOptions["device"]} */
-function wantedDevice() {
-  const device = parameters.get("device");
-  return device === "webgpu" || device === "cpu" ? device : "auto";
-}
-
 const hero = new Hero(byId("hero", HTMLCanvasElement));
 const hud = new Hud();
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
@@ -67,8 +66,7 @@ const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
 let stage;
 /** @type {Live} */
 let live;
-/** @type {Promise<DeepSft> | null} */
-let loading = null;
+const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
 /** Number of the newest start, so that an older one that is still under way gives up. */
@@ -76,10 +74,28 @@ let session = 0;
 /** @type {() => void} what "Try again" does */
 let retry = () => undefined;
 
-/** @param {"start" | "live"} name */
+const own = new OwnPicture(view.own, {
+  show() {
+    leaveLive();
+    view.message.hidden = true;
+    showView("own");
+  },
+  leave: () => showView("start"),
+  use(picture, use) {
+    subjects.choose(picture);
+    if (use === "image") view.imageFile.click();
+    else startVideo("camera", cameraSource);
+  },
+  fail: (error) => showMessage(error, () => own.retry()),
+  remembered: (picture) => hero.setPicture(picture),
+});
+
+/** @param {"start" | "own" | "live"} name */
 function showView(name) {
   document.body.dataset.view = name;
   view.live.hidden = name !== "live";
+  view.own.hidden = name !== "own";
+  if (name !== "own") own.close();
   if (name === "start") hero.start();
   else hero.stop();
 }
@@ -87,35 +103,35 @@ function showView(name) {
 /** @param {LoadProgress} progress */
 function showProgress({ phase, loadedBytes, totalBytes }) {
   const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
-  if (phase === "start") {
-    view.loadingText.textContent = "Starting the network";
-    view.loadingBar.removeAttribute("value");
-    return;
-  }
+  if (phase === "start") return showWaiting(subjects.kind === "poster" ? "Starting the network" : "Starting the engine");
   const what = phase === "engine" ? "engine" : "model";
   view.loadingText.textContent = `Fetching the ${what} · ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
   if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
   else view.loadingBar.removeAttribute("value");
 }
 
-/** The estimator, loaded once; a failure is forgotten so that it can be tried again. */
-function estimator() {
-  loading ??= DeepSft.load(parameters.get("model") ?? DEFAULT_MODEL, {
-    device: wantedDevice(),
-    onProgress: showProgress,
-  }).then(
-    (sft) => {
-      live.use(sft);
-      view.notice.hidden = sft.info.fallback === null;
-      byId("notice-text", HTMLSpanElement).textContent = `Running on the CPU. ${sft.info.fallback?.message}`;
-      return sft;
-    },
-    (error) => {
-      loading = null;
-      throw error;
-    },
-  );
-  return loading;
+/** @param {string} words */
+function showWaiting(words) {
+  view.loadingText.textContent = words;
+  view.loadingBar.removeAttribute("value");
+}
+
+/** What is looked for, ready to be looked for. */
+async function readySubject() {
+  const subject = await subjects.ready();
+  live.use(subject);
+  const { fallback } = subject.sft.info;
+  const { grade } = /** @type {Graded} */ (subject.target);
+  // Pictures need no GPU: what runs without one then is nothing to speak of.
+  if (subject.kind === "picture") say(grade?.reasons.join(" ") ?? "");
+  else say(fallback ? `Running on the CPU. ${fallback.message}` : "");
+  return subject;
+}
+
+/** @param {string} words shown over the picture until closed; empty for none */
+function say(words) {
+  view.notice.hidden = words === "";
+  byId("notice-text", HTMLSpanElement).textContent = words;
 }
 
 /**
@@ -132,8 +148,11 @@ async function enterLive(kind, run) {
   byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
-  view.calibrate.hidden = kind !== "camera";
+  // Its views are the network's answers, which pictures do without.
+  view.calibrate.hidden = kind !== "camera" || subjects.kind === "picture";
   view.live.dataset.source = kind;
+  view.live.dataset.subject = subjects.kind;
+  if (subjects.kind === "picture" && stage?.overlay === "mask") chooseOverlay("paper");
   hud.reset();
   showView("live");
   try {
@@ -148,10 +167,12 @@ async function enterLive(kind, run) {
 
 function createLive() {
   const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement), stage.software), byId("region", HTMLDivElement));
+  const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
   created.onEstimate = (estimate) => {
-    view.loading.hidden = source?.stream?.interrupted !== true;
+    shown();
     calibration.add(estimate);
   };
+  created.onFrame = () => subjects.kind === "picture" && shown();
   chooseOverlay(stage.overlay);
   choosePaper(stage.paper);
   return created;
@@ -164,16 +185,16 @@ function createLive() {
 function startVideo(kind, open) {
   void enterLive(kind, async (current) => {
     // Side by side: the model loads while the person answers the camera's question.
-    const sft = estimator();
-    sft.catch(() => undefined);
+    const subject = readySubject();
+    subject.catch(() => undefined);
     const opened = await open(view.video);
     if (!current()) return opened.stop();
     source = opened;
     if (opened.stream) watch(opened.stream, current);
     if (opened.stream?.error) throw opened.stream.error;
-    await sft;
+    await subject;
     if (!current()) return;
-    view.loadingText.textContent = "Looking at the first frame";
+    showWaiting("Looking at the first frame");
     await live.follow(view.video, opened.camera);
   });
 }
@@ -188,19 +209,24 @@ function watch(stream, current) {
   stream.addEventListener("lost", () => current() && showMessage(stream.error));
   stream.addEventListener("interrupted", () => {
     if (!current()) return;
-    view.loadingText.textContent = "The camera is interrupted";
-    view.loadingBar.removeAttribute("value");
+    showWaiting("The camera is interrupted");
     view.loading.hidden = false;
   });
   stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
 }
 
+/** The clip shows the poster. */
+function startClip() {
+  subjects.choose("poster");
+  startVideo("clip", clipSource);
+}
+
 /** @param {Blob} image */
 function startImage(image) {
   void enterLive("image", async (current) => {
-    await estimator();
+    await readySubject();
     if (!current()) return;
-    view.loadingText.textContent = "Looking at the image";
+    showWaiting("Looking at the image");
     await live.show(image, current);
   });
 }
@@ -239,16 +265,20 @@ function restoreContexts(canvases) {
       stage = new Stage(byId("stage", HTMLCanvasElement));
       [stage.overlay, stage.paper] = [overlay, paper];
       live = createLive();
-      void loading?.then((sft) => live.use(sft)).then(resume);
+      void readySubject().then(resume, showMessage);
       resume = nothing;
     });
   }
 }
 
-/** @param {unknown} error */
-function showMessage(error) {
+/**
+ * @param {unknown} error
+ * @param {() => void} [again] what "Try again" does, if not what was tried last in the live view
+ */
+function showMessage(error, again) {
   leaveLive();
-  const { title, advice, remedies, code, detail } = messageFor(error);
+  retry = again ?? retry;
+  const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.kind === "picture");
   byId("message-title", HTMLHeadingElement).textContent = title;
   byId("message-advice", HTMLParagraphElement).textContent = advice;
   byId("message-code", HTMLElement).textContent = code;
@@ -271,8 +301,10 @@ function showMessage(error) {
 function applyRemedy(remedy) {
   if (remedy === "retry") retry();
   else if (remedy === "camera") startVideo("camera", cameraSource);
-  else if (remedy === "clip") startVideo("clip", clipSource);
+  else if (remedy === "clip") startClip();
   else if (remedy === "image") view.imageFile.click();
+  else if (remedy === "picture") own.choose();
+  else if (remedy === "edit") own.edit();
   else location.reload();
 }
 
@@ -316,9 +348,15 @@ function openHud(open) {
   view.hudToggle.setAttribute("aria-expanded", String(open));
 }
 
-byId("use-camera", HTMLButtonElement).addEventListener("click", () => startVideo("camera", cameraSource));
-byId("use-clip", HTMLButtonElement).addEventListener("click", () => startVideo("clip", clipSource));
-byId("use-image", HTMLButtonElement).addEventListener("click", () => view.imageFile.click());
+byId("use-camera", HTMLButtonElement).addEventListener("click", () => {
+  subjects.choose("poster");
+  startVideo("camera", cameraSource);
+});
+byId("use-clip", HTMLButtonElement).addEventListener("click", startClip);
+byId("use-image", HTMLButtonElement).addEventListener("click", () => {
+  subjects.choose("poster");
+  view.imageFile.click();
+});
 view.imageFile.addEventListener("change", () => {
   const [file] = view.imageFile.files ?? [];
   view.imageFile.value = "";
@@ -342,7 +380,7 @@ view.papers.addEventListener("click", ({ target }) => {
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
-  if (source?.stream) calibration.start(source.stream, (await estimator()).targets[0]);
+  if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
 });
 addEventListener("resize", () => {
   measureControls();
@@ -352,8 +390,19 @@ addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
   const [file] = event.dataTransfer?.files ?? [];
-  if (file) startImage(file);
+  if (file) takeFile(file);
 });
+addEventListener("paste", (event) => {
+  const [file] = event.clipboardData?.files ?? [];
+  if (file) takeFile(file);
+});
+
+/** @param {File} file a photograph to look at while something is looked for, else the person's own picture */
+function takeFile(file) {
+  if (document.body.dataset.view === "live") startImage(file);
+  else void own.read(file);
+}
+
 restoreContexts([byId("stage", HTMLCanvasElement), byId("orbit", HTMLCanvasElement)]);
 openHud(matchMedia("(min-width: 760px)").matches);
 showView("start");

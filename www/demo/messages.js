@@ -2,7 +2,20 @@
 
 import { DeepSftError } from "deepsft";
 
-/** @typedef {"retry" | "camera" | "clip" | "image" | "reload"} Remedy */
+/** @typedef {"retry" | "camera" | "clip" | "image" | "reload" | "picture" | "edit"} Remedy */
+
+/** What is wrong with a picture before the library sees it. */
+export class PictureError extends Error {
+  /**
+   * @param {"image-unreadable" | "picture-small" | "picture-empty"} code
+   * @param {string} message
+   * @param {ErrorOptions} [options]
+   */
+  constructor(code, message, options) {
+    super(message, options);
+    this.code = code;
+  }
+}
 
 /**
  * @typedef {object} Message
@@ -20,7 +33,7 @@ const MESSAGES = {
   },
   "camera-not-found": {
     title: "No camera found",
-    advice: "Plug one in and try again, or see how it works on the clip.",
+    advice: "Plug one in and try again, or go on without one.",
     remedies: ["retry", "clip", "image"],
   },
   "camera-busy": {
@@ -52,6 +65,21 @@ const MESSAGES = {
     title: "This picture comes from elsewhere",
     advice: "The browser does not show pages the pixels of another server's pictures. Save it, then open the file.",
     remedies: ["image", "clip"],
+  },
+  "picture-small": {
+    title: "This picture is too small",
+    advice: "It has too few pixels to be told from others. Take a larger copy of it, or photograph the print.",
+    remedies: ["picture"],
+  },
+  "picture-empty": {
+    title: "Nothing to be seen in this picture",
+    advice: "Every pixel of it is see-through. Export it with its background, or photograph the print.",
+    remedies: ["picture"],
+  },
+  "target-unusable": {
+    title: "This picture cannot be recognised",
+    advice: "A camera needs corners and edges to tell it by. Pictures with plenty of detail all over work best.",
+    remedies: ["picture", "edit"],
   },
   "model-load": {
     title: "The model could not be fetched",
@@ -93,11 +121,22 @@ const UNEXPECTED = {
   remedies: ["reload"],
 };
 
+/** Remedies while a person's own picture is looked for, which no clip shows. @type {Partial<Record<Remedy, Remedy>>} */
+const FOR_OWN_PICTURE = { clip: "picture" };
+
 /**
  * @param {unknown} error
+ * @param {boolean} ownPicture whether a person's own picture is looked for
  * @returns {Message & { code: string, detail: string }}
  */
-export function messageFor(error) {
-  const code = error instanceof DeepSftError ? error.code : "internal";
-  return { ...(MESSAGES[code] ?? UNEXPECTED), code, detail: error instanceof Error ? error.message : String(error) };
+export function messageFor(error, ownPicture) {
+  const code = error instanceof DeepSftError || error instanceof PictureError ? error.code : "internal";
+  const { title, advice, remedies } = MESSAGES[code] ?? UNEXPECTED;
+  return {
+    title,
+    advice,
+    remedies: ownPicture ? remedies.map((remedy) => FOR_OWN_PICTURE[remedy] ?? remedy) : remedies,
+    code,
+    detail: error instanceof Error ? error.message : String(error),
+  };
 }

@@ -14,6 +14,7 @@ export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
+export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Target } from "./targets/target.js";
@@ -32,6 +33,7 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./error.js").DeepSftErrorCode} DeepSftErrorCode */
 /** @typedef {import("./results/estimate.js").EstimateTimes} EstimateTimes */
 /** @typedef {import("./frames/image-input.js").ImageInput} ImageInput */
+/** @typedef {import("./calibration/rectify.js").PrintCorners} PrintCorners */
 /** @typedef {import("./camera/intrinsics.js").Camera} Camera */
 /** @typedef {import("./camera/intrinsics.js").CameraOption} CameraOption */
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */

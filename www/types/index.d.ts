@@ -5,6 +5,7 @@ export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
+export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Target } from "./targets/target.js";
@@ -21,6 +22,7 @@ export type MeshTopology = import("./engine/engine-worker.js").MeshTopology;
 export type DeepSftErrorCode = import("./error.js").DeepSftErrorCode;
 export type EstimateTimes = import("./results/estimate.js").EstimateTimes;
 export type ImageInput = import("./frames/image-input.js").ImageInput;
+export type PrintCorners = import("./calibration/rectify.js").PrintCorners;
 export type Camera = import("./camera/intrinsics.js").Camera;
 export type CameraOption = import("./camera/intrinsics.js").CameraOption;
 export type CameraSource = import("./camera/intrinsics.js").CameraSource;
@@ -40,6 +42,7 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./error.js").DeepSftErrorCode} DeepSftErrorCode */
 /** @typedef {import("./results/estimate.js").EstimateTimes} EstimateTimes */
 /** @typedef {import("./frames/image-input.js").ImageInput} ImageInput */
+/** @typedef {import("./calibration/rectify.js").PrintCorners} PrintCorners */
 /** @typedef {import("./camera/intrinsics.js").Camera} Camera */
 /** @typedef {import("./camera/intrinsics.js").CameraOption} CameraOption */
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */

@@ -4,7 +4,9 @@ use crate::failure::{BlameInput, usage};
 use crate::input;
 use anyhow::{Result, anyhow};
 use clap::Args;
-use deepsft::{DeviceDescription, DeviceKind, Target, start_device};
+use deepsft::{
+    DescriptorNetwork, DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device,
+};
 use deepsft_formats::read_template;
 use deepsft_geometry::{Picture, Template};
 use std::path::{Path, PathBuf};
@@ -44,6 +46,40 @@ pub struct ChosenTarget {
     pub name: String,
     /// What the network runs on, if there is one.
     pub device: Option<DeviceDescription>,
+}
+
+/// The network that describes any picture.
+#[derive(Args)]
+pub struct DescriptorChoice {
+    /// Weights of the network that describes any picture (models/any-picture/weights.bpk): it is asked where corners are
+    /// not enough
+    #[arg(long, value_name = "FILE")]
+    descriptors: Option<PathBuf>,
+}
+
+impl DescriptorChoice {
+    /// Reads the network onto the CPU, if one is asked for.
+    pub fn read(&self) -> Result<Option<SharedDescriptorNetwork>> {
+        let Some(path) = &self.descriptors else {
+            return Ok(None);
+        };
+        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+        let read =
+            || -> Result<DescriptorNetwork> { Ok(DescriptorNetwork::from_bytes(&std::fs::read(path)?, &device)?) };
+        Ok(Some(SharedDescriptorNetwork::new(
+            read().blame("weights", path)?,
+            device.clone(),
+        )))
+    }
+
+    /// The finders of `target`, the network among them if it is asked for.
+    pub fn finder(&self, target: Target) -> Result<TargetFinder> {
+        let mut finder = TargetFinder::new(target)?;
+        if let Some(network) = self.read()? {
+            pollster::block_on(finder.add_descriptors(&network))?;
+        }
+        Ok(finder)
+    }
 }
 
 impl ObjectChoice {

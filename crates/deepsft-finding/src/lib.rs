@@ -32,6 +32,7 @@ mod corners;
 mod descriptor;
 mod features;
 mod finder;
+mod grade;
 mod guided_matching;
 mod hamming;
 mod matching;
@@ -41,5 +42,6 @@ mod target;
 
 pub use features::{FeatureOptions, Features};
 pub use finder::{FeatureFinder, FoundSheet, feature_image};
+pub use grade::{GradeLevel, PictureGrade};
 pub use matching::Match;
 pub use target::PictureTarget;

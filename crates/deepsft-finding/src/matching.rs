@@ -14,7 +14,7 @@ const MOST_RATIO: f32 = 0.95;
 
 /// Elsewhere: farther than this, pixels of the target's picture (6 mm on an A4 sheet). Several corners of one spot must not
 /// reject one another.
-const ELSEWHERE_PX: f32 = 13.0;
+pub(crate) const ELSEWHERE_PX: f32 = 13.0;
 
 /// A point of the image and one of the sheet that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,18 +2,13 @@
 //! al. 2015).
 
 use crate::matching::Match;
-use deepsft_geometry::fitting::SurfaceLocator;
+use deepsft_geometry::fitting::IsometricMesh;
 use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
-use deepsft_geometry::solver::{
-    Bending, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, Reprojection, Robust, SolveOptions,
-};
+use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust};
 use deepsft_geometry::{Camera, GeometryError, Template, TriangleMesh};
 
 /// How much larger the cells are than those of the template's own mesh.
 const COARSE_CELLS: usize = 3;
-
-/// Fractions of the weight of isometry that are solved with in turn.
-const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
 
 /// Weight of isometry on the template's own mesh, as in the fit of a frame.
 const ISOMETRY: f64 = 1e4;
@@ -34,39 +29,24 @@ const BY_CHANCE: f64 = 0.25;
 /// Robust steps of the affine fit.
 const AFFINE_STEPS: usize = 8;
 
-/// The coarse mesh of a sheet with everything that does not depend on the frame.
+/// The coarse mesh of a sheet.
 pub(crate) struct SheetSolver {
-    mesh: TriangleMesh,
-    locator: SurfaceLocator,
-    isometry: Vec<Isometry>,
-    bending: Bending,
-    solver: MeshSolver,
+    sheet: IsometricMesh,
     size_mm: DVec2,
 }
 
 impl SheetSolver {
     pub fn new(template: &Template) -> Result<Self, GeometryError> {
         let mesh = template.coarser(COARSE_CELLS)?.mesh().clone();
-        let scale = LengthScale::of(&mesh)?;
-        let weight = ISOMETRY * template.mesh().edges().len() as f64 / mesh.edges().len().max(1) as f64;
-        let isometry = STIFFENING
-            .iter()
-            .map(|fraction| Isometry::new(&mesh, scale, fraction * weight))
-            .collect::<Result<Vec<_>, _>>()?;
-        let bending = Bending::new(&mesh, BENDING)?;
         Ok(Self {
-            solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
-            locator: SurfaceLocator::new(&mesh),
+            sheet: IsometricMesh::new(mesh, template.mesh(), ISOMETRY, BENDING)?,
             size_mm: template.size_mm(),
-            mesh,
-            isometry,
-            bending,
         })
     }
 
     /// The rest mesh.
     pub fn mesh(&self) -> &TriangleMesh {
-        &self.mesh
+        &self.sheet.mesh
     }
 
     /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch
@@ -84,35 +64,26 @@ impl SheetSolver {
             .iter()
             .filter_map(|m| {
                 Some(ImagePoint {
-                    point: self.locator.locate(self.uv(m))?,
+                    point: self.sheet.locator.locate(self.uv(m))?,
                     pixel: m.pixel.as_dvec2(),
                     weight,
                 })
             })
             .collect();
-        let data = Reprojection::new(&self.mesh, camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
-        let options = SolveOptions {
-            max_iterations: STEPS,
-            step_tolerance: 1e-3,
-            energy_tolerance: 1e-4,
-            judge_rank: false,
-            first_damping: 1e-6,
-        };
-        let mut vertices = start.to_vec();
-        let first = if soft { 0 } else { STIFFENING.len() - 1 };
-        for isometry in &self.isometry[first..] {
-            let terms: [&dyn Energy; 3] = [&data, isometry, &self.bending];
-            vertices = self.solver.solve(&terms, &vertices, &options)?.vertices;
-        }
-        Ok(vertices)
+        let data = Reprojection::new(self.mesh(), camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
+        Ok(if soft {
+            self.sheet.settle(&[&data], start.to_vec(), STEPS)?.0
+        } else {
+            self.sheet.solve(&[&data], start, STEPS)?.0
+        })
     }
 
     /// How many of `matches` the mesh at `vertices` explains beyond chance: each counts 1 / (1 + (error / scale)^2) less about what a
     /// wrong one counts.
     pub fn explained(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
         let one = |m: &Match| {
-            let point = self.locator.locate(self.uv(m))?;
-            let projected = camera.project(point.position(self.mesh.faces(), vertices))?;
+            let point = self.sheet.locator.locate(self.uv(m))?;
+            let projected = camera.project(point.position(self.sheet.mesh.faces(), vertices))?;
             Some(1.0 / (1.0 + (projected - m.pixel.as_dvec2()).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
         };
         matches.iter().filter_map(one).sum()
@@ -152,7 +123,7 @@ impl SheetSolver {
             let rotation = DMat3::from_cols(a, b, a.cross(b));
             let at = |p: DVec3| rotation * (p - affine.centre_template.extend(0.0)) + centre;
             let before = |m: &Match| at((m.place.as_dvec2() - self.size_mm / 2.0).extend(0.0)).z > 0.0;
-            let vertices = || self.mesh.vertices().iter().map(|&p| at(p)).collect::<Vec<_>>();
+            let vertices = || self.sheet.mesh.vertices().iter().map(|&p| at(p)).collect::<Vec<_>>();
             matches.iter().all(before).then(vertices)
         };
         [1.0, -1.0].into_iter().filter_map(start).collect()

@@ -1,9 +1,10 @@
 //! A printed picture, ready to be found.
 
 use crate::features::{FeatureOptions, Features};
+use crate::grade::PictureGrade;
 use crate::pyramid::resized;
 use deepsft_geometry::glam::Vec2;
-use deepsft_geometry::{GeometryError, Picture, Template};
+use deepsft_geometry::{GeometryError, Picture, Template, luma};
 
 /// Longest side of the picture that corners are taken from, pixels: an A4 sheet then has 2 pixels per mm, as a camera with
 /// 960 columns sees it 35 cm away.
@@ -11,6 +12,9 @@ const LONGEST_SIDE: usize = 640;
 
 /// Side of the cells in which features are looked up by place, pixels of the picture that corners are taken from.
 const CELL_PX: f32 = 17.0;
+
+/// Shortest and longest side of a print, mm: a stamp is 20 mm wide, a banner 10 m. Beyond them a number has another unit.
+const SIDES_MM: [f64; 2] = [5.0, 20_000.0];
 
 /// A printed picture with its features, on a flat sheet of known size.
 #[derive(Clone, Debug)]
@@ -24,13 +28,15 @@ pub struct PictureTarget {
     /// Indices of the features in each cell of the sheet, row-major.
     cells: Vec<Vec<usize>>,
     columns: usize,
+    /// Grey levels between the darkest and the brightest hundredth of the picture.
+    contrast: u8,
 }
 
 impl PictureTarget {
     /// Prepares a picture that is printed `width_mm` wide.
     ///
     /// # Errors
-    /// [`GeometryError::TemplateSize`] when the width is not positive and finite.
+    /// [`GeometryError::TemplateSize`] when the width is not positive and finite, and as [`Self::new`].
     pub fn picture(picture: Picture, width_mm: f64) -> Result<Self, GeometryError> {
         let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
         Self::new(Template::thin_shell(picture, width_mm, height_mm)?)
@@ -39,11 +45,22 @@ impl PictureTarget {
     /// Prepares `template`, a sheet.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape.
+    /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::PrintSize`] when a side is shorter than 5 mm or
+    /// longer than 20 m.
     pub fn new(template: Template) -> Result<Self, GeometryError> {
         if !template.is_sheet() {
             return Err(GeometryError::NotASheet {
                 operation: "finding by features",
+            });
+        }
+        let [shortest, longest] = SIDES_MM;
+        let size = template.size_mm();
+        if size.min_element() < shortest || size.max_element() > longest {
+            return Err(GeometryError::PrintSize {
+                width: size.x,
+                height: size.y,
+                shortest,
+                longest,
             });
         }
         let picture = resized(template.texture(), LONGEST_SIDE);
@@ -53,6 +70,7 @@ impl PictureTarget {
             threshold: 6,
         };
         let features = Features::of(&picture, &options).kept();
+        let contrast = contrast(&picture);
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
         let places: Vec<Vec2> = features.all().iter().map(|f| f.position * scale).collect();
@@ -71,6 +89,7 @@ impl PictureTarget {
             mm_per_pixel,
             cells,
             columns,
+            contrast,
         })
     }
 
@@ -82,6 +101,16 @@ impl PictureTarget {
     /// Its features.
     pub fn features(&self) -> &Features {
         &self.features
+    }
+
+    /// How well it will be found. Takes up to 50 ms.
+    pub fn grade(&self) -> PictureGrade {
+        PictureGrade::of(self)
+    }
+
+    /// Grey levels between the darkest and the brightest hundredth of the picture.
+    pub(crate) fn contrast(&self) -> u8 {
+        self.contrast
     }
 
     /// Places of the features on the sheet, mm from its upper left corner.
@@ -114,6 +143,14 @@ impl PictureTarget {
     }
 }
 
+/// Grey levels between the darkest and the brightest hundredth of `picture`.
+fn contrast(picture: &Picture) -> u8 {
+    let mut grey: Vec<u8> = picture.rgb().as_chunks().0.iter().map(|&c| luma(c) as u8).collect();
+    grey.sort_unstable();
+    let hundredth = grey.len() / 100;
+    grey[grey.len() - 1 - hundredth] - grey[hundredth]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,14 +169,34 @@ mod tests {
     }
 
     #[test]
-    fn a_blank_or_tiny_picture_has_no_features_and_a_width_must_be_one() {
-        for (width, height) in [(3, 3), (1, 400), (300, 200)] {
+    fn a_blank_or_tiny_picture_has_no_features() {
+        for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (300, 200)] {
             let blank = Picture::from_fn(width, height, |_, _| [200; 3]);
-            assert!(PictureTarget::picture(blank, 100.0).unwrap().features().is_empty());
+            assert!(PictureTarget::picture(blank, 300.0).unwrap().features().is_empty());
         }
+    }
+
+    #[test]
+    fn a_size_that_no_print_has_is_refused_with_the_sizes_that_are_taken() {
+        let print = |width_mm: f64| PictureTarget::picture(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
         for width_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let picture = Picture::from_fn(9, 9, |_, _| [0; 3]);
-            assert!(PictureTarget::picture(picture, width_mm).is_err(), "{width_mm}");
+            assert!(
+                matches!(print(width_mm), Err(GeometryError::TemplateSize { .. })),
+                "{width_mm}"
+            );
         }
+        for width_mm in [1e-9, 4.9, 20_001.0, 1e9] {
+            let message = print(width_mm).unwrap_err().to_string();
+            assert!(message.ends_with("expected sides from 5 to 20000 mm"), "{message}");
+        }
+        for width_mm in [5.0, 20_000.0] {
+            assert!(print(width_mm).is_ok(), "{width_mm}");
+        }
+        // The other side counts too: one pixel wide and 400 high.
+        let line = Picture::from_fn(1, 400, |_, _| [0; 3]);
+        assert!(matches!(
+            PictureTarget::picture(line, 100.0),
+            Err(GeometryError::PrintSize { .. })
+        ));
     }
 }

@@ -1,7 +1,9 @@
 //! Prints on bent sheets in synthetic frames: any way up, half hidden, in bad light.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
+use deepsft_finding::{
+    FeatureFinder, FeatureOptions, Features, GradeLevel, PictureGrade, PictureTarget, feature_image,
+};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::{CanonicalWarp, Maps, Picture, Template, training_camera};
 use deepsft_synth::painting::artwork;
@@ -90,4 +92,132 @@ fn nothing_is_found_in_images_without_corners_or_for_prints_without_any() {
     let blank = PictureTarget::picture(Picture::from_fn(300, 200, |_, _| [230; 3]), 200.0).unwrap();
     let mut finder = FeatureFinder::new(blank).unwrap();
     assert!(found(&mut finder, &synthesizer(&print(1)).sample(77, 0).image).is_none());
+}
+
+/// The grade of a picture printed 200 mm wide.
+fn grade(picture: Picture) -> PictureGrade {
+    PictureTarget::picture(picture, 200.0).unwrap().grade()
+}
+
+/// Whether exactly one sentence of the advice has these words.
+fn says(grade: &PictureGrade, words: &str) -> bool {
+    grade.advice.iter().filter(|sentence| sentence.contains(words)).count() == 1
+}
+
+#[test]
+fn a_rich_print_is_graded_good_without_advice() {
+    for seed in 1..4 {
+        let grade = grade(print(seed).texture().clone());
+        assert!(grade.level == GradeLevel::Good && grade.advice.is_empty(), "{grade:?}");
+        assert!(
+            grade.covered > 0.8 && grade.repeated < 0.1 && grade.half_turn < 0.1,
+            "{grade:?}"
+        );
+    }
+}
+
+#[test]
+fn a_print_without_corners_or_contrast_is_hopeless_and_told_which() {
+    for (width, height) in [(3, 3), (1, 8), (400, 300)] {
+        let blank = grade(Picture::from_fn(width, height, |_, _| [180; 3]));
+        assert_eq!((blank.level, blank.corners), (GradeLevel::Hopeless, 0));
+        assert!(says(&blank, "hardly any contrast"), "{blank:?}");
+    }
+    let ramp = grade(Picture::from_fn(400, 300, |x, _| [(x / 2) as u8; 3]));
+    assert!(
+        ramp.level == GradeLevel::Hopeless && says(&ramp, "edges and corners"),
+        "{ramp:?}"
+    );
+    let rich = print(1);
+    let (width, height) = rich.texture().size();
+    let faint = Picture::from_fn(width, height, |x, y| rich.texture().pixel(x, y).map(|c| 120 + c / 17));
+    let faint = grade(faint);
+    assert!(
+        faint.level == GradeLevel::Hopeless && says(&faint, "hardly any contrast"),
+        "{faint:?}"
+    );
+}
+
+#[test]
+fn an_empty_side_of_a_print_is_named() {
+    let rich = print(2);
+    let rich = rich.texture();
+    let (width, height) = rich.size();
+    type Empty = fn(usize, usize, usize, usize) -> bool;
+    let sides: [(Empty, &str); 4] = [
+        (
+            |x, _, width, _| 2 * x < width,
+            "mostly one colour on the left: it will be lost when the right is covered",
+        ),
+        (
+            |x, _, width, _| 2 * x > width,
+            "mostly one colour on the right: it will be lost when the left is covered",
+        ),
+        (
+            |_, y, _, height| 2 * y < height,
+            "mostly one colour at the top: it will be lost when the bottom is covered",
+        ),
+        (
+            |_, y, _, height| 2 * y > height,
+            "mostly one colour at the bottom: it will be lost when the top is covered",
+        ),
+    ];
+    for (empty, words) in sides {
+        let half = |x, y| {
+            if empty(x, y, width, height) {
+                [240; 3]
+            } else {
+                rich.pixel(x, y)
+            }
+        };
+        let grade = grade(Picture::from_fn(width, height, half));
+        assert!(grade.level == GradeLevel::Fair && says(&grade, words), "{grade:?}");
+        assert_eq!(grade.advice.len(), 1, "{grade:?}");
+    }
+}
+
+#[test]
+fn repeated_motifs_and_half_turns_are_graded_down_and_mirrors_are_not() {
+    let rich = print(3);
+    let rich = rich.texture();
+    let (width, height) = rich.size();
+    let made = |color: &dyn Fn(usize, usize) -> [u8; 3]| grade(Picture::from_fn(width, height, color));
+    let rows = made(&|x, y| rich.pixel(100 + x % 90, 100 + y % 70));
+    assert!(
+        rows.level == GradeLevel::Hopeless && says(&rows, "same motif"),
+        "{rows:?}"
+    );
+    let checks = made(&|x, y| [if (x / 25 + y / 25) % 2 == 0 { 30 } else { 220 }; 3]);
+    assert!(
+        checks.level == GradeLevel::Hopeless && says(&checks, "same motif"),
+        "{checks:?}"
+    );
+    let card = made(&|x, y| {
+        let turned = 2 * y >= height;
+        if turned {
+            rich.pixel(width - 1 - x, height - 1 - y)
+        } else {
+            rich.pixel(x, y)
+        }
+    });
+    assert!(card.level == GradeLevel::Poor && says(&card, "upside down"), "{card:?}");
+    assert!(!says(&card, "same motif"), "{card:?}");
+    let mirror = made(&|x, y| rich.pixel(x.min(width - 1 - x), y));
+    assert!(mirror.level == GradeLevel::Good && mirror.half_turn < 0.1, "{mirror:?}");
+}
+
+#[test]
+fn a_picture_of_a_hundred_megapixels_is_prepared_like_its_small_copy() {
+    let rich = print(1);
+    let rich = rich.texture();
+    let (width, height) = (12_000, 12_000 * rich.height() / rich.width());
+    let row = |y: usize| (0..width).flat_map(move |x| rich.pixel(x * rich.width() / width, y * rich.height() / height));
+    let pixels = (0..height).flat_map(row).collect();
+    let large = PictureTarget::picture(Picture::new(width, height, pixels).unwrap(), 200.0).unwrap();
+    let small = PictureTarget::picture(rich.clone(), 200.0).unwrap();
+    let (large, small) = (large.grade(), small.grade());
+    assert!(
+        large.corners * 10 > small.corners * 9 && large.level == GradeLevel::Good,
+        "{large:?}"
+    );
 }

@@ -45,6 +45,18 @@ pub enum GeometryError {
         /// The length met, mm.
         actual: f64,
     },
+    /// A print has a size that no print has.
+    #[error("print is {width} x {height} mm, expected sides from {shortest} to {longest} mm")]
+    PrintSize {
+        /// Width met, mm.
+        width: f64,
+        /// Height met, mm.
+        height: f64,
+        /// Shortest side allowed, mm.
+        shortest: f64,
+        /// Longest side allowed, mm.
+        longest: f64,
+    },
     /// A face names a vertex that is not there.
     #[error("face {face} names vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
     FaceIndex {

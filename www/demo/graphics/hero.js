@@ -6,7 +6,8 @@ import { PAPERS_GLSL } from "./papers.js";
 
 const COLUMNS = 56;
 const ROWS = 40;
-const SHEET_MM = [297, 210];
+/** The sheet is drawn in a box of this size, mm: the poster fills it. */
+const BOX_MM = [297, 210];
 const POSTER_URL = "../models/poster-a4/template/texture.png";
 /** Seconds in which the poster appears once it is there. */
 const APPEAR_SECONDS = 0.6;
@@ -88,8 +89,8 @@ precision highp float;
 precision highp int;
 uniform float u_seconds;
 uniform vec2 u_sheetMm;
-uniform sampler2D u_poster;
-uniform float u_posterShown;  // 0 to 1
+uniform sampler2D u_print;
+uniform float u_printShown;  // 0 to 1
 in vec2 v_mm;
 in vec3 v_normal;
 out vec4 o_color;
@@ -104,11 +105,11 @@ void main() {
   float shade = 0.42 + 0.62 * max(0.0, dot(normalize(v_normal), light));
   vec3 color;
   if (gl_FrontFacing) {
-    /* Three bands that wander: the poster as it is printed turns into one paper, and that into the next. */
+    /* Three bands that wander: the picture as it is printed turns into one paper, and that into the next. */
     float line = v_mm.x / u_sheetMm.x + 0.16 * (v_mm.y / u_sheetMm.y - 0.5) + 0.05 * sin(u_seconds * 0.4 + v_mm.y * 0.03);
     float stroke = pixelMm / u_sheetMm.x;
-    vec3 poster = linearFromDisplay(texture(u_poster, v_mm / u_sheetMm).rgb);
-    poster = mix(vec3(0.86, 0.84, 0.8), poster, u_posterShown);
+    vec3 poster = linearFromDisplay(texture(u_print, v_mm / u_sheetMm).rgb);
+    poster = mix(vec3(0.86, 0.84, 0.8), poster, u_printShown);
     vec3 aurora = auroraPaper(v_mm, pixelMm, u_sheetMm, u_seconds);
     vec3 squares = squaresPaper(v_mm, pixelMm, u_sheetMm, u_seconds);
     color = mix(poster, aurora, smoothstep(-stroke, stroke, line - FIRST_SEAM));
@@ -131,7 +132,13 @@ export class Hero {
   #stop = () => undefined;
   /** Whether it is drawn only when something changes. */
   #still = false;
-  #posterSince = Infinity;
+  #printSince = Infinity;
+  /** @type {[number, number]} */
+  #sheetMm = [BOX_MM[0], BOX_MM[1]];
+  /** @type {WebGLTexture | null} */
+  #print = null;
+  /** The person's own print, if there is one. @type {HTMLCanvasElement | null} */
+  #own = null;
 
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -160,18 +167,42 @@ export class Hero {
     void this.#loadPoster(gl);
   }
 
+  /**
+   * Shows the person's own print, or the poster again.
+   *
+   * @param {{ canvas: HTMLCanvasElement, widthMm: number, heightMm: number } | null} picture
+   */
+  setPicture(picture) {
+    if (!this.#sheet) return;
+    this.#own = picture?.canvas ?? null;
+    const [width, height] = picture ? [picture.widthMm, picture.heightMm] : BOX_MM;
+    // As large as the box allows, upright ones a little beyond it: there is room above and below.
+    const scale = Math.min(BOX_MM[0] / width, (1.15 * BOX_MM[1]) / height, Math.sqrt((BOX_MM[0] * BOX_MM[1]) / (width * height)));
+    this.#sheetMm = [width * scale, height * scale];
+    if (picture) this.#show(picture.canvas);
+    else void this.#loadPoster(this.#sheet.gl);
+  }
+
   /** @param {WebGL2RenderingContext} gl */
   async #loadPoster(gl) {
-    createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
     const response = await fetch(POSTER_URL).catch(() => null);
     // Without it the sheet stays blank there; loading the model will say what is wrong.
     if (!response?.ok) return;
     const poster = await createImageBitmap(await response.blob());
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, poster);
-    gl.generateMipmap(gl.TEXTURE_2D);
+    if (!gl.isContextLost() && !this.#own) this.#show(poster);
     poster.close();
-    this.#posterSince = performance.now() - (this.#still ? 1000 * APPEAR_SECONDS : 0);
-    if (this.#still) this.#draw(STILL_SECONDS);
+  }
+
+  /** @param {ImageBitmap | HTMLCanvasElement} print */
+  #show(print) {
+    if (!this.#sheet) return;
+    const { gl } = this.#sheet;
+    this.#print ??= createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
+    gl.bindTexture(gl.TEXTURE_2D, this.#print);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, print);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    this.#printSince = performance.now() - (this.#still ? 1000 * APPEAR_SECONDS : 0);
+    if (this.#still) requestAnimationFrame(() => this.#draw(STILL_SECONDS));
   }
 
   start() {
@@ -207,10 +238,10 @@ export class Hero {
     gl.useProgram(program.program);
     gl.uniform2f(program.uniform("u_size"), width, height);
     gl.uniform1f(program.uniform("u_seconds"), seconds);
-    gl.uniform2f(program.uniform("u_sheetMm"), SHEET_MM[0], SHEET_MM[1]);
+    gl.uniform2f(program.uniform("u_sheetMm"), ...this.#sheetMm);
     gl.uniform1f(
-      program.uniform("u_posterShown"),
-      Math.min(1, Math.max(0, (performance.now() - this.#posterSince) / 1000 / APPEAR_SECONDS)),
+      program.uniform("u_printShown"),
+      Math.min(1, Math.max(0, (performance.now() - this.#printSince) / 1000 / APPEAR_SECONDS)),
     );
     gl.drawElements(gl.TRIANGLES, indices, gl.UNSIGNED_SHORT, 0);
   }

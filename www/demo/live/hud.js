@@ -2,7 +2,10 @@
 
 import { depthTicks, heatGradient } from "../graphics/heat.js";
 
+import { formatSize } from "../own/print-size.js";
+
 /** @import { EngineInfo, Estimate, SourcedCamera, TrackedFrame } from "deepsft" */
+/** @import { Subject } from "../subjects.js" */
 
 /** Milliseconds for which figures stand: nobody reads faster, and each change makes the browser lay out the page again. */
 const STAND_MS = 300;
@@ -49,6 +52,8 @@ export class Hud {
   #stages = new Map();
   /** @type {EngineInfo | null} */
   #engine = null;
+  /** What is said of a sheet that is not there. */
+  #missing = "";
 
   /** Forgets the means of the last source. */
   reset() {
@@ -68,14 +73,29 @@ export class Hud {
     this.#shownAt = -Infinity;
   }
 
-  /** @param {EngineInfo} info */
-  showEngine(info) {
+  /** @param {Subject} subject what is looked for */
+  showSubject(subject) {
+    const { kind, target } = subject;
+    this.#missing = kind === "poster" ? "Poster not found" : "Looking for your picture";
+    element("#hint").textContent =
+      kind === "poster"
+        ? "Show the whole sheet, in even light, 25 to 90\u00a0cm away."
+        : "Show the whole print, nearly flat at first, in even light, large in the picture.";
+    element("#network-word").textContent = kind === "poster" ? "Network" : "Find";
+    element("#pace-term").textContent = kind === "poster" ? "Network, beside the tracker" : "Finder, beside the tracker";
+    element("#model-term").textContent = kind === "poster" ? "Model" : "Your picture";
+    if (kind === "picture") element("#model").textContent = `${target.name}, ${formatSize(target.widthMm, target.heightMm)}`;
+    this.showEngine(subject);
+  }
+
+  /** @param {Subject} subject */
+  showEngine({ kind, sft: { info } }) {
+    if (kind === "poster") element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
     if (info === this.#engine) return;
     this.#engine = info;
-    const kind = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
-    element("#device").textContent = kind;
+    const name = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
+    element("#device").textContent = name;
     element("#adapter").textContent = info.adapterName.replace(/^CPU \((.*)\)$/, "$1");
-    element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
     element("#fallback").textContent = info.fallback ? info.fallback.message : "";
     element("#fallback-row").hidden = !info.fallback;
   }
@@ -86,8 +106,9 @@ export class Hud {
    * @param {Estimate} estimate
    * @param {number} drawMs time to hand the frame to the stage
    */
-  showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, judgeMs } }, drawMs) {
-    this.#takeStages({ capture: captureMs, warp: warpMs, network: networkMs, judge: judgeMs, draw: drawMs }, 1);
+  showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, featuresMs, judgeMs } }, drawMs) {
+    const findMs = networkMs + featuresMs;
+    this.#takeStages({ capture: captureMs, warp: warpMs, network: findMs, judge: judgeMs, draw: drawMs }, 1);
     this.#showStages();
     this.#showState(found, "found", confidence);
     this.#showCamera(camera);
@@ -97,10 +118,9 @@ export class Hud {
    * The figures of a frame of a video.
    *
    * @param {TrackedFrame} tracked
-   * @param {boolean} found whether its mesh is drawn
    * @param {number} drawMs time to hand the frame to the stage
    */
-  showTracked({ agreement, camera, times: { captureMs, warpMs, trackMs } }, found, drawMs) {
+  showTracked({ found, agreement, camera, networkFps, times: { captureMs, warpMs, trackMs } }, drawMs) {
     const now = performance.now();
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
@@ -117,6 +137,7 @@ export class Hud {
     if (rate > 0) element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
     this.#showStages();
     this.showMesh(found);
+    if (networkFps > 0 && this.#answers === 0) element("#network-fps").textContent = networkFps.toFixed(1);
     if (found) this.#showState(true, "tracked", agreement);
     else if (wasTracked) this.#showLost();
     this.#showCamera(camera);
@@ -172,8 +193,13 @@ export class Hud {
     element("#state").dataset.how = found ? how : "";
     element("#state-text").textContent = found
       ? `${STATE_WORDS[how]} · ${Math.round(100 * fraction)} %`
-      : "Poster not found";
+      : this.#missing;
     element("#hint").hidden = found;
+  }
+
+  /** The sheet has not been seen for a while. */
+  showMissing() {
+    this.#showState(false, "found", 0);
   }
 
   /** Until the network has said whether the sheet is still there. */

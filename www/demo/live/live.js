@@ -4,18 +4,19 @@ import { DeepSftError } from "deepsft";
 import { animate, prefersStillness } from "../graphics/animation.js";
 import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
+import { PrintCovering } from "./print-covering.js";
 import { TemplateLight, shadingOf } from "../stage/shading.js";
 
-/** @import { CameraOption, DeepSft, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
+/** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
+/** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
 /** @import { Stage } from "../stage/stage.js" */
 
 /** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
 const MAPS_SHOWN_MS = 1500;
-/** The tracker holds a mesh through frames that do not confirm it; so long it is drawn, milliseconds. */
-const HELD_MS = 250;
-const CONFIRMED_AGREEMENT = 0.35;
+/** A picture that was not followed for so long counts as not found, milliseconds. */
+const MISSING_MS = 2500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
 /** Canvas pixels per CSS pixel, at least, on slow machines. */
@@ -46,20 +47,22 @@ export class Live {
   #hud;
   #orbit;
   #region;
-  /** @type {DeepSft | null} */
-  #sft = null;
+  /** @type {Subject | null} */
+  #subject = null;
   /** @type {TemplateLight | null} */
   #templateLight = null;
   /** @type {MeshTracking | null} */
   #tracking = null;
   #covering = new Covering();
+  /** Of a picture, which has no mask. @type {PrintCovering | null} */
+  #printCovering = null;
   /** @type {SurfaceMesh | null} the one that is drawn */
   #mesh = null;
   /** Whether the tracker had the sheet in its last frame. */
   #tracked = false;
   #networkFps = 0;
-  /** When a frame last confirmed the mesh, milliseconds. */
-  #confirmedAt = -Infinity;
+  /** When the tracker last had the sheet, or began to look for it, milliseconds. */
+  #trackedAt = -Infinity;
   /** When the network last saw the sheet, milliseconds. */
   #seenAt = -Infinity;
   /** @type {{ near: number, far: number } | null} */
@@ -69,6 +72,8 @@ export class Live {
   #stopAnimation = () => undefined;
   /** @type {(estimate: Estimate) => void} */
   onEstimate = () => undefined;
+  /** @type {(tracked: TrackedFrame) => void} told of each frame of a video before it is closed */
+  onFrame = () => undefined;
 
   /**
    * @param {Stage} stage
@@ -83,13 +88,16 @@ export class Live {
     this.#region = region;
   }
 
-  /** @param {DeepSft} sft */
-  use(sft) {
-    this.#sft = sft;
-    const [template] = sft.targets;
-    this.#templateLight = new TemplateLight(template.texture);
-    this.#stage.setTemplate(template);
-    this.#orbit.setTemplate(template);
+  /** @param {Subject} subject what is looked for */
+  use(subject) {
+    this.#subject = subject;
+    const { target } = subject;
+    this.#templateLight = new TemplateLight(target.texture);
+    this.#stage.tint = [1, 1, 1];
+    this.#printCovering = subject.kind === "picture" ? new PrintCovering(target) : null;
+    this.#stage.setTemplate(target);
+    this.#orbit.setTemplate(target);
+    this.#hud.showSubject(subject);
   }
 
   /**
@@ -100,9 +108,11 @@ export class Live {
    * @returns {Promise<void>} rejects when something ends it
    */
   async follow(video, camera) {
-    const sft = this.#started();
+    const { sft, target } = this.#started();
     this.#animate();
+    this.#trackedAt = performance.now();
     this.#tracking = sft.trackMesh(video, (tracked) => this.#takeTracked(tracked), {
+      targets: [target],
       camera,
       onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
     });
@@ -110,19 +120,20 @@ export class Live {
   }
 
   /**
-   * Shows one picture: at first with the network's maps, then with the mesh that was fitted to it.
+   * Shows one picture: at first with the maps of what was found, then with the mesh that was fitted to it.
    *
    * @param {Blob} image
    * @param {() => boolean} wanted whether it still is, once it is there
    */
   async show(image, wanted) {
-    const estimate = await this.#started().estimate(image);
+    const { sft, target } = this.#started();
+    const estimate = await sft.estimate(image, { target });
     if (!wanted()) return estimate.close();
     this.#animate();
     const began = performance.now();
     this.#take(estimate);
     this.#hud.showEstimate(estimate, performance.now() - began);
-    const whole = estimate.completeMesh();
+    const whole = estimate.found || target.kind === "model" ? estimate.completeMesh() : null;
     const mask = estimate.mask.values();
     estimate.close();
     const mesh = await whole;
@@ -141,9 +152,10 @@ export class Live {
     this.#stopAnimation();
     this.#stage.clear();
     this.#covering.reset();
+    this.#printCovering?.reset();
     this.#orbit.reset();
     this.#mesh = null;
-    [this.#tracked, this.#confirmedAt, this.#seenAt] = [false, -Infinity, -Infinity];
+    [this.#tracked, this.#trackedAt, this.#seenAt] = [false, -Infinity, -Infinity];
     this.#range = null;
     this.#region.hidden = true;
     this.#stage.draw(0);
@@ -157,8 +169,8 @@ export class Live {
   }
 
   #started() {
-    if (!this.#sft) throw new DeepSftError("internal", "The live view was started without an estimator.");
-    return this.#sft;
+    if (!this.#subject) throw new DeepSftError("internal", "The live view was started with nothing to look for.");
+    return this.#subject;
   }
 
   /**
@@ -169,13 +181,14 @@ export class Live {
   #takeTracked(tracked) {
     const began = performance.now();
     document.dispatchEvent(new TrackedEvent(tracked));
-    if (tracked.agreement >= CONFIRMED_AGREEMENT) this.#confirmedAt = began;
-    const mesh = began - this.#confirmedAt < HELD_MS ? tracked.mesh : null;
+    const { mesh } = tracked;
     this.#tracked = mesh !== null;
+    if (mesh) this.#trackedAt = began;
     /** @type {Float32Array} */
     let seen = new Float32Array();
     if (mesh) {
-      seen = this.#covering.follow(tracked.number, mesh, tracked.agreement >= LEAST_AGREEMENT);
+      const certain = tracked.agreement >= LEAST_AGREEMENT;
+      seen = this.#printCovering?.follow(mesh, certain) ?? this.#covering.follow(tracked.number, mesh, certain);
       this.#followDepth(depthsOf(mesh));
     }
     if (!this.#mapsAreShown()) {
@@ -183,8 +196,11 @@ export class Live {
       this.#mesh = mesh;
       this.redraw();
     }
-    this.#hud.showTracked(tracked, this.#tracked, performance.now() - began);
+    this.#hud.showTracked(tracked, performance.now() - began);
     this.#networkFps = tracked.networkFps;
+    // A network says by itself that nothing is there.
+    if (this.#started().kind === "picture" && began - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
+    this.onFrame(tracked);
     tracked.close();
   }
 
@@ -202,6 +218,7 @@ export class Live {
 
   /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
   #mapsAreShown() {
+    if (this.#started().kind === "picture") return false;
     return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
   }
 
@@ -214,7 +231,7 @@ export class Live {
     document.dispatchEvent(new EstimateEvent(estimate));
     this.onEstimate(estimate);
     // After a lost GPU the engine may run elsewhere.
-    this.#hud.showEngine(this.#started().info);
+    this.#hud.showEngine(this.#started());
     const draws = this.#tracking === null || this.#mapsAreShown();
     let shading = null;
     if (estimate.found && this.#templateLight) {

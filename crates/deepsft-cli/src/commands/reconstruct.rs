@@ -3,7 +3,7 @@
 use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
-use crate::object_choice::{ChosenTarget, ObjectChoice};
+use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
 use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -69,6 +69,8 @@ Examples:
 pub struct ReconstructArguments {
     #[command(flatten)]
     object: ObjectChoice,
+    #[command(flatten)]
+    descriptors: DescriptorChoice,
     /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
@@ -144,7 +146,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
         name,
         device: device.map(|device| device.to_string()),
         texture_png: encode_png(target.template().texture())?,
-        finder: TargetFinder::new(target)?,
+        finder: arguments.descriptors.finder(target)?,
     };
     let bar = progress::counting(arguments.images.len() as u64, "images");
     let mut failures = Vec::new();

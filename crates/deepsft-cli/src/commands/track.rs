@@ -6,14 +6,14 @@ mod track_folder;
 use crate::camera_choice::{CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
-use crate::object_choice::{ChosenTarget, ObjectChoice};
+use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
 use crate::output::wireframe;
 use crate::video::Video;
 use crate::{interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::video::{FindingPace, TrackedFrame, VideoOptions, VideoTracker};
-use deepsft::{DeviceKind, TargetFinder, View, encode_png};
+use deepsft::{DeviceKind, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
@@ -62,6 +62,8 @@ Examples:
 pub struct TrackArguments {
     #[command(flatten)]
     object: ObjectChoice,
+    #[command(flatten)]
+    descriptors: DescriptorChoice,
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
@@ -117,7 +119,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
     let canonical_camera = target.canonical_camera();
-    let mut finder = TargetFinder::new(target)?;
+    let mut finder = arguments.descriptors.finder(target)?;
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;

@@ -1,7 +1,7 @@
 //! The mesh of one frame.
 
 use super::agreement::Agreement;
-use super::level::Level;
+use super::level::IsometricMesh;
 use super::measurements::{Measurement, measurements};
 use super::mesh_fitter::{MeshFitter, POINT_STEP, Resolution, Round, WINDOW_PX, check_blurs};
 use super::options::FitOptions;
@@ -282,7 +282,7 @@ impl FrameFitter {
     /// weighted by `hold`.
     fn measured_terms(
         &self,
-        level: &Level,
+        level: &IsometricMesh,
         measured: &[Measurement],
         camera: &Camera,
         independent: f64,

@@ -12,20 +12,25 @@ const STIFFENING: [f64; 3] = [0.01, 0.1, 1.0];
 /// diagonal the sheet would hardly bend in the two steps that a frame of a video has.
 const FIRST_DAMPING: f64 = 1e-6;
 
-/// A mesh with everything that is solved on it and does not depend on the frame.
-pub(crate) struct Level {
-    pub(crate) mesh: TriangleMesh,
-    pub(crate) locator: SurfaceLocator,
+/// A mesh under isometry and bending, with everything that is solved on it and does not depend on the frame.
+pub struct IsometricMesh {
+    /// The rest mesh.
+    pub mesh: TriangleMesh,
+    /// Finds its points by their texture position.
+    pub locator: SurfaceLocator,
     /// Stiffer from one to the next, the last with the whole weight.
     isometry: [Isometry; 3],
     bending: Bending,
     solver: MeshSolver,
 }
 
-impl Level {
+impl IsometricMesh {
     /// Prepares a mesh of the sheet. `isometry` is the weight on `reference`, the template's own mesh: strain costs the
-    /// same on both.
-    pub(crate) fn new(
+    /// same on both. `bending` is the weight of bending.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for a mesh without extent or a weight that is none.
+    pub fn new(
         mesh: TriangleMesh,
         reference: &TriangleMesh,
         isometry: f64,
@@ -47,7 +52,10 @@ impl Level {
     }
 
     /// Minimises `terms`, isometry and bending from `start`, for a mesh that is near its place. The report names all terms.
-    pub(crate) fn solve(
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn solve(
         &mut self,
         terms: &[&dyn Energy],
         start: &[DVec3],
@@ -57,7 +65,10 @@ impl Level {
     }
 
     /// The same for a mesh that may be far from its place, where a stiff sheet moves in tiny steps: it may stretch at first.
-    pub(crate) fn settle(
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn settle(
         &mut self,
         terms: &[&dyn Energy],
         start: Vec<DVec3>,

@@ -1,7 +1,7 @@
 //! One template's mesh against images: the part that the fit of one frame and tracking have in common.
 
 use super::agreement::Agreement;
-use super::level::{Interpolation, Level};
+use super::level::{Interpolation, IsometricMesh};
 use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
@@ -30,9 +30,9 @@ pub(crate) struct MeshFitter {
     pub(crate) template: Template,
     pub(crate) print: Print,
     /// The template's own mesh.
-    pub(crate) fine: Level,
+    pub(crate) fine: IsometricMesh,
     /// One with fewer vertices, several times quicker to solve.
-    pub(crate) coarse: Level,
+    pub(crate) coarse: IsometricMesh,
     to_fine: Interpolation,
     to_fine_linear: Interpolation,
     to_coarse: Interpolation,
@@ -90,7 +90,7 @@ impl MeshFitter {
         })?;
         let fine = template.mesh();
         let coarse = template.coarser(COARSE_CELLS)?;
-        let level = |mesh: &TriangleMesh| Level::new(mesh.clone(), fine, options.isometry, options.bending);
+        let level = |mesh: &TriangleMesh| IsometricMesh::new(mesh.clone(), fine, options.isometry, options.bending);
         Ok(Self {
             print: Print::of(template),
             fine: level(fine)?,
@@ -166,7 +166,7 @@ impl MeshFitter {
 }
 
 fn rigidly_moved(
-    level: &Level,
+    level: &IsometricMesh,
     (image, camera): (&NormalizedImage, &Camera),
     points: &[TexturePoint],
     vertices: Vec<DVec3>,

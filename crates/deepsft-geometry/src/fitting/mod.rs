@@ -21,5 +21,6 @@ pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
 pub use frame_fitter::{FrameFit, FrameFitter};
+pub use level::IsometricMesh;
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;

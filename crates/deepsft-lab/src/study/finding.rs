@@ -14,10 +14,11 @@ mod table;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::encode_png;
+use deepsft_cli::object_choice::DescriptorChoice;
 use deepsft_cli::progress;
 use deepsft_formats::write_file;
 use figures::{Failures, print_sheets};
-use finders::{FeatureFinding, Finder};
+use finders::{DescriptorFinding, FeatureFinding, Finder};
 use growth::Growth;
 use judging::{FrameResult, Studied};
 use opencv::{Method, OpenCv};
@@ -65,6 +66,8 @@ pub struct FindingStudyArguments {
     /// Seed of prints and frames
     #[arg(long, value_name = "S")]
     seed: u64,
+    #[command(flatten)]
+    descriptors: DescriptorChoice,
     /// Python with OpenCV: measure its ORB and SIFT too
     #[arg(long, value_name = "PYTHON")]
     opencv: Option<PathBuf>,
@@ -107,6 +110,9 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
     let growth = Growth::measured(&prints, arguments.seed)?;
     growth.print();
     let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
+    if let Some(network) = arguments.descriptors.read()? {
+        finders.push(Box::new(DescriptorFinding::new(network)));
+    }
     if let Some(python) = &arguments.opencv {
         for method in [Method::Orb, Method::Sift] {
             finders.push(Box::new(OpenCv::start(python, method)?));

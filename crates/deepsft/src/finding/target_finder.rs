@@ -1,6 +1,7 @@
 //! The finders of one target.
 
-use super::finder::{Finder, FinderKind, Sighting};
+use super::finder::{DescriptorFinder, Finder, FinderKind, Sighting};
+use super::picture_descriptors::SharedDescriptorNetwork;
 use super::target::Target;
 use super::view::View;
 use crate::error::DeepSftError;
@@ -66,6 +67,18 @@ impl TargetFinder {
             finders.push(Finder::Features(Box::new(FeatureFinder::new(picture)?)));
         }
         Ok(Self::with_finders(target, finders))
+    }
+
+    /// Has the network that describes any picture asked too, after the others. Templates that are no sheets stay as they are.
+    ///
+    /// # Errors
+    /// As [`DescriptorFinder::new`].
+    pub async fn add_descriptors(&mut self, network: &SharedDescriptorNetwork) -> Result<(), DeepSftError> {
+        if self.target.template().is_sheet() {
+            let finder = DescriptorFinder::new(network, self.target.template()).await?;
+            self.finders.push(Finder::Descriptors(Box::new(finder)));
+        }
+        Ok(())
     }
 
     /// With these finders, asked in this order.

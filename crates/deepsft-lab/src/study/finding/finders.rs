@@ -2,6 +2,7 @@
 
 use crate::measuring::Stopwatch;
 use anyhow::{Context, Result};
+use deepsft::{DescriptorFinder, SharedDescriptorNetwork};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps, Picture, Template};
@@ -72,6 +73,50 @@ impl Finder for FeatureFinding {
         let features_ms = start.ms();
         let start = Stopwatch::start();
         let found = finder.find(&features, &camera, view.canonical)?;
+        Ok(Found {
+            maps: found.map(|found| found.maps),
+            warp: None,
+            features_ms,
+            find_ms: start.ms(),
+        })
+    }
+}
+
+/// The network that describes any picture.
+pub struct DescriptorFinding {
+    network: SharedDescriptorNetwork,
+    finder: Option<deepsft::Finder>,
+}
+
+impl DescriptorFinding {
+    pub fn new(network: SharedDescriptorNetwork) -> Self {
+        Self { network, finder: None }
+    }
+}
+
+impl Finder for DescriptorFinding {
+    fn name(&self) -> &'static str {
+        "descriptors"
+    }
+
+    fn is_ours(&self) -> bool {
+        true
+    }
+
+    fn take(&mut self, template: &Template) -> Result<()> {
+        let finder = pollster::block_on(DescriptorFinder::new(&self.network, template))?;
+        self.finder = Some(deepsft::Finder::Descriptors(Box::new(finder)));
+        Ok(())
+    }
+
+    fn find(&mut self, view: View<'_>) -> Result<Found> {
+        let finder = self.finder.as_mut().context("there is no print to look for")?;
+        let start = Stopwatch::start();
+        let mut seen = deepsft::View::new(view.image, view.camera);
+        seen.features()?;
+        let features_ms = start.ms();
+        let start = Stopwatch::start();
+        let found = pollster::block_on(finder.find(&mut seen, view.canonical))?;
         Ok(Found {
             maps: found.map(|found| found.maps),
             warp: None,

@@ -4,14 +4,12 @@ use super::finders::{Finder, Found, View};
 use super::prints::{Kind, Print};
 use crate::measuring::Stopwatch;
 use anyhow::Result;
+use deepsft::{LEAST_CONFIRMED_PX, LEAST_EXPLAINED};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
-
-/// Agreement of fit and image from which a print counts as found.
-pub const FOUND: f64 = 0.6;
 
 /// Bars of the table: median registration errors, pixels of the canonical image.
 pub const START_PX: f64 = 8.0;
@@ -30,8 +28,11 @@ pub struct Attempt {
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
     pub warp_px: Option<f64>,
-    /// Agreement of the fit with the image; 0 without a fit.
+    /// Agreement of the fit with the image, the fraction of the print that the image confirms, and its size in pixels; 0
+    /// without a fit.
     pub agreement: f64,
+    pub explained: f64,
+    pub confirmed_px: f64,
     pub features_ms: f64,
     pub find_ms: f64,
     pub fit_ms: f64,
@@ -39,7 +40,7 @@ pub struct Attempt {
 
 impl Attempt {
     pub fn is_found(&self) -> bool {
-        self.agreement >= FOUND
+        self.explained >= LEAST_EXPLAINED && self.confirmed_px >= LEAST_CONFIRMED_PX
     }
 
     pub fn is_fitted(&self) -> bool {
@@ -63,10 +64,11 @@ pub struct FrameResult {
 }
 
 impl FrameResult {
-    /// The attempt of ours whose fit agrees best with the image.
+    /// The attempt of ours of which the image confirms most.
     pub fn best_of_ours(&self) -> Option<&Attempt> {
         let ours = self.attempts.iter().filter(|attempt| attempt.ours);
-        ours.max_by(|a, b| a.agreement.total_cmp(&b.agreement))
+        let worth = |attempt: &Attempt| attempt.explained * attempt.confirmed_px;
+        ours.max_by(|a, b| worth(a).total_cmp(&worth(b)))
     }
 }
 
@@ -152,7 +154,7 @@ impl<'a> Studied<'a> {
             };
             let start = Stopwatch::start();
             let fit = match &found.maps {
-                Some(maps) => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
+                Some(maps) => self.fitter.fit_unmasked(&canonical, &self.canonical, maps)?,
                 None => None,
             };
             attempts.push(Attempt {
@@ -162,7 +164,9 @@ impl<'a> Studied<'a> {
                 start_px: found.maps.as_ref().and_then(error),
                 fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
                 warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
-                agreement: fit.map_or(0.0, |fit| fit.agreement),
+                agreement: fit.as_ref().map_or(0.0, |fit| fit.agreement),
+                explained: fit.as_ref().map_or(0.0, |fit| fit.explained),
+                confirmed_px: fit.as_ref().map_or(0.0, |fit| fit.confirmed_px),
                 features_ms: found.features_ms,
                 find_ms: found.find_ms,
                 fit_ms: start.ms(),

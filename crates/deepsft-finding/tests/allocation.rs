@@ -1,0 +1,84 @@
+//! What a frame allocates once the buffers have grown.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+// An allocator cannot be written without.
+#![allow(unsafe_code)]
+
+use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget};
+use deepsft_geometry::{Camera, Picture};
+use deepsft_synth::painting::artwork;
+use deepsft_synth::random::{Stream, generator};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    static ALLOCATED: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, which counts the bytes that each thread asks for.
+struct Counting;
+
+// SAFETY: every call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATED.set(ALLOCATED.get() + layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATED.set(ALLOCATED.get() + size);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn allocated(run: impl FnOnce()) -> usize {
+    let before = ALLOCATED.get();
+    run();
+    ALLOCATED.get() - before
+}
+
+fn print(number: u64) -> Picture {
+    artwork(0, &mut generator(number, 0, Stream::Scene)).1
+}
+
+/// `picture` in the upper left corner of a grey image.
+fn image(picture: &Picture) -> Picture {
+    let (width, height) = picture.size();
+    Picture::from_fn(960, 540, |x, y| {
+        if x < width && y < height {
+            picture.pixel(x, y)
+        } else {
+            [99; 3]
+        }
+    })
+}
+
+#[test]
+fn renewed_features_allocate_nothing_and_a_search_the_same_every_time() {
+    let options = FeatureOptions::default();
+    let camera = Camera::typical(960, 540).unwrap();
+    let images = [image(&print(1)), image(&print(2))];
+    let mut finder = FeatureFinder::new(PictureTarget::picture(print(1), 200.0).unwrap()).unwrap();
+    let mut features = Features::default();
+    let mut frame = |image: &Picture| {
+        let made = allocated(|| features.renew(image, &options));
+        let mut found = false;
+        let searched = allocated(|| found = finder.find(&features, &camera, &camera).unwrap().is_some());
+        (made, searched, found)
+    };
+    let first = frame(&images[0]);
+    assert!(first.0 > 1_000_000 && first.2, "{first:?}");
+    frame(&images[1]);
+    let second = frame(&images[0]);
+    assert!(second.0 == 0 && second.2, "{second:?}");
+    // The solver of the mesh and the confirmed pairs: 22 MB here.
+    assert!(second.1 < 32_000_000, "{second:?}");
+    assert_eq!(frame(&images[1]).0, 0);
+    assert_eq!(frame(&images[0]), second);
+}

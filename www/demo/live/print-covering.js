@@ -1,0 +1,106 @@
+// What lies in front of a print that no network looks at: where its detail should be seen, and is not.
+
+/** @import { Target } from "deepsft" */
+/** @import { Mesh } from "./covering.js" */
+
+/** Standard deviation of the print's luminance around a vertex, 0 to 255, from which on the image must confirm it, and below which it cannot. */
+const DETAIL = { from: 8, fully: 20 };
+/** Confidence of a vertex with detail below which something covers it, and from which on nothing does. */
+const SHOWN = { from: 0.25, fully: 0.55 };
+/** Weight of a new frame against those before: flicker at a hand's outline is smoothed. */
+const NEW_WEIGHT = 0.5;
+/** Weight with which a vertex without detail around it counts as seen. */
+const BLANK_WEIGHT = 0.05;
+
+/** Which vertices of a print nothing covers, by how the image confirms them. */
+export class PrintCovering {
+  #detail;
+  #neighbours;
+  #seen = new Float32Array();
+
+  /** @param {Pick<Target, "texture" | "mesh">} target */
+  constructor({ texture, mesh }) {
+    this.#neighbours = neighboursOf(mesh.faces, mesh.textureCoordinates.length / 2);
+    this.#detail = detailOf(texture, mesh.textureCoordinates, this.#neighbours);
+  }
+
+  /** Forgets everything. */
+  reset() {
+    this.#seen = new Float32Array();
+  }
+
+  /**
+   * Fraction of each vertex's surroundings that is seen, 0 to 1.
+   *
+   * @param {Pick<Mesh, "confidence">} mesh
+   * @param {boolean} certain whether the mesh lies well enough for its confidence to tell what covers it
+   * @returns {Float32Array}
+   */
+  follow({ confidence }, certain) {
+    const isFirst = this.#seen.length !== confidence.length;
+    if (isFirst) this.#seen = new Float32Array(confidence.length).fill(1);
+    if (!certain) return this.#seen;
+    const [detail, before] = [this.#detail, this.#seen];
+    const shown = confidence.map((c) => ramp(c, SHOWN));
+    this.#seen = before.map((old, i) => {
+      let [sum, weights] = [BLANK_WEIGHT + 2 * detail[i] * shown[i], BLANK_WEIGHT + 2 * detail[i]];
+      for (const j of this.#neighbours[i]) {
+        sum += detail[j] * shown[j];
+        weights += detail[j];
+      }
+      return old + (isFirst ? 1 : NEW_WEIGHT) * (sum / weights - old);
+    });
+    return this.#seen;
+  }
+}
+
+/**
+ * @param {number} value
+ * @param {{ from: number, fully: number }} range
+ */
+function ramp(value, { from, fully }) {
+  return Math.min(1, Math.max(0, (value - from) / (fully - from)));
+}
+
+/**
+ * @param {Uint32Array} faces
+ * @param {number} count of vertices
+ * @returns {number[][]}
+ */
+function neighboursOf(faces, count) {
+  const sets = Array.from({ length: count }, () => /** @type {Set<number>} */ (new Set()));
+  for (let corner = 0; corner < faces.length; corner++) {
+    const start = corner - (corner % 3);
+    for (let k = 0; k < 3; k++) if (start + k !== corner) sets[faces[corner]].add(faces[start + k]);
+  }
+  return sets.map((set) => [...set]);
+}
+
+/**
+ * How far the image can confirm each vertex, 0 to 1, by the print between it and its neighbours.
+ *
+ * @param {{ data: Uint8ClampedArray, width: number, height: number }} texture RGBA
+ * @param {Float32Array} textureCoordinates
+ * @param {number[][]} neighbours
+ */
+function detailOf({ data, width, height }, textureCoordinates, neighbours) {
+  const pixel = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side - 1, Math.max(0, Math.floor(at * side)));
+  const luminance = (/** @type {number} */ u, /** @type {number} */ v) => {
+    const i = 4 * (pixel(v, height) * width + pixel(u, width));
+    return 0.2126 * data[i] + 0.7152 * data[i + 1] + 0.0722 * data[i + 2];
+  };
+  return Float32Array.from(neighbours, (around, i) => {
+    const [u, v] = textureCoordinates.subarray(2 * i, 2 * i + 2);
+    let [sum, squares, count] = [0, 0, 0];
+    for (const j of around) {
+      for (const t of [0, 0.25, 0.5, 0.75]) {
+        const value = luminance(u + t * (textureCoordinates[2 * j] - u), v + t * (textureCoordinates[2 * j + 1] - v));
+        sum += value;
+        squares += value * value;
+        count++;
+      }
+    }
+    const variance = squares / count - (sum / count) ** 2;
+    return ramp(Math.sqrt(Math.max(0, variance)), DETAIL);
+  });
+}

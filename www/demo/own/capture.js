@@ -1,0 +1,104 @@
+// Photographing the flat print.
+
+import { openCamera } from "deepsft";
+import { pictureFrom } from "./read-picture.js";
+
+/** @import { CameraStream } from "deepsft" */
+/** @import { OpenedPicture } from "./read-picture.js" */
+/** @import { Corners } from "./corner-editor.js" */
+
+/** Where the guide's corners lie in the picture, as fractions of its sides from the border: where the print's will be, nearly. */
+const INSET = 0.12;
+const NAME = "Photographed print";
+
+export class Capture {
+  #root;
+  #video;
+  #guide;
+  #shutter;
+  /** @type {CameraStream | null} */
+  #stream = null;
+  /** Number of the newest opening, so that a camera that comes too late is closed again. */
+  #opening = 0;
+  /** @type {(picture: OpenedPicture, corners: Corners) => void} */
+  onPicture = () => undefined;
+  /** @type {(error: unknown) => void} */
+  onError = () => undefined;
+
+  /** @param {HTMLElement} root with a video, the guide and the shutter */
+  constructor(root) {
+    this.#root = root;
+    this.#video = /** @type {HTMLVideoElement} */ (root.querySelector("video"));
+    this.#guide = /** @type {HTMLElement} */ (root.querySelector(".guide"));
+    this.#shutter = /** @type {HTMLButtonElement} */ (root.querySelector(".shutter"));
+    this.#shutter.addEventListener("click", () => void this.#take());
+    new ResizeObserver(() => this.#place()).observe(root);
+  }
+
+  async open() {
+    const opening = ++this.#opening;
+    this.#root.hidden = false;
+    this.#root.dataset.ready = "false";
+    this.#shutter.disabled = true;
+    try {
+      const stream = await openCamera(this.#video);
+      if (opening !== this.#opening) return stream.stop();
+      this.#stream = stream;
+      stream.addEventListener("resize", () => this.#place());
+      stream.addEventListener("lost", () => this.#fail(stream.error));
+      this.#place();
+      this.#root.dataset.ready = "true";
+      this.#shutter.disabled = false;
+      this.#shutter.focus();
+    } catch (error) {
+      if (opening === this.#opening) this.#fail(error);
+    }
+  }
+
+  close() {
+    this.#opening++;
+    this.#stream?.stop();
+    this.#stream = null;
+    this.#root.hidden = true;
+  }
+
+  /** @param {unknown} error */
+  #fail(error) {
+    this.close();
+    this.onError(error);
+  }
+
+  async #take() {
+    this.#shutter.disabled = true;
+    const { videoWidth: width, videoHeight: height } = this.#video;
+    try {
+      const picture = pictureFrom(this.#video, width, height, NAME);
+      this.close();
+      this.onPicture(picture, guideOf(picture.canvas));
+    } catch (error) {
+      this.#fail(error);
+    }
+  }
+
+  /** Lays the guide over the video's picture, which keeps its proportions. */
+  #place() {
+    const { clientWidth, clientHeight, videoWidth, videoHeight } = this.#video;
+    if (!videoWidth || !clientWidth) return;
+    const scale = Math.min(clientWidth / videoWidth, clientHeight / videoHeight);
+    const [width, height] = [videoWidth * scale, videoHeight * scale];
+    const guide = this.#guide.style;
+    guide.left = `${(clientWidth - width) / 2 + INSET * width}px`;
+    guide.top = `${(clientHeight - height) / 2 + INSET * height}px`;
+    guide.width = `${(1 - 2 * INSET) * width}px`;
+    guide.height = `${(1 - 2 * INSET) * height}px`;
+  }
+}
+
+/**
+ * @param {{ width: number, height: number }} picture
+ * @returns {Corners}
+ */
+function guideOf({ width, height }) {
+  const [left, right, top, bottom] = [INSET * width, (1 - INSET) * width, INSET * height, (1 - INSET) * height];
+  return [[left, top], [right, top], [right, bottom], [left, bottom]]; // prettier-ignore
+}

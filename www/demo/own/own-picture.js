@@ -1,0 +1,195 @@
+// A person's own picture: from a file, the clipboard or the camera, to its size, to the library; the last one is kept.
+
+import { Capture } from "./capture.js";
+import { PictureEditor } from "./picture-editor.js";
+import { forgetPicture, keepPicture, lastPicture } from "./picture-store.js";
+import { formatSize } from "./print-size.js";
+import { canvasOf, contextOf, readPicture } from "./read-picture.js";
+
+/** @import { ReadyPicture } from "./picture-editor.js" */
+/** @import { Corners } from "./corner-editor.js" */
+/** @import { OpenedPicture } from "./read-picture.js" */
+
+/** Longest side of the small picture on the start screen, CSS pixels, twice for dense screens. */
+const THUMBNAIL_LENGTH = 2 * 116;
+const JPEG_QUALITY = 0.95;
+
+/**
+ * What the page does about it.
+ *
+ * @typedef {object} OwnPicturePage
+ * @property {() => void} show shows the person's own picture
+ * @property {() => void} leave goes back to the start
+ * @property {(picture: ReadyPicture, use: "camera" | "image") => void} use looks for it
+ * @property {(error: unknown) => void} fail says what is in the way
+ * @property {(picture: ReadyPicture | null) => void} remembered is told of the last picture
+ */
+
+export class OwnPicture {
+  #root;
+  #page;
+  #capture;
+  #editor;
+  #file;
+  /** @type {ReadyPicture | null} the last one */
+  #last = null;
+  /** Number of the newest picture, so that one that took longer to read does not take its place. */
+  #newest = 0;
+  /** @type {() => void} what led to the last error */
+  #again = () => undefined;
+
+  /**
+   * @param {HTMLElement} root
+   * @param {OwnPicturePage} page
+   */
+  constructor(root, page) {
+    this.#root = root;
+    this.#page = page;
+    this.#capture = new Capture(part("#capture"));
+    this.#editor = new PictureEditor(part("#editor"));
+    this.#file = /** @type {HTMLInputElement} */ (part("#picture-file"));
+    this.#capture.onPicture = (picture, corners) => this.#edit(picture, corners);
+    this.#capture.onError = (error) => this.#fail(error, () => this.photograph());
+    this.#editor.onReady = (picture, use) => void this.#finish(picture, use);
+    for (const leave of root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
+    part("#choose-picture").addEventListener("click", () => this.choose());
+    part("#photograph").addEventListener("click", () => this.photograph());
+    part("#last-use").addEventListener("click", () => this.#last && page.use(this.#last, "camera"));
+    part("#last-edit").addEventListener("click", () => this.edit());
+    part("#last-forget").addEventListener("click", () => void this.#forget());
+    this.#file.addEventListener("change", () => {
+      const [file] = this.#file.files ?? [];
+      this.#file.value = "";
+      if (file) void this.read(file);
+    });
+    root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
+    void this.#recall();
+  }
+
+  /** Asks for a file. */
+  choose() {
+    this.#file.click();
+  }
+
+  /** Opens the camera for a photograph of the print. */
+  photograph() {
+    this.#newest++;
+    this.#page.show();
+    this.#editor.close();
+    void this.#capture.open();
+  }
+
+  /** @param {File} file */
+  async read(file) {
+    const own = ++this.#newest;
+    try {
+      const picture = await readPicture(file, file.name);
+      if (own === this.#newest) this.#edit(picture);
+    } catch (error) {
+      if (own === this.#newest) this.#fail(error, () => this.choose());
+    }
+  }
+
+  /** Goes back to the last picture, to change its size or to crop it. */
+  edit() {
+    if (!this.#last) return this.choose();
+    const { canvas, name, widthMm } = this.#last;
+    this.#page.show();
+    this.#capture.close();
+    this.#editor.open({ canvas, name, transparent: false }, { widthMm });
+  }
+
+  /** Does again what went wrong. */
+  retry() {
+    this.#again();
+  }
+
+  close() {
+    this.#newest++;
+    this.#capture.close();
+    this.#editor.close();
+    this.#root.hidden = true;
+  }
+
+  #leave() {
+    this.close();
+    this.#page.leave();
+  }
+
+  /**
+   * @param {OpenedPicture} picture
+   * @param {Corners} [corners] of the print, nearly, in a photograph of it
+   */
+  #edit(picture, corners) {
+    this.#page.show();
+    this.#capture.close();
+    this.#editor.open(picture, { corners });
+  }
+
+  /**
+   * @param {unknown} error
+   * @param {() => void} again
+   */
+  #fail(error, again) {
+    this.#again = again;
+    this.#page.fail(error);
+  }
+
+  /**
+   * @param {ReadyPicture} picture
+   * @param {"camera" | "image"} use
+   */
+  async #finish(picture, use) {
+    this.#showLast(picture);
+    // Before anything is waited for: browsers open file dialogs only right after a click.
+    this.#page.use(picture, use);
+    const { canvas, name, widthMm, heightMm } = picture;
+    const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ resolve) =>
+      canvas.toBlob(resolve, "image/jpeg", JPEG_QUALITY),
+    );
+    if (blob && this.#last === picture) await keepPicture({ picture: blob, name, widthMm, heightMm });
+  }
+
+  async #recall() {
+    const kept = await lastPicture();
+    const bitmap = kept && (await createImageBitmap(kept.picture).catch(() => null));
+    if (!kept || !bitmap) return;
+    const canvas = canvasOf(bitmap.width, bitmap.height);
+    contextOf(canvas).drawImage(bitmap, 0, 0);
+    bitmap.close();
+    const { name, widthMm, heightMm } = kept;
+    if (!this.#last) this.#showLast({ canvas, name, widthMm, heightMm });
+  }
+
+  async #forget() {
+    this.#last = null;
+    part("#last").hidden = true;
+    this.#page.remembered(null);
+    part("#choose-picture").focus();
+    await forgetPicture();
+  }
+
+  /** @param {ReadyPicture} picture */
+  #showLast(picture) {
+    this.#last = picture;
+    const { canvas, name, widthMm, heightMm } = picture;
+    const thumbnail = /** @type {HTMLCanvasElement} */ (part("#last-picture"));
+    const scale = Math.min(1, THUMBNAIL_LENGTH / Math.max(canvas.width, canvas.height));
+    [thumbnail.width, thumbnail.height] = [Math.ceil(canvas.width * scale), Math.ceil(canvas.height * scale)];
+    contextOf(thumbnail).drawImage(canvas, 0, 0, thumbnail.width, thumbnail.height);
+    part("#last-name").textContent = name;
+    part("#last-size").textContent = formatSize(widthMm, heightMm);
+    part("#last").hidden = false;
+    this.#page.remembered(picture);
+  }
+}
+
+/**
+ * @param {string} selector
+ * @returns {HTMLElement}
+ */
+function part(selector) {
+  const found = document.querySelector(selector);
+  if (!(found instanceof HTMLElement)) throw new Error(`The page has no ${selector}.`);
+  return found;
+}

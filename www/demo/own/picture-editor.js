@@ -1,0 +1,284 @@
+// The person's own picture on its way to the library: its corners, its size in print.
+
+import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
+import { CornerEditor } from "./corner-editor.js";
+import { LEAST_MM, MOST_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
+import { MOST_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
+
+/** @import { Corners } from "./corner-editor.js" */
+/** @import { Unit, UsualSize } from "./print-size.js" */
+/** @import { OpenedPicture } from "./read-picture.js" */
+
+/**
+ * A flat picture with its size.
+ *
+ * @typedef {object} ReadyPicture
+ * @property {HTMLCanvasElement} canvas
+ * @property {string} name
+ * @property {number} widthMm
+ * @property {number} heightMm
+ */
+
+/** Longest side of the small flat picture beside the size, CSS pixels. */
+const PREVIEW_LENGTH = 220;
+const UNIT_KEY = "deepsft/unit";
+
+export class PictureEditor {
+  #root;
+  #corners;
+  #width;
+  #height;
+  #preview;
+  #problem;
+  /** @type {OpenedPicture | null} */
+  #picture = null;
+  /** @type {ImageData | null} its pixels */
+  #pixels = null;
+  /** @type {UsualSize | "own" | null} */
+  #usual = null;
+  /** mm; NaN where none was said. */
+  #widthMm = Number.NaN;
+  /** Width over height that was said for a photographed print, rather than taken from its corners; NaN where none was. */
+  #saidAspect = Number.NaN;
+  /** @type {Unit} */
+  #unit = "mm";
+  #previewIsDue = false;
+  /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
+  onReady = () => undefined;
+
+  /** @param {HTMLElement} root */
+  constructor(root) {
+    this.#root = root;
+    this.#corners = new CornerEditor(this.#part("#corners", HTMLElement));
+    this.#corners.onChange = () => this.#follow();
+    this.#width = this.#part("#print-width", HTMLInputElement);
+    this.#height = this.#part("#print-height", HTMLInputElement);
+    this.#preview = this.#part("#flat", HTMLCanvasElement);
+    this.#problem = this.#part("#size-problem", HTMLElement);
+    this.#part("#whole", HTMLButtonElement).addEventListener("click", () => this.#corners.reset());
+    this.#part("#turn", HTMLButtonElement).addEventListener("click", () => this.#turn());
+    this.#part("#usual-sizes", HTMLElement).addEventListener("click", ({ target }) => {
+      const usual = target instanceof Element && target.closest("button")?.dataset.usual;
+      if (usual) this.#choose(/** @type {UsualSize | "own"} */ (usual));
+    });
+    this.#part("#units", HTMLElement).addEventListener("click", ({ target }) => {
+      const unit = target instanceof Element && target.closest("button")?.dataset.unit;
+      if (unit) this.#measureIn(/** @type {Unit} */ (unit));
+    });
+    this.#width.addEventListener("input", () => this.#takeWidth());
+    this.#height.addEventListener("input", () => this.#takeHeight());
+    for (const input of [this.#width, this.#height])
+      input.addEventListener("change", () => this.#showSize());
+    const form = this.#part("#print-size", HTMLFormElement);
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const use = event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera";
+      this.#finish(use);
+    });
+    this.#measureIn(rememberedUnit());
+  }
+
+  /**
+   * @param {OpenedPicture} picture
+   * @param {{ corners?: Corners, widthMm?: number }} [known] what is known of it already
+   */
+  open(picture, { corners, widthMm = Number.NaN } = {}) {
+    this.#root.hidden = false;
+    this.#picture = picture;
+    this.#pixels = pixelsOf(picture.canvas);
+    [this.#usual, this.#widthMm, this.#saidAspect] = [null, widthMm, Number.NaN];
+    this.#part("#own-name", HTMLElement).textContent = picture.name;
+    this.#part("#transparent", HTMLElement).hidden = !picture.transparent;
+    this.#root.dataset.photographed = String(corners !== undefined);
+    this.#say("");
+    this.#corners.show(picture.canvas, corners);
+    this.#showSize();
+  }
+
+  close() {
+    this.#root.hidden = true;
+    [this.#picture, this.#pixels] = [null, null];
+  }
+
+  /** Width over height of the print: its own where the picture is not cropped, else what was said or what its corners tell. */
+  get #aspect() {
+    const { width, height } = this.#pixels ?? { width: 1, height: 1 };
+    if (this.#corners.isWhole) return width / height;
+    if (Number.isFinite(this.#saidAspect)) return this.#saidAspect;
+    return printAspect(this.#corners.corners, estimatedCamera(width, height));
+  }
+
+  #turn() {
+    if (!this.#picture) return;
+    const canvas = turned(this.#picture.canvas);
+    // What was its height is its width now.
+    this.#widthMm /= this.#aspect;
+    this.#saidAspect = 1 / this.#saidAspect;
+    this.#picture = { ...this.#picture, canvas };
+    this.#pixels = pixelsOf(canvas);
+    this.#corners.turn(canvas);
+  }
+
+  /** @param {UsualSize | "own"} usual */
+  #choose(usual) {
+    this.#usual = usual;
+    this.#say("");
+    if (usual === "own") this.#saidAspect = Number.NaN;
+    this.#applyUsual();
+    this.#showSize();
+    if (usual === "own") this.#width.select();
+    this.#schedulePreview();
+  }
+
+  /** Makes the size that of the usual sheet that was chosen. */
+  #applyUsual() {
+    if (this.#usual === null || this.#usual === "own") return;
+    if (this.#corners.isWhole) {
+      this.#widthMm = largestOn(this.#usual, this.#aspect).widthMm;
+      return;
+    }
+    this.#saidAspect = Number.NaN;
+    const [width, height] = layOut(this.#usual, this.#aspect);
+    [this.#widthMm, this.#saidAspect] = [width, width / height];
+  }
+
+  #takeWidth() {
+    this.#widthMm = parseLength(this.#width.value, this.#unit);
+    this.#become("own");
+    if (this.#widthMm > 0) this.#height.value = formatLength(this.#widthMm / this.#aspect, this.#unit);
+  }
+
+  #takeHeight() {
+    const heightMm = parseLength(this.#height.value, this.#unit);
+    this.#become("own");
+    if (!(heightMm > 0)) return;
+    if (this.#corners.isWhole || !(this.#widthMm > 0)) {
+      this.#widthMm = heightMm * this.#aspect;
+      this.#width.value = formatLength(this.#widthMm, this.#unit);
+    } else {
+      this.#saidAspect = this.#widthMm / heightMm;
+      this.#schedulePreview();
+    }
+  }
+
+  /** @param {"own"} usual what the size is once it was typed */
+  #become(usual) {
+    this.#usual = usual;
+    this.#say("");
+    this.#check();
+  }
+
+  /** @param {Unit} unit */
+  #measureIn(unit) {
+    this.#unit = unit;
+    try {
+      localStorage.setItem(UNIT_KEY, unit);
+    } catch {
+      // Then it is asked for again next time.
+    }
+    for (const button of this.#root.querySelectorAll("#units button"))
+      if (button instanceof HTMLElement) button.setAttribute("aria-checked", String(button.dataset.unit === unit));
+    this.#showSize();
+  }
+
+  /** After a corner has moved. */
+  #follow() {
+    this.#part("#whole", HTMLButtonElement).disabled = this.#corners.isWhole;
+    this.#applyUsual();
+    this.#showSize();
+    this.#schedulePreview();
+  }
+
+  #showSize() {
+    const has = this.#widthMm > 0;
+    this.#width.value = has ? formatLength(this.#widthMm, this.#unit) : "";
+    this.#height.value = has ? formatLength(this.#widthMm / this.#aspect, this.#unit) : "";
+    this.#check();
+  }
+
+  #check() {
+    for (const button of this.#root.querySelectorAll("#usual-sizes button"))
+      if (button instanceof HTMLElement) button.setAttribute("aria-checked", String(button.dataset.usual === this.#usual));
+  }
+
+  /** Draws the flat picture small, once before the screen shows its next frame. */
+  #schedulePreview() {
+    if (this.#previewIsDue) return;
+    this.#previewIsDue = true;
+    requestAnimationFrame(() => {
+      this.#previewIsDue = false;
+      if (this.#pixels) this.#drawFlat(this.#preview, PREVIEW_LENGTH * Math.min(2, devicePixelRatio));
+    });
+  }
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {number} length of its longer side, pixels
+   */
+  #drawFlat(canvas, length) {
+    const pixels = /** @type {ImageData} */ (this.#pixels);
+    const aspect = this.#aspect;
+    const [width, height] = [length * Math.min(1, aspect), length * Math.min(1, 1 / aspect)].map((side) => Math.max(1, Math.round(side)));
+    [canvas.width, canvas.height] = [width, height];
+    const context = contextOf(canvas);
+    // Browsers shrink well and fast what is only shrunk.
+    if (this.#corners.isWhole && this.#picture) context.drawImage(this.#picture.canvas, 0, 0, width, height);
+    else context.putImageData(rectifyPicture(pixels, this.#corners.corners, width, height), 0, 0);
+  }
+
+  /** @param {"camera" | "image"} use */
+  #finish(use) {
+    if (!this.#picture) return;
+    const [widthMm, heightMm] = [this.#widthMm, this.#widthMm / this.#aspect];
+    if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it.");
+    if (![widthMm, heightMm].every(isUsableLength))
+      return this.#refuse(`Prints of ${LEAST_MM} mm to ${MOST_MM / 1000} m a side can be followed.`);
+    const canvas = canvasOf(1, 1);
+    this.#drawFlat(canvas, Math.min(MOST_PICTURE_LENGTH, Math.ceil(this.#longestSide())));
+    this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm }, use);
+  }
+
+  /** Pixels along the longest side of the outline: more would show nothing more. */
+  #longestSide() {
+    const { corners } = this.#corners;
+    return Math.max(...corners.map(([x, y], i) => Math.hypot(corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y)));
+  }
+
+  /** @param {string} problem */
+  #refuse(problem) {
+    this.#say(problem);
+    this.#width.focus();
+  }
+
+  /** @param {string} problem empty for none */
+  #say(problem) {
+    this.#problem.textContent = problem;
+    this.#width.setAttribute("aria-invalid", String(problem !== ""));
+  }
+
+  /**
+   * @template {HTMLElement} T
+   * @param {string} selector
+   * @param {new () => T} kind
+   * @returns {T}
+   */
+  #part(selector, kind) {
+    const found = this.#root.querySelector(selector);
+    if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
+    return found;
+  }
+}
+
+/** @param {HTMLCanvasElement} canvas */
+function pixelsOf(canvas) {
+  return contextOf(canvas).getImageData(0, 0, canvas.width, canvas.height);
+}
+
+/** @returns {Unit} */
+function rememberedUnit() {
+  try {
+    return localStorage.getItem(UNIT_KEY) === "cm" ? "cm" : "mm";
+  } catch {
+    return "mm";
+  }
+}

@@ -1,0 +1,68 @@
+// The last picture, kept on this device. Where the browser keeps nothing (private windows, a full disk) the page does without.
+
+/**
+ * @typedef {object} KeptPicture
+ * @property {Blob} picture the flat print
+ * @property {string} name
+ * @property {number} widthMm
+ * @property {number} heightMm
+ */
+
+const DATABASE = "deepsft-demo";
+const STORE = "pictures";
+const LAST = "last";
+
+/** @returns {Promise<IDBDatabase>} */
+function open() {
+  return new Promise((resolve, reject) => {
+    const request = indexedDB.open(DATABASE, 1);
+    request.onupgradeneeded = () => request.result.createObjectStore(STORE);
+    request.onsuccess = () => resolve(request.result);
+    request.onerror = () => reject(request.error);
+    request.onblocked = () => reject(new Error("another tab holds an older database"));
+  });
+}
+
+/**
+ * @template T
+ * @param {IDBTransactionMode} mode
+ * @param {(store: IDBObjectStore) => IDBRequest<T>} action
+ * @returns {Promise<T | null>} null where the browser keeps nothing
+ */
+async function inStore(mode, action) {
+  try {
+    const database = await open();
+    try {
+      const transaction = database.transaction(STORE, mode);
+      const request = action(transaction.objectStore(STORE));
+      await new Promise((resolve, reject) => {
+        transaction.oncomplete = resolve;
+        transaction.onerror = transaction.onabort = () => reject(transaction.error);
+      });
+      return request.result;
+    } finally {
+      database.close();
+    }
+  } catch {
+    return null;
+  }
+}
+
+/** @returns {Promise<KeptPicture | null>} */
+export async function lastPicture() {
+  const kept = await inStore("readonly", (store) => store.get(LAST));
+  const isWhole = kept?.picture instanceof Blob && kept.picture.size > 0 && kept.widthMm > 0 && kept.heightMm > 0;
+  return isWhole ? kept : null;
+}
+
+/**
+ * @param {KeptPicture} picture takes the place of the one before
+ * @returns {Promise<boolean>} whether it is kept
+ */
+export async function keepPicture(picture) {
+  return (await inStore("readwrite", (store) => store.put(picture, LAST))) !== null;
+}
+
+export async function forgetPicture() {
+  await inStore("readwrite", (store) => store.delete(LAST));
+}

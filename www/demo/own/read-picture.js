@@ -1,0 +1,144 @@
+// From a file or a camera's frame to pixels that can be cropped.
+
+import { PictureError } from "../messages.js";
+
+/** Longest side, pixels, that is worked with. A photograph of a print is larger than the print in it. */
+const MOST_LENGTH = 3000;
+/** Longest side of the flat picture that is handed over: finer detail than a camera sees at any distance. */
+export const MOST_PICTURE_LENGTH = 2000;
+/** Shortest side, pixels, with anything on it to be found by. */
+const LEAST_LENGTH = 64;
+
+/**
+ * @typedef {object} OpenedPicture
+ * @property {HTMLCanvasElement} canvas opaque
+ * @property {string} name
+ * @property {boolean} transparent whether parts were see-through; they are white now
+ */
+
+/**
+ * @param {Blob} file
+ * @param {string} name
+ * @returns {Promise<OpenedPicture>}
+ * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
+ */
+export async function readPicture(file, name) {
+  if (file.size === 0) throw new PictureError("image-unreadable", `${name} is an empty file.`);
+  const bitmap = await decoded(file, name);
+  try {
+    return pictureFrom(bitmap, bitmap.width, bitmap.height, name);
+  } finally {
+    if (bitmap instanceof ImageBitmap) bitmap.close();
+  }
+}
+
+/**
+ * @param {CanvasImageSource} image
+ * @param {number} width pixels
+ * @param {number} height
+ * @param {string} name
+ * @returns {OpenedPicture}
+ */
+export function pictureFrom(image, width, height, name) {
+  if (Math.min(width, height) < LEAST_LENGTH)
+    throw new PictureError("picture-small", `${name} is ${width} × ${height} pixels.`);
+  const scale = Math.min(1, MOST_LENGTH / Math.max(width, height));
+  const canvas = canvasOf(Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale)));
+  const context = contextOf(canvas);
+  context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  const { least, most } = opacityOf(canvas);
+  if (most === 0) throw new PictureError("picture-empty", `${name} is see-through everywhere.`);
+  if (least < 255) {
+    context.globalCompositeOperation = "destination-over";
+    context.fillStyle = "#fff";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.globalCompositeOperation = "source-over";
+  }
+  return { canvas, name, transparent: least < 250 };
+}
+
+/**
+ * @param {number} width
+ * @param {number} height
+ * @throws {PictureError} where there is no memory for it
+ */
+export function canvasOf(width, height) {
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  return canvas;
+}
+
+/** @param {HTMLCanvasElement} canvas */
+export function contextOf(canvas) {
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+  if (!context) throw new PictureError("image-unreadable", "There is not enough memory for this picture.");
+  context.imageSmoothingQuality = "high";
+  return context;
+}
+
+/**
+ * The picture, turned by a quarter clockwise.
+ *
+ * @param {HTMLCanvasElement} canvas
+ */
+export function turned(canvas) {
+  const result = canvasOf(canvas.height, canvas.width);
+  const context = contextOf(result);
+  context.translate(result.width, 0);
+  context.rotate(Math.PI / 2);
+  context.drawImage(canvas, 0, 0);
+  return result;
+}
+
+/**
+ * @param {Blob} file
+ * @param {string} name
+ * @returns {Promise<ImageBitmap | HTMLImageElement>}
+ */
+async function decoded(file, name) {
+  try {
+    return await createImageBitmap(file);
+  } catch {
+    return drawing(file, name);
+  }
+}
+
+/**
+ * What `createImageBitmap` does not take: drawings (SVG).
+ *
+ * @param {Blob} file
+ * @param {string} name
+ */
+async function drawing(file, name) {
+  const url = URL.createObjectURL(file);
+  try {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    return image;
+  } catch (cause) {
+    throw new PictureError("image-unreadable", `${name} is broken, too large, or no picture that this browser knows.`, {
+      cause,
+    });
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+/**
+ * Least and most opacity over a small copy of the picture, 0 to 255.
+ *
+ * @param {HTMLCanvasElement} canvas
+ */
+function opacityOf(canvas) {
+  const small = canvasOf(64, 64);
+  const context = contextOf(small);
+  context.drawImage(canvas, 0, 0, 64, 64);
+  const { data } = context.getImageData(0, 0, 64, 64);
+  const range = { least: 255, most: 0 };
+  for (let i = 3; i < data.length; i += 4) {
+    range.least = Math.min(range.least, data[i]);
+    range.most = Math.max(range.most, data[i]);
+  }
+  return range;
+}

@@ -1,0 +1,101 @@
+// What the page looks for: the poster, by the network that was trained for it, or a person's own picture, by its features.
+
+import { DeepSft } from "deepsft";
+
+/** @import { LoadOptions, LoadProgress, Target } from "deepsft" */
+/** @import { ReadyPicture } from "./own/picture-editor.js" */
+
+/**
+ * @typedef {object} Subject
+ * @property {"poster" | "picture"} kind
+ * @property {DeepSft} sft
+ * @property {Target} target
+ */
+
+const POSTER_MODEL = "../models/poster-a4/";
+
+/** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
+const parameters = new URLSearchParams(location.search);
+
+export class Subjects {
+  #onProgress;
+  #onLearning;
+  /** Engines by the model they were loaded with; "" for none. @type {Map<string, Promise<DeepSft>>} */
+  #engines = new Map();
+  /** @type {ReadyPicture | "poster"} */
+  #chosen = "poster";
+  /** The picture that an engine knows. @type {{ picture: ReadyPicture, subject: Promise<Subject> } | null} */
+  #known = null;
+
+  /**
+   * @param {(progress: LoadProgress) => void} onProgress while an engine loads
+   * @param {() => void} onLearning when a picture is about to be learned
+   */
+  constructor(onProgress, onLearning) {
+    this.#onProgress = onProgress;
+    this.#onLearning = onLearning;
+  }
+
+  get kind() {
+    return this.#chosen === "poster" ? "poster" : "picture";
+  }
+
+  /** @param {ReadyPicture | "poster"} subject */
+  choose(subject) {
+    this.#chosen = subject;
+  }
+
+  /**
+   * What was chosen, once an engine knows it.
+   *
+   * @returns {Promise<Subject>}
+   */
+  async ready() {
+    const chosen = this.#chosen;
+    if (chosen === "poster") {
+      const sft = await this.#engine(parameters.get("model") ?? POSTER_MODEL);
+      // The model's own target comes first.
+      return { kind: "poster", sft, target: sft.targets[0] };
+    }
+    if (this.#known?.picture !== chosen) {
+      const before = this.#known?.subject;
+      this.#known = { picture: chosen, subject: this.#learn(chosen, before) };
+      this.#known.subject.catch(() => this.#known?.picture === chosen && (this.#known = null));
+    }
+    return this.#known.subject;
+  }
+
+  /**
+   * @param {ReadyPicture} picture
+   * @param {Promise<Subject> | undefined} before the picture that it takes the place of
+   * @returns {Promise<Subject>}
+   */
+  async #learn({ canvas, name, widthMm }, before) {
+    const old = await before?.catch(() => undefined);
+    old?.sft.removeTarget(old.target);
+    // One engine does for both, if the poster's is there already.
+    const sft = await ([...this.#engines.values()][0] ?? this.#engine(""));
+    this.#onLearning();
+    return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }) };
+  }
+
+  /**
+   * An engine, loaded once; a failure is forgotten so that it can be tried again.
+   *
+   * @param {string} model
+   */
+  #engine(model) {
+    const known = this.#engines.get(model);
+    if (known) return known;
+    const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), onProgress: this.#onProgress });
+    this.#engines.set(model, loading);
+    loading.catch(() => this.#engines.delete(model));
+    return loading;
+  }
+}
+
+/** @returns {LoadOptions["device"]} */
+function wantedDevice() {
+  const device = parameters.get("device");
+  return device === "webgpu" || device === "cpu" ? device : "auto";
+}
