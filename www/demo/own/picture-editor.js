@@ -93,6 +93,8 @@ export class PictureEditor {
     this.#say("");
     this.#corners.show(picture.canvas, corners);
     this.#showSize();
+    // Where keyboards and screen readers go on; a field would open a phone's keyboard over the picture.
+    this.#part("#print-size h2", HTMLElement).focus({ preventScroll: true });
   }
 
   close() {

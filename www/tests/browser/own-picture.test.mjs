@@ -165,6 +165,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
     const { width, height, rgb } = photographOf(CORNERS);
     await withDemo({}, { device }, async ({ page, screenshot }) => {
       await page.setInputFiles("#picture-file", file(encodePng({ width, height, values: rgb }), "table.png"));
+      await page.waitForSelector("#editor:not([hidden])");
       const whole = await handlesOf(page);
       const scale = (whole[1][0] - whole[0][0]) / width;
       for (const [i, [x, y]] of CORNERS.entries()) {
@@ -229,8 +230,11 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
 test("corners move by the keyboard, and say where they are", { timeout: SLOW_MS }, () =>
   withDemo({}, { device: DESKTOP }, async ({ page, screenshot }) => {
     await page.setInputFiles("#picture-file", file(png));
+    await page.waitForSelector("#editor:not([hidden])");
     const before = await handlesOf(page);
-    await page.getByRole("button", { name: "Bottom right corner" }).focus();
+    // From the heading, which has the focus, back to the corner before the last.
+    for (let i = 0; i < 2; i++) await page.keyboard.press("Shift+Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.getAttribute("aria-label")), "Bottom right corner");
     for (const key of ["ArrowLeft", "ArrowLeft", "Shift+ArrowUp", "ArrowDown"]) await page.keyboard.press(key);
     const after = await handlesOf(page);
     assert.ok(Math.abs(after[2][0] - (before[2][0] - 2)) < 0.6 && Math.abs(after[2][1] - (before[2][1] - 11)) < 0.6);

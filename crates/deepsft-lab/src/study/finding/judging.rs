@@ -182,7 +182,7 @@ pub fn frames_config() -> Result<(Camera, SynthConfig)> {
     let camera = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
     let default = SynthConfig::default();
     let config = SynthConfig {
-        camera: camera.clone(),
+        camera,
         empty_probability: 0.0,
         least_visible_px: 4 * default.least_visible_px,
         ..default

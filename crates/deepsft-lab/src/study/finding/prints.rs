@@ -68,7 +68,7 @@ impl Kind {
             Self::PhotographLike | Self::Photograph => photograph_like(number, &mut dice),
             Self::Graphic => artwork(of(&[0, 1, 2, 4, 6, 8]), &mut dice),
             // Every third: the text and scribbles that also stand around in synthetic scenes.
-            Self::LineArt if number % 3 == 0 => artwork(of(&[5, 7]), &mut dice),
+            Self::LineArt if number.is_multiple_of(3) => artwork(of(&[5, 7]), &mut dice),
             Self::LineArt => line_art(number - number / 3 - 1, &mut dice),
             Self::Repetitive => repetitive(number, &mut dice),
         }

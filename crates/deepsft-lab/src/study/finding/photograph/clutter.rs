@@ -5,6 +5,7 @@ use crate::study::finding::prints::{Dice, uniform};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_synth::painting::ValueNoise;
 use rand::RngExt;
+use std::f32::consts::TAU;
 
 /// One thing in the picture.
 struct Piece {
@@ -97,7 +98,7 @@ pub(super) fn leaves(exposure: &mut Exposure, dice: &mut Dice) {
         let half = long * uniform(dice, 0.4, 1.2) * (0.5 + 0.5 * level);
         pieces.push(Piece {
             centre: Vec2::new(uniform(dice, 0.0, size.x), uniform(dice, 0.0, size.y)),
-            axis: Vec2::from_angle(uniform(dice, 0.0, 6.283)),
+            axis: Vec2::from_angle(uniform(dice, 0.0, TAU)),
             half: Vec2::new(half, half * slim * uniform(dice, 0.5, 1.3)),
             color: leaf(dice) * (0.3 + 0.9 * level),
             level,
@@ -114,7 +115,7 @@ pub(super) fn leaves(exposure: &mut Exposure, dice: &mut Dice) {
                 level,
             };
             for k in 0..petals {
-                let axis = Vec2::from_angle(start + 6.283 * k as f32 / petals as f32);
+                let axis = Vec2::from_angle(start + TAU * k as f32 / petals as f32);
                 pieces.push(one(axis, Vec2::new(radius, radius * 2.2 / petals as f32), color));
             }
             let yellow = Vec3::new(0.7, 0.5, 0.05) * (0.4 + 0.8 * level);
@@ -154,7 +155,7 @@ pub(super) fn pebbles(exposure: &mut Exposure, dice: &mut Dice) {
             let radius = largest * (0.12 + 0.88 * uniform(dice, 0.0, 1.0).powi(3));
             Piece {
                 centre: Vec2::new(uniform(dice, 0.0, size.x), uniform(dice, 0.0, size.y)),
-                axis: Vec2::from_angle(uniform(dice, 0.0, 6.283)),
+                axis: Vec2::from_angle(uniform(dice, 0.0, TAU)),
                 half: radius * Vec2::new(1.0, uniform(dice, 0.5, 1.0)),
                 color: stone(dice),
                 level: k as f32 / count as f32,
