@@ -186,7 +186,11 @@ fn grade_object(grade: &PictureGrade) -> JsValue {
         GradeLevel::Fair => "fair",
         GradeLevel::Good => "good",
     };
-    let reasons: Array = grade.advice.iter().map(|sentence| JsValue::from(sentence.as_str())).collect();
+    let reasons: Array = grade
+        .advice
+        .iter()
+        .map(|sentence| JsValue::from(sentence.as_str()))
+        .collect();
     object([("level", level.into()), ("reasons", reasons.into())]).into()
 }
 
