@@ -29,6 +29,7 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
+/** @typedef {import("./engine/engine-worker.js").PictureGrade} PictureGrade */
 /** @typedef {import("./error.js").DeepSftErrorCode} DeepSftErrorCode */
 /** @typedef {import("./results/estimate.js").EstimateTimes} EstimateTimes */
 /** @typedef {import("./frames/image-input.js").ImageInput} ImageInput */

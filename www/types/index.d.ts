@@ -19,6 +19,7 @@ export type PictureOptions = import("./deepsft.js").PictureOptions;
 export type TrackMeshOptions = import("./deepsft.js").TrackMeshOptions;
 export type EngineInfo = import("./engine/engine-worker.js").EngineInfo;
 export type MeshTopology = import("./engine/engine-worker.js").MeshTopology;
+export type PictureGrade = import("./engine/engine-worker.js").PictureGrade;
 export type DeepSftErrorCode = import("./error.js").DeepSftErrorCode;
 export type EstimateTimes = import("./results/estimate.js").EstimateTimes;
 export type ImageInput = import("./frames/image-input.js").ImageInput;
@@ -39,6 +40,7 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
+/** @typedef {import("./engine/engine-worker.js").PictureGrade} PictureGrade */
 /** @typedef {import("./error.js").DeepSftErrorCode} DeepSftErrorCode */
 /** @typedef {import("./results/estimate.js").EstimateTimes} EstimateTimes */
 /** @typedef {import("./frames/image-input.js").ImageInput} ImageInput */

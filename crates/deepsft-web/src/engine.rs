@@ -139,10 +139,10 @@ impl Engine {
         self.core.targets.borrow_mut().remove(&id);
     }
 
-    /// Texture, size and mesh of a target: a plain object; `undefined` when there is no such target.
+    /// Texture, size, mesh and grade of a target: a plain object; `undefined` when there is no such target.
     #[wasm_bindgen(
         js_name = describeTarget,
-        unchecked_return_type = "{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: { faces: Uint32Array, textureCoordinates: Float32Array } } | undefined"
+        unchecked_return_type = "{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, grade: { level: \"hopeless\" | \"poor\" | \"fair\" | \"good\", reasons: string[] } | null } | undefined"
     )]
     pub fn describe_target(&self, id: u32) -> JsValue {
         let target = self.core.target(id);

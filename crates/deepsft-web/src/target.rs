@@ -8,7 +8,7 @@ use crate::{
 };
 use deepsft::{
     DeepSftError, Estimator, Finder, FinderKind, LEAST_EXPLAINED, Sighting, Target, TargetFinder, View,
-    features::{FeatureFinder, PictureTarget},
+    features::{FeatureFinder, GradeLevel, PictureGrade, PictureTarget},
     geometry::{
         CompletionOptions, GeometryError, Maps, MapsCompletion, Picture, Template,
         fitting::{FitOptions, FrameFit, FrameFitter},
@@ -17,6 +17,7 @@ use deepsft::{
 };
 use js_sys::{Array, Object, Uint8ClampedArray};
 use std::cell::RefCell;
+use wasm_bindgen::JsValue;
 
 /// Corners that a picture must have: below, nothing tells it from anything else.
 const FEWEST_CORNERS: usize = 12;
@@ -24,6 +25,8 @@ const FEWEST_CORNERS: usize = 12;
 /// A target with its finders. What makes meshes is made when it is first needed.
 pub struct EngineTarget {
     target: Target,
+    /// Of what features find.
+    grade: Option<PictureGrade>,
     /// Away while it works.
     finder: RefCell<Option<TargetFinder>>,
     fitter: RefCell<Option<FrameFitter>>,
@@ -35,6 +38,7 @@ impl EngineTarget {
     pub fn of_model(target: Target) -> Self {
         Self {
             target,
+            grade: None,
             finder: RefCell::default(),
             fitter: RefCell::default(),
             completion: RefCell::default(),
@@ -52,9 +56,11 @@ impl EngineTarget {
             ));
         }
         let target = Target::mesh(template);
+        let grade = Some(picture.grade());
         let features = FeatureFinder::new(picture).map_err(|error| unusable(error.into()))?;
         let finder = TargetFinder::with_finders(target.clone(), vec![Finder::Features(Box::new(features))]);
         Ok(Self {
+            grade,
             finder: RefCell::new(Some(finder)),
             ..Self::of_model(target)
         })
@@ -65,7 +71,7 @@ impl EngineTarget {
         self.target.network()
     }
 
-    /// Texture, size and mesh: a plain object.
+    /// Texture, size, mesh and grade: a plain object.
     pub fn description(&self) -> Object {
         let template = self.target.template();
         let (texture, size) = (template.texture(), template.size_mm());
@@ -75,6 +81,7 @@ impl EngineTarget {
             ("rgba", Uint8ClampedArray::from(rgba(texture).as_slice()).into()),
             ("sizeMm", Array::of2(&size.x.into(), &size.y.into()).into()),
             ("mesh", template_mesh(template.mesh()).into()),
+            ("grade", self.grade.as_ref().map_or(JsValue::NULL, grade_object)),
         ])
     }
 
@@ -170,6 +177,21 @@ impl EngineTarget {
         };
         fitter.fit(canonical, &self.target.canonical_camera(), maps, None)
     }
+}
+
+fn grade_object(grade: &PictureGrade) -> JsValue {
+    let level = match grade.level {
+        GradeLevel::Hopeless => "hopeless",
+        GradeLevel::Poor => "poor",
+        GradeLevel::Fair => "fair",
+        GradeLevel::Good => "good",
+    };
+    let reasons: Array = grade
+        .advice
+        .iter()
+        .map(|sentence| JsValue::from(sentence.as_str()))
+        .collect();
+    object([("level", level.into()), ("reasons", reasons.into())]).into()
 }
 
 /// The maps of a network, judged. The times are those of the canonical warp and of the network, milliseconds.

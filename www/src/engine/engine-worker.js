@@ -62,7 +62,14 @@ import { WorkerCalls } from "./worker-calls.js";
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
  */
 
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} TargetDescription */
+/**
+ * How well a print will be found: `good`, `fair` (lost in hard views), `poor` (found now and then, or mistaken), or `hopeless`. The
+ * reasons are sentences for people, the worst first; none where nothing is wrong.
+ *
+ * @typedef {{ level: "hopeless" | "poor" | "fair" | "good", reasons: string[] }} PictureGrade
+ */
+
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */

@@ -22,10 +22,6 @@ import { closeFrame, transferableFrame } from "../frames/image-input.js";
 /** The engine looks at pictures with this many pixels along the longer side, or fewer: the canonical image has 480. */
 const LONGEST_SIDE = 1024;
 
-/** What counts as the side of a print, mm: from a stamp to a banner. */
-const LEAST_SIDE_MM = 5;
-const MOST_SIDE_MM = 20_000;
-
 /** How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins. */
 const MOST_STRETCH = 0.05;
 
@@ -36,8 +32,9 @@ const TEMPLATE_FILE = "template.json";
  * @param {unknown} value
  */
 function checkSide(name, value) {
-  if (typeof value === "number" && value >= LEAST_SIDE_MM && value <= MOST_SIDE_MM) return;
-  throw unusable(`${name} is ${value}, expected the length of the print in millimetres, ${LEAST_SIDE_MM} to ${MOST_SIDE_MM}.`);
+  // Which lengths a print can have is the engine's to know.
+  if (typeof value === "number" && value > 0 && value < Infinity) return;
+  throw unusable(`${name} is ${value}, expected the length of the print in millimetres.`);
 }
 
 /**

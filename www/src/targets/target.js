@@ -18,7 +18,7 @@ export class Target {
    * @param {TargetKind} kind
    * @param {TargetDescription} description
    */
-  constructor(id, name, kind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh }) {
+  constructor(id, name, kind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }) {
     /** Tells the targets of one `DeepSft` apart. */
     this.id = id;
     /** For people. */
@@ -35,6 +35,8 @@ export class Target {
      * @type {MeshTopology}
      */
     this.mesh = mesh;
+    /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
+    this.grade = grade;
   }
 }
 

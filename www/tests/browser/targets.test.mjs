@@ -79,15 +79,16 @@ test("without a model a picture is found, fitted to the image and told from othe
           found.push({ found: estimate.found, by, fitted, times, isOfTarget, vertices: mesh && [...mesh.vertices], method: mesh?.method });
           estimate.close();
         }
-        const [{ id, name, kind, widthMm, heightMm, texture, mesh }] = targets;
-        const described = { id, name, kind, widthMm, heightMm, width: texture.width, height: texture.height, faces: mesh.faces.length };
+        const [{ id, name, kind, widthMm, heightMm, texture, mesh, grade }] = targets;
+        const described = { id, name, kind, widthMm, heightMm, width: texture.width, height: texture.height, grade, faces: mesh.faces.length };
         return { none, several, found, described, model: sft.info.modelName, same: sft.targets.every((target, i) => target === targets[i]) };
       },
       [PRINTS, frame, camera],
     );
     assert.deepEqual([seen.none, seen.several, seen.model, seen.same], ["target-unknown", "target-unknown", null, true]);
     const { faces, ...described } = seen.described;
-    assert.deepEqual(described, { id: 1, name: "left", kind: "picture", widthMm: 150, heightMm: 100, width: 600, height: 400 });
+    const grade = { level: "good", reasons: [] };
+    assert.deepEqual(described, { id: 1, name: "left", kind: "picture", widthMm: 150, heightMm: 100, width: 600, height: 400, grade });
     assert.ok(faces > 300);
     assert.deepEqual(seen.found.map(({ found }) => found), [true, true, false]);
     for (const [i, { by, fitted, times, isOfTarget, vertices, method }] of seen.found.slice(0, 2).entries()) {
@@ -271,7 +272,7 @@ test("what cannot be a target is refused with a code and a reason", { timeout: S
       assert.equal(code, unreadable.includes(name) ? "image-unreadable" : "target-unusable", `${name}: ${message}`);
       assert.match(message, /\.$/);
     }
-    assert.match(answers["a width in metres"][1], /millimetres/);
+    assert.match(answers["a width in metres"][1], /mm/);
     assert.match(answers["a transparent picture"][1], /blank/);
     assert.match(answers.twice[1], /"first"/);
     assert.deepEqual([refusals.foreign, ...refusals.tracked], Array(4).fill("target-unknown"));
@@ -293,10 +294,14 @@ test("large pictures are made smaller, transparent ones lie on white", { timeout
       const canvas = new OffscreenCanvas(600, 400);
       canvas.getContext("2d").drawImage(bitmap, 0, 0, 300, 400, 0, 0, 300, 400);
       const half = await sft.addPicture(new File([await canvas.convertToBlob()], "half.png"), { widthMm: 150 });
+      const poor = scan.grade.level === "good" && half.grade;
       const at = ({ data, width }, x, y) => [...data.slice(4 * (y * width + x), 4 * (y * width + x) + 4)];
-      return { scan: [scan.texture.width, scan.texture.height, scan.heightMm], half: at(half.texture, 450, 200), name: half.name };
+      return { scan: [scan.texture.width, scan.texture.height, scan.heightMm], half: at(half.texture, 450, 200), name: half.name, poor };
     });
-    assert.deepEqual(made, { scan: [1024, 683, 200], half: [255, 255, 255, 255], name: "half.png" });
+    const { poor, ...rest } = made;
+    assert.notEqual(poor.level, "good");
+    assert.ok(poor.reasons.length > 0 && poor.reasons.every((reason) => reason.endsWith(".")), poor.reasons.join(" "));
+    assert.deepEqual(rest, { scan: [1024, 683, 200], half: [255, 255, 255, 255], name: "half.png" });
   });
 });
 

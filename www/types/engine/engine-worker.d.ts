@@ -78,12 +78,17 @@ export type MeshTopology = {
     faces: Uint32Array;
     textureCoordinates: Float32Array;
 };
+export type PictureGrade = {
+    level: "hopeless" | "poor" | "fair" | "good";
+    reasons: string[];
+};
 export type TargetDescription = {
     width: number;
     height: number;
     rgba: Uint8ClampedArray<ArrayBuffer>;
     sizeMm: [number, number];
     mesh: MeshTopology;
+    grade: PictureGrade | null;
 };
 export type StartRequest = {
     module: WebAssembly.Module;
@@ -177,7 +182,13 @@ export type MeshRequest = {
  *
  * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
  */
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology }} TargetDescription */
+/**
+ * How well a print will be found: `good`, `fair` (lost in hard views), `poor` (found now and then, or mistaken), or `hopeless`. The
+ * reasons are sentences for people, the worst first; none where nothing is wrong.
+ *
+ * @typedef {{ level: "hopeless" | "poor" | "fair" | "good", reasons: string[] }} PictureGrade
+ */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */

@@ -25,13 +25,15 @@ export declare class Target {
      * @type {MeshTopology}
      */
     mesh: MeshTopology;
+    /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
+    grade: import("../engine/engine-worker.js").PictureGrade | null;
     /**
      * @param {number} id
      * @param {string} name
      * @param {TargetKind} kind
      * @param {TargetDescription} description
      */
-    constructor(id: number, name: string, kind: TargetKind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh }: TargetDescription);
+    constructor(id: number, name: string, kind: TargetKind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }: TargetDescription);
 }
 /**
  * @param {string} message
