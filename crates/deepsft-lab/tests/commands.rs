@@ -189,31 +189,47 @@ fn a_forward_pass_is_timed() {
 #[test]
 fn finding_is_studied_by_kind_of_print() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = [
+    let few = [
         "study",
         "finding",
         "--prints",
         "2",
+        "--repetitive",
+        "2",
         "--frames",
         "1",
-        "--seed",
-        "5",
-        "--json",
-        "finding.json",
+        "--absent",
+        "1",
     ];
-    let run = deepsft_lab(folder.path(), &arguments);
-    assert!(
-        run.succeeds().stdout.contains("collage") && run.stdout.contains("mosaic"),
-        "{run:?}"
+    let run = deepsft_lab(
+        folder.path(),
+        &[&few[..], &["--seed", "5", "--json", "finding.json"]].concat(),
     );
+    let kinds = [
+        "photograph-like",
+        "graphic",
+        "text, line art",
+        "repetitive",
+        "4 targets",
+    ];
+    assert!(kinds.iter().all(|kind| run.succeeds().stdout.contains(kind)), "{run:?}");
     let report = json(&folder.path().join("finding.json"));
     let frames = report["frames"].as_array().unwrap();
-    assert_eq!(frames.len(), 2);
-    for frame in frames {
+    assert_eq!(frames.len(), 16);
+    let explained = |print: usize, shown: bool| {
+        let frame = frames
+            .iter()
+            .find(|frame| frame["print"] == print && frame["shown"] == shown)
+            .unwrap();
+        frame["attempts"][0]["explained"].as_f64().unwrap()
+    };
+    // The last two are repetitive: they may not be found.
+    for print in 0..6 {
         assert!(
-            frame["agreement"].as_f64().unwrap() > frame["agreement_without"].as_f64().unwrap(),
-            "{frame}"
+            explained(print, true) > explained(print, false),
+            "print {print}: {run:?}"
         );
     }
-    deepsft_lab(folder.path(), &["study", "finding", "--prints", "1", "--seed", "5"]).fails(1, &["two prints"]);
+    let one = ["study", "finding", "--kinds", "graphic", "--prints", "1", "--seed", "5"];
+    deepsft_lab(folder.path(), &one).fails(1, &["two prints"]);
 }
