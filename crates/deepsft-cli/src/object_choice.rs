@@ -2,6 +2,7 @@
 
 use crate::failure::{BlameInput, usage};
 use crate::input;
+use crate::numbers::SizeMm;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::{
@@ -20,8 +21,8 @@ pub struct ObjectChoice {
     #[command(flatten)]
     source: ObjectSource,
     /// Printed size of the picture in mm: WIDTHxHEIGHT, or the width alone
-    #[arg(long, value_name = "SIZE", value_parser = size_mm, requires = "picture")]
-    size_mm: Option<PrintedSize>,
+    #[arg(long, value_name = "SIZE", requires = "picture")]
+    size_mm: Option<SizeMm>,
 }
 
 #[derive(Args)]
@@ -128,28 +129,12 @@ impl ObjectChoice {
     }
 }
 
-/// A width in mm, and a height if it was given.
-type PrintedSize = (f64, Option<f64>);
-
-fn size_mm(text: &str) -> Result<PrintedSize, String> {
-    let side = |text: &str| match text.trim().parse::<f64>() {
-        Ok(side) if side.is_finite() && side > 0.0 => Ok(side),
-        _ => Err(format!(
-            "{text:?} is no length in mm; write 210x297, or 210 for the width alone"
-        )),
-    };
-    match text.split_once(['x', 'X', '×']) {
-        Some((width, height)) => Ok((side(width)?, Some(side(height)?))),
-        None => Ok((side(text)?, None)),
-    }
-}
-
 /// The sheet that carries the picture of `file`.
-fn printed(file: &Path, (width_mm, height_mm): PrintedSize) -> Result<Template> {
+fn printed(file: &Path, size: SizeMm) -> Result<Template> {
     let picture = input::picture(file)?;
     let sheet = |picture: Picture| {
         let ratio = picture.height() as f64 / picture.width() as f64;
-        let height_mm = height_mm.unwrap_or(width_mm * ratio);
+        let [width_mm, height_mm] = size.of(&picture);
         let stretch = height_mm / width_mm / ratio;
         if (stretch - 1.0).abs() > MOST_STRETCH {
             let (width, height) = picture.size();
@@ -161,20 +146,4 @@ fn printed(file: &Path, (width_mm, height_mm): PrintedSize) -> Result<Template> 
         Ok(Template::thin_shell(picture, width_mm, height_mm)?)
     };
     sheet(picture).blame("picture", file)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_a_width_or_width_times_height() {
-        assert_eq!(size_mm("210x297"), Ok((210.0, Some(297.0))));
-        assert_eq!(size_mm("148.5 X 105"), Ok((148.5, Some(105.0))));
-        assert_eq!(size_mm("90"), Ok((90.0, None)));
-        for text in ["", "0x5", "-3", "ax4", "5x", "inf", "NaN", "1x2x3"] {
-            let error = size_mm(text).unwrap_err();
-            assert!(error.contains("210x297"), "{error}");
-        }
-    }
 }

@@ -7,7 +7,7 @@ use crate::{
     mesh::{RawMesh, template_mesh},
 };
 use deepsft::{
-    DeepSftError, Estimator, Finder, FinderKind, LEAST_EXPLAINED, Sighting, Target, TargetFinder, View,
+    DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, GradeLevel, PictureGrade, PictureTarget},
     geometry::{
         CompletionOptions, GeometryError, Maps, MapsCompletion, Picture, Template,
@@ -102,7 +102,7 @@ impl EngineTarget {
                 FinderKind::Network => sightings.push(sighting),
                 FinderKind::Features | FinderKind::Descriptors => {
                     let fit = self.fitted(canonical, &sighting.maps)?;
-                    let confirmed = fit.filter(|fit| fit.explained >= LEAST_EXPLAINED || fit.agreement >= least);
+                    let confirmed = fit.filter(|fit| fit.agreement >= least);
                     sightings.extend(confirmed.map(|fit| Sighting {
                         maps: fit.maps,
                         ..sighting

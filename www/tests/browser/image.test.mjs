@@ -11,6 +11,7 @@ import { PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support/browser.
 import { collectEstimates, takeEstimates } from "../support/estimates.mjs";
 import { disagreement } from "../support/maps.mjs";
 import { nativeEstimates, unseenFrames } from "../support/native.mjs";
+import { pngChunk } from "../support/png.mjs";
 
 /** As for the camera, see there. */
 const SAME = { maskPixels: 130, depthMm: 1, registrationMm: 0.5 };
@@ -111,14 +112,6 @@ test("the poster is found in the bundled clip", { timeout: SLOW_MS }, async () =
 
 /** A grey picture as a PNG, streamed by hand so that also a huge one takes little memory. */
 function greyPng(width, height) {
-  const chunk = (kind, body) => {
-    const bytes = Buffer.concat([Buffer.from(kind, "latin1"), body]);
-    const framed = Buffer.alloc(8 + bytes.length);
-    framed.writeUInt32BE(body.length, 0);
-    bytes.copy(framed, 4);
-    framed.writeUInt32BE(crc32(bytes), 4 + bytes.length);
-    return framed;
-  };
   const header = Buffer.alloc(13);
   header.writeUInt32BE(width, 0);
   header.writeUInt32BE(height, 4);
@@ -129,18 +122,8 @@ function greyPng(width, height) {
   const rows = deflateSync(Buffer.concat(Array.from({ length: height }, () => row)));
   return Buffer.concat([
     Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10]),
-    chunk("IHDR", header),
-    chunk("IDAT", rows),
-    chunk("IEND", Buffer.alloc(0)),
+    pngChunk("IHDR", header),
+    pngChunk("IDAT", rows),
+    pngChunk("IEND", Buffer.alloc(0)),
   ]);
-}
-
-/** The checksum of PNG chunks. */
-function crc32(bytes) {
-  let crc = ~0;
-  for (const byte of bytes) {
-    crc ^= byte;
-    for (let bit = 0; bit < 8; bit++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
-  }
-  return ~crc >>> 0;
 }

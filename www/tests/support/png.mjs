@@ -58,18 +58,25 @@ export function decodePng(file) {
 }
 
 /**
+ * A chunk of a PNG file: length, kind, content, checksum.
+ *
+ * @param {string} kind
+ * @param {Buffer} body
+ */
+export function pngChunk(kind, body) {
+  const bytes = Buffer.concat([Buffer.from(kind, "latin1"), body]);
+  const framed = Buffer.alloc(8 + bytes.length);
+  framed.writeUInt32BE(body.length, 0);
+  bytes.copy(framed, 4);
+  framed.writeUInt32BE(crc32(bytes), 4 + bytes.length);
+  return framed;
+}
+
+/**
  * @param {{ width: number, height: number, values: Uint8Array, channels?: 3 | 4 }} picture 8 bits each, RGB or RGBA
  * @returns {Buffer}
  */
 export function encodePng({ width, height, values, channels = 3 }) {
-  const chunk = (kind, body) => {
-    const bytes = Buffer.concat([Buffer.from(kind, "latin1"), body]);
-    const framed = Buffer.alloc(8 + bytes.length);
-    framed.writeUInt32BE(body.length, 0);
-    bytes.copy(framed, 4);
-    framed.writeUInt32BE(crc32(bytes), 4 + bytes.length);
-    return framed;
-  };
   const header = Buffer.alloc(13);
   header.writeUInt32BE(width, 0);
   header.writeUInt32BE(height, 4);
@@ -79,8 +86,8 @@ export function encodePng({ width, height, values, channels = 3 }) {
   for (let row = 0; row < height; row++) rows.set(values.subarray(row * stride, (row + 1) * stride), row * (stride + 1) + 1);
   return Buffer.concat([
     Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10]),
-    chunk("IHDR", header),
-    chunk("IDAT", deflateSync(rows)),
-    chunk("IEND", Buffer.alloc(0)),
+    pngChunk("IHDR", header),
+    pngChunk("IDAT", deflateSync(rows)),
+    pngChunk("IEND", Buffer.alloc(0)),
   ]);
 }

@@ -95,7 +95,7 @@ struct Report {
     /// The model's name, or the path of the picture or template.
     object: String,
     found: bool,
-    /// Who found it, or saw something that was not it: `network` or `features`.
+    /// Who found it, or saw something that was not it: `network`, `features` or `descriptors`.
     found_by: Option<FinderKind>,
     /// 0 to 1: how well the template explains the image.
     confidence: f32,

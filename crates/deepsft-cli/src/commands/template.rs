@@ -4,12 +4,12 @@ mod import;
 
 use crate::failure::BlameInput;
 use crate::input;
+use crate::numbers::SizeMm;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use deepsft::template_to_files;
 use deepsft_geometry::{Picture, Template};
 use std::path::PathBuf;
-use std::str::FromStr;
 
 /// Longest side of a texture, pixels: six per millimetre of a sheet 680 mm wide, and more than a 480-pixel
 /// image of it can show.
@@ -51,28 +51,6 @@ pub struct NewArguments {
     out: PathBuf,
 }
 
-/// Width and height in mm, typed as `297x210`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SizeMm {
-    width: f64,
-    height: f64,
-}
-
-impl FromStr for SizeMm {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |side: &str| side.trim().parse().ok().filter(|mm: &f64| mm.is_finite() && *mm > 0.0);
-        let sides = text
-            .split_once(['x', 'X', '×'])
-            .and_then(|(width, height)| Some((side(width)?, side(height)?)));
-        match sides {
-            Some((width, height)) => Ok(Self { width, height }),
-            None => Err("expected two positive lengths in mm, such as 297x210".to_owned()),
-        }
-    }
-}
-
 pub fn run(command: &TemplateCommand) -> Result<()> {
     match command {
         TemplateCommand::New(arguments) => new(arguments),
@@ -83,8 +61,8 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
 fn new(arguments: &NewArguments) -> Result<()> {
     deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
-    let SizeMm { width, height } = arguments.size_mm;
-    for warning in warnings(&picture, arguments.size_mm) {
+    let [width, height] = arguments.size_mm.of(&picture);
+    for warning in warnings(&picture, [width, height]) {
         eprintln!("warning: {warning}");
     }
     let mut texture = picture;
@@ -108,12 +86,11 @@ fn new(arguments: &NewArguments) -> Result<()> {
 }
 
 /// What will make the template hard to find, in words for its maker.
-fn warnings(picture: &Picture, size: SizeMm) -> Vec<String> {
+fn warnings(picture: &Picture, [width, height]: [f64; 2]) -> Vec<String> {
     let mut warnings = Vec::new();
     let pixels = picture.width() as f64 / picture.height() as f64;
-    let ratio = pixels / (size.width / size.height);
+    let ratio = pixels / (width / height);
     if ratio.max(1.0 / ratio) > 1.0 + RATIO_TOLERANCE {
-        let SizeMm { width, height } = size;
         let turned = if (pixels > 1.0) == (width > height) {
             ""
         } else {
@@ -143,26 +120,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_size_is_two_positive_lengths() {
-        let size = SizeMm {
-            width: 297.0,
-            height: 210.5,
-        };
-        for text in ["297x210.5", "297X210.5", "297 × 210.5"] {
-            assert_eq!(text.parse(), Ok(size), "{text}");
-        }
-        for text in ",297,297x,x210,0x210,-1x2,NaNx2,infx2,297x210x3,A4".split(',') {
-            assert!(text.parse::<SizeMm>().is_err(), "{text}");
-        }
-    }
-
-    #[test]
     fn a_stretched_and_a_blank_picture_are_warned_of() {
         let lively = |width, height| Picture::from_fn(width, height, |x, y| [(x * 40 + y * 70) as u8; 3]);
-        let size = SizeMm {
-            width: 297.0,
-            height: 210.0,
-        };
+        let size = [297.0, 210.0];
         assert!(warnings(&lively(297, 210), size).is_empty());
         assert!(warnings(&lively(210, 297), size)[0].contains("exchanged"));
         let stretched = warnings(&lively(400, 210), size);

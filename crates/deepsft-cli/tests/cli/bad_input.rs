@@ -118,7 +118,7 @@ fn a_template_needs_a_size() {
     write_photograph(folder.path(), "a.png");
     let new = ["template", "new", "--image", "a.png", "--out", "template"];
     deepsft(folder.path(), &new).fails(USAGE, &["--size-mm"]);
-    for size in ["0x210", "A4", "297", "NaNx210"] {
+    for size in ["0x210", "A4", "0", "NaNx210"] {
         let sized = [&new[..], &["--size-mm", size]].concat();
         deepsft(folder.path(), &sized).fails(USAGE, &["--size-mm", "297x210"]);
     }

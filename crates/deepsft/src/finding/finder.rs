@@ -38,7 +38,8 @@ pub struct Sighting {
     pub by: FinderKind,
     /// Depth (mm) and registration in the canonical image. Features give the whole surface, as if nothing hid it.
     pub maps: Maps,
-    /// Whether the finder believes it before any fit: no other need be asked.
+    /// Whether the finder believes it before any fit, so that no other need be asked. A network may; matches never do: a wrong
+    /// sheet can have as many.
     pub is_sure: bool,
 }
 
@@ -129,17 +130,19 @@ impl Finder {
             }
             Self::Features(finder) => {
                 let (features, camera) = view.features()?;
-                Ok(finder.find(features, camera, canonical)?.map(|sheet| sure(by, sheet)))
+                Ok(finder
+                    .find(features, camera, canonical)?
+                    .map(|sheet| by_matches(by, sheet)))
             }
-            Self::Descriptors(finder) => Ok(finder.find(view, canonical).await?.map(|sheet| sure(by, sheet))),
+            Self::Descriptors(finder) => Ok(finder.find(view, canonical).await?.map(|sheet| by_matches(by, sheet))),
         }
     }
 }
 
-fn sure(by: FinderKind, FoundSheet { maps, .. }: FoundSheet) -> Sighting {
+fn by_matches(by: FinderKind, FoundSheet { maps, .. }: FoundSheet) -> Sighting {
     Sighting {
         by,
         maps,
-        is_sure: true,
+        is_sure: false,
     }
 }

@@ -5,7 +5,7 @@ use crate::network::{DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, image
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
-use deepsft_geometry::{Picture, Template};
+use deepsft_geometry::{MipLevel, Picture, Template};
 use std::f32::consts::TAU;
 use std::rc::Rc;
 
@@ -258,20 +258,19 @@ fn turned(template: &Template, angle: f64, mm_per_pixel: f64) -> (Picture, impl 
     let centre = DVec2::new(width as f64, height as f64) / 2.0;
     let back = DVec2::from_angle(-angle);
     let from_view = move |pixel: DVec2| back.rotate(pixel - centre) * mm_per_pixel + size / 2.0;
-    // Halved until a texel is about a pixel.
-    let mut texture = template.texture().clone();
-    while texture.width().max(texture.height()) as f64 > 1.6 * size.max_element() / mm_per_pixel {
-        texture = texture.halved();
+    // Coarser until a texel is about a pixel.
+    let longest = 1.6 * size.max_element() / mm_per_pixel;
+    let mut texture = MipLevel::finest(template.texture().clone());
+    while let Some(coarser) = texture.coarser().filter(|_| texture.extent.max_element() > longest) {
+        texture = coarser;
     }
-    let texels = DVec2::new(texture.width() as f64, texture.height() as f64) / size;
-    let mean = mean_color(&texture);
+    let mean = mean_color(&texture.picture);
     let picture = Picture::from_fn(width, height, |x, y| {
         let place = from_view(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
         if place.cmplt(DVec2::ZERO).any() || place.cmpgt(size).any() {
             return mean;
         }
-        let at = place * texels;
-        texture.sample(at.x, at.y).map(|value| value.round() as u8)
+        texture.sample(place / size).map(|value| value.round() as u8)
     });
     (picture, from_view)
 }

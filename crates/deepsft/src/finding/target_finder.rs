@@ -11,8 +11,8 @@ use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
 use deepsft_geometry::{Camera, Maps, Picture};
 
 /// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]), and so
-/// many pixels of it ([`FrameFit::confirmed_px`]). On frames with another print the fraction stays below 0.54; of right fits one
-/// in twenty has less than 0.6.
+/// many pixels of it ([`FrameFit::confirmed_px`]). Of right fits one in twenty-five has less than 0.6. On frames with another
+/// print the fraction is nearly always below; a nearly black photograph and equal checks have reached 0.9.
 pub const LEAST_EXPLAINED: f64 = 0.6;
 /// See [`LEAST_EXPLAINED`].
 pub const LEAST_CONFIRMED_PX: f64 = 1500.0;
@@ -106,7 +106,7 @@ impl TargetFinder {
         self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
     }
 
-    /// Where the finders see the target, asked in turn until one is sure. The last is the best.
+    /// Where the finders see the target, asked in turn until one is sure.
     ///
     /// # Errors
     /// As [`Finder::find`].

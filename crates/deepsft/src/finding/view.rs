@@ -28,32 +28,28 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The camera that took the image.
-    pub fn camera(&self) -> &Camera {
-        self.camera
-    }
-
     /// The image as `canonical` would have taken it.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not of its camera's size.
     pub fn canonical(&mut self, canonical: &Camera) -> Result<&Picture, DeepSftError> {
-        if self.canonical.as_ref().is_none_or(|(camera, _)| camera != canonical) {
-            let picture = match self.camera == canonical && self.image.size() == canonical.size() {
-                true => Cow::Borrowed(self.image),
-                false => Cow::Owned(CanonicalWarp::new(self.camera, canonical).apply(self.image)?),
-            };
-            self.canonical = None;
-            let (_, picture) = self.canonical.insert((*canonical, picture));
-            return Ok(picture);
-        }
-        match &self.canonical {
-            Some((_, picture)) => Ok(picture),
-            None => Ok(self.image),
-        }
+        let known = self.canonical.take().filter(|(camera, _)| camera == canonical);
+        let of_canonical = match known {
+            Some(known) => known,
+            None => {
+                // They are of another camera's image.
+                self.descriptors = None;
+                let picture = match self.camera == canonical && self.image.size() == canonical.size() {
+                    true => Cow::Borrowed(self.image),
+                    false => Cow::Owned(CanonicalWarp::new(self.camera, canonical).apply(self.image)?),
+                };
+                (*canonical, picture)
+            }
+        };
+        Ok(&self.canonical.insert(of_canonical).1)
     }
 
-    /// Descriptors of the image as `canonical` would have taken it.
+    /// Descriptors of the image as `canonical` would have taken it, by the one network that all targets share.
     ///
     /// # Errors
     /// As [`View::canonical`].
@@ -62,18 +58,12 @@ impl<'a> View<'a> {
         network: &SharedDescriptorNetwork,
         canonical: &Camera,
     ) -> Result<&ImageDescriptors, DeepSftError> {
-        if self.descriptors.is_none() || self.canonical.as_ref().is_none_or(|(camera, _)| camera != canonical) {
-            let image = self.canonical(canonical)?;
-            let descriptors = network.describe(image);
-            return Ok(self.descriptors.insert(descriptors));
-        }
-        match &self.descriptors {
-            Some(descriptors) => Ok(descriptors),
-            // Just looked at.
-            None => Err(DeepSftError::Execution {
-                reason: "the image has no descriptors".to_owned(),
-            }),
-        }
+        self.canonical(canonical)?;
+        let descriptors = match self.descriptors.take() {
+            Some(known) => known,
+            None => network.describe(self.canonical(canonical)?),
+        };
+        Ok(self.descriptors.insert(descriptors))
     }
 
     /// Corners and descriptors of the image, and the camera in whose pixels they are.
@@ -81,11 +71,14 @@ impl<'a> View<'a> {
     /// # Errors
     /// [`DeepSftError::Geometry`] for a camera without pixels.
     pub fn features(&mut self) -> Result<(&Features, &Camera), DeepSftError> {
-        if self.features.is_none() {
-            let (image, camera) = feature_image(self.image, self.camera)?;
-            self.features = Some((Features::of(&image, &FeatureOptions::default()), camera));
-        }
-        let (features, camera) = self.features.get_or_insert_with(|| (Features::default(), *self.camera));
+        let known = match self.features.take() {
+            Some(known) => known,
+            None => {
+                let (image, camera) = feature_image(self.image, self.camera)?;
+                (Features::of(&image, &FeatureOptions::default()), camera)
+            }
+        };
+        let (features, camera) = self.features.insert(known);
         Ok((features, camera))
     }
 }
