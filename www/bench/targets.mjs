@@ -151,7 +151,7 @@ try {
     const poster = await readFile(join(ROOT, "models", "poster-a4", "template", "texture.png"), "base64");
     const adding = await page.evaluate(measureAdding, [poster, pngs[0], ADDED]);
 
-    const prints = [...PRINTS, ...Array.from({ length: COUNTS.at(-1) - PRINTS.length }, (_, i) => ({ width: 600, height: 400, seed: 100 + i, widthMm: 150 }))];
+    const prints = [...PRINTS, ...Array.from({ length: COUNTS.at(-1) - PRINTS.length }, (_, i) => ({ width: 1020, height: 680, seed: 100 + i, widthMm: 150 }))];
     const files = prints.map((print) => encodePng(makePrint(print)).toString("base64"));
     const stills = Array.from({ length: LOOKED_AT }, (_, i) => shown[Math.floor((i * FRAMES) / LOOKED_AT)].picture);
     await page.evaluate(startFinding, stills.map((still) => encodePng({ ...still, values: still.rgb }).toString("base64")));
