@@ -10,12 +10,30 @@ use deepsft_finding::{FeatureFinder, PictureTarget};
 use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
 use deepsft_geometry::{Camera, Maps, Picture};
 
-/// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]), and so
-/// many pixels of it ([`FrameFit::confirmed_px`]). Of right fits one in twenty-five has less than 0.6. On frames with another
-/// print the fraction is nearly always below; a nearly black photograph and equal checks have reached 0.9.
-pub const LEAST_EXPLAINED: f64 = 0.6;
-/// See [`LEAST_EXPLAINED`].
-pub const LEAST_CONFIRMED_PX: f64 = 1500.0;
+/// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]).
+const LEAST_EXPLAINED: f64 = 0.4;
+
+/// The same of a print that repeats itself, because a sheet that has slipped shows much that is right; and the next place that
+/// looks alike must be confirmed less than so much of that ([`FrameFit::ambiguity`]).
+const LEAST_EXPLAINED_OF_REPEATED: f64 = 0.7;
+const MOST_AMBIGUITY: f64 = 0.94;
+
+/// Least fraction times the pixels that confirm it ([`FrameFit::confirmed_px`]): a large sheet has to show less of itself than a small
+/// one. On frames with another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a
+/// hundred has less than 2,500.
+const LEAST_WORTH_PX: f64 = 2500.0;
+
+/// Whether a fit shows the target: the same rule for all finders.
+pub fn is_found(fit: &FrameFit) -> bool {
+    let least_explained = if fit.ambiguity > 0.0 {
+        LEAST_EXPLAINED_OF_REPEATED
+    } else {
+        LEAST_EXPLAINED
+    };
+    fit.explained >= least_explained
+        && fit.explained * fit.confirmed_px >= LEAST_WORTH_PX
+        && fit.ambiguity < MOST_AMBIGUITY
+}
 
 /// The fraction from which no other finder is asked.
 const CLEAR: f64 = 0.8;
@@ -106,16 +124,33 @@ impl TargetFinder {
         self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
     }
 
-    /// Where the finders see the target, asked in turn until one is sure.
+    /// Where the finders see the target, asked in turn until one is sure. Matches on a print that repeats itself may have slipped:
+    /// those sightings are fitted and judged first.
     ///
     /// # Errors
     /// As [`Finder::find`].
     pub async fn find(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
         let mut sightings = Vec::new();
-        for finder in &mut self.finders {
-            sightings.extend(finder.find(view, &self.canonical).await?);
-            if sightings.last().is_some_and(|sighting| sighting.is_sure) {
-                break;
+        for k in 0..self.finders.len() {
+            let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
+                continue;
+            };
+            if sighting.by == FinderKind::Network || !self.fitter()?.has_lookalikes() {
+                let is_sure = sighting.is_sure;
+                sightings.push(sighting);
+                if is_sure {
+                    break;
+                }
+                continue;
+            }
+            let by = sighting.by;
+            let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+            if estimate.judgement.found {
+                sightings.push(Sighting {
+                    by,
+                    maps: estimate.maps,
+                    is_sure: false,
+                });
             }
         }
         Ok(sightings)
@@ -149,6 +184,13 @@ impl TargetFinder {
         }))
     }
 
+    fn fitter(&mut self) -> Result<&mut FrameFitter, DeepSftError> {
+        Ok(match &mut self.fitter {
+            Some(fitter) => fitter,
+            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
+        })
+    }
+
     /// What the image says of a sighting.
     fn judged(&mut self, canonical: &Picture, sighting: Sighting) -> Result<TargetEstimate, DeepSftError> {
         let Sighting { by, maps, .. } = sighting;
@@ -164,20 +206,17 @@ impl TargetFinder {
                 fit: None,
             });
         }
-        let fitter = match &mut self.fitter {
-            Some(fitter) => fitter,
-            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
-        };
+        let camera = self.canonical;
         let fit = match by {
-            FinderKind::Network => fitter.fit(canonical, &self.canonical, &maps, None)?,
-            FinderKind::Features | FinderKind::Descriptors => fitter.fit_unmasked(canonical, &self.canonical, &maps)?,
+            FinderKind::Network => self.fitter()?.fit(canonical, &camera, &maps, None)?,
+            FinderKind::Features | FinderKind::Descriptors => self.fitter()?.fit_unmasked(canonical, &camera, &maps)?,
         };
-        let (explained, confirmed_px) = fit.as_ref().map_or((0.0, 0.0), |fit| (fit.explained, fit.confirmed_px));
+        let explained = fit.as_ref().map_or(0.0, |fit| fit.explained);
         let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());
         Ok(TargetEstimate {
             by: Some(by),
             judgement: Judgement {
-                found: explained >= LEAST_EXPLAINED && confirmed_px >= LEAST_CONFIRMED_PX,
+                found: fit.as_ref().is_some_and(is_found),
                 confidence: explained as f32,
                 area: Estimator::area(&maps) as f32,
             },
