@@ -157,6 +157,7 @@ impl<'a> Studied<'a> {
             };
             let start = Stopwatch::start();
             let fit = match &found.maps {
+                Some(maps) if found.is_masked => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
                 Some(maps) => self.fitter.fit_unmasked(&canonical, &self.canonical, maps)?,
                 None => None,
             };

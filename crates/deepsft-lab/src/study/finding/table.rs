@@ -17,7 +17,7 @@ pub fn print(results: &[FrameResult]) {
     println!(
         "                                    < {START_PX} px  < {START_PX} px  < {FITTED_PX} px                          finds"
     );
-    let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph);
+    let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph | Kind::OfModel);
     for &finder in &finders {
         for kind in Kind::ALL {
             row(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
