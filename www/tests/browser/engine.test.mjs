@@ -10,28 +10,7 @@ import { test } from "node:test";
 
 import { WWW, serve } from "../../serve.mjs";
 import { SLOW_MS, launch } from "../support/browser.mjs";
-import { BLANK, inWorker, onPage } from "../support/page.mjs";
-
-/** Makes the emulated adapter look like a real one, and keeps the devices that the worker opens. */
-const REAL_GPU = `
-  const INFO = { vendor: "test", architecture: "real", device: "", description: "", isFallbackAdapter: false };
-  Object.defineProperty(GPUAdapter.prototype, "info", { get: () => INFO });
-  self.devices = [];
-  const { requestDevice } = GPUAdapter.prototype;
-  GPUAdapter.prototype.requestDevice = async function (...options) {
-    const device = await requestDevice.apply(this, options);
-    self.devices.push(device);
-    return device;
-  };
-`;
-
-/** Takes the worker's devices away. @param {import("playwright-core").Page} page */
-async function loseGpu(page) {
-  for (const worker of page.workers()) {
-    if ((await worker.evaluate(() => self.devices?.splice(0).map((device) => device.destroy()).length)) > 0) return;
-  }
-  throw new Error("no worker has a device");
-}
+import { BLANK, REAL_GPU, inWorker, loseGpu, onPage } from "../support/page.mjs";
 
 test("a GPU that is lost is started again twice an hour, and then the CPU does the work", { timeout: SLOW_MS }, () =>
   onPage({ prepare: inWorker(REAL_GPU) }, async ({ page }) => {

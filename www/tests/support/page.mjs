@@ -65,3 +65,38 @@ export const inWorker = (script) => (context) =>
     const address = `data:text/javascript,${encodeURIComponent(script)}`;
     await route.fulfill({ response, body: `import ${JSON.stringify(address)};\n${await response.text()}` });
   });
+
+/** For {@link inWorker}: the emulated adapter looks like a real one, and the worker's devices are kept, for {@link loseGpu}. */
+export const REAL_GPU = `
+  const INFO = { vendor: "test", architecture: "real", device: "", description: "", isFallbackAdapter: false };
+  Object.defineProperty(GPUAdapter.prototype, "info", { get: () => INFO });
+  self.devices = [];
+  const { requestDevice } = GPUAdapter.prototype;
+  GPUAdapter.prototype.requestDevice = async function (...options) {
+    const device = await requestDevice.apply(this, options);
+    self.devices.push(device);
+    return device;
+  };
+`;
+
+/** Takes the workers' devices away. @param {import("playwright-core").Page} page */
+export async function loseGpu(page) {
+  for (const worker of page.workers()) {
+    if ((await worker.evaluate(() => self.devices?.splice(0).map((device) => device.destroy()).length)) > 0) return;
+  }
+  throw new Error("no worker has a device");
+}
+
+/** For {@link inWorker}: keeps the memory of the worker's WebAssembly as `wasmMemory`. */
+export const KEEP_MEMORY = `
+  const { instantiate } = WebAssembly;
+  WebAssembly.instantiate = async (...given) => {
+    const made = await instantiate(...given);
+    self.wasmMemory = made.exports.memory;
+    return made;
+  };
+`;
+
+/** Bytes of the WebAssembly memory of each worker that keeps it. @param {import("playwright-core").Page} page */
+export const wasmBytes = (page) =>
+  Promise.all(page.workers().map((worker) => worker.evaluate(() => self.wasmMemory.buffer.byteLength)));

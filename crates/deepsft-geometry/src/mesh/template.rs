@@ -29,7 +29,8 @@ pub struct Template {
     /// Millimetres that a difference of 1 in u and in v covers.
     size_mm: DVec2,
     mesh: TriangleMesh,
-    texture: Picture,
+    /// Shared by clones: the finders and the fit of a target each have one.
+    texture: Arc<Picture>,
 }
 
 #[derive(Clone, Debug)]
@@ -99,7 +100,7 @@ impl Template {
             surface: Surface::Mesh(Arc::new(SurfaceLocator::new(&mesh))),
             size_mm: texture_scale(&mesh),
             mesh,
-            texture,
+            texture: Arc::new(texture),
         })
     }
 
@@ -126,7 +127,7 @@ impl Template {
     fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, GeometryError> {
         let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
         Self::of_grid(
-            texture,
+            Arc::new(texture),
             width_mm,
             height_mm,
             (cells(width_mm) + 1, cells(height_mm) + 1),
@@ -146,12 +147,15 @@ impl Template {
 
     /// The same surface with another texture on it.
     pub fn with_texture(self, texture: Picture) -> Self {
-        Self { texture, ..self }
+        Self {
+            texture: Arc::new(texture),
+            ..self
+        }
     }
 
     /// A sheet whose mesh has `columns` x `rows` vertices, at least two each.
     fn of_grid(
-        texture: Picture,
+        texture: Arc<Picture>,
         width_mm: f64,
         height_mm: f64,
         (columns, rows): (usize, usize),
