@@ -83,12 +83,16 @@ async function startFinding(frames) {
   Object.assign(globalThis, { engine: worker, frames: await Promise.all(frames.map(pixelsOf)), added: 0 });
 }
 
-/** On the page: adds pictures and looks for all of them, or for those with the numbers `ids`, in every frame. */
-async function measureFinding([pictures, widthsMm, camera, warmUp, ids]) {
+/** On the page: adds pictures to that engine. */
+async function addTargets([pictures, widthsMm]) {
   const { pictureSource } = await import("/src/targets/target-source.js");
-  const { intrinsicsOf } = await import("/src/camera/intrinsics.js");
   for (const [i, picture] of pictures.entries())
     await engine.addTarget({ id: ++added, source: await pictureSource(blobOf(picture), { widthMm: widthsMm[i] }) });
+}
+
+/** On the page: looks for all of them, or for those with the numbers `ids`, in every frame. */
+async function measureFinding([camera, warmUp, ids]) {
+  const { intrinsicsOf } = await import("/src/camera/intrinsics.js");
   const all = ids ?? Array.from({ length: added }, (_, i) => i + 1);
   const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
   const times = [];
@@ -160,10 +164,12 @@ try {
     for (const [i, count] of COUNTS.entries()) {
       const more = [COUNTS[i - 1] ?? 0, count];
       const widths = prints.map(({ widthMm }) => widthMm);
-      const measured = await page.evaluate(measureFinding, [files.slice(...more), widths.slice(...more), camera, WARM_UP, null]);
-      finding.at_once.push({ ...measured, memory_mb: await memoryMb() });
+      await page.evaluate(addTargets, [files.slice(...more), widths.slice(...more)]);
+      const added_memory_mb = await memoryMb();
+      const measured = await page.evaluate(measureFinding, [camera, WARM_UP, null]);
+      finding.at_once.push({ ...measured, added_memory_mb, memory_mb: await memoryMb() });
     }
-    finding.one_that_is_not_there = await page.evaluate(measureFinding, [[], [], camera, WARM_UP, [3]]);
+    finding.one_that_is_not_there = await page.evaluate(measureFinding, [camera, WARM_UP, [3]]);
     await page.evaluate(() => engine.terminate(new Error("measured")));
 
     const tracking = await page.evaluate(measureTracking, [PRINTS, pngs, camera, WARM_UP_S, seconds]);
