@@ -2,8 +2,9 @@
 
 use super::prints::{Frame, Shown};
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
-use deepsft_geometry::{MipLevel, Picture};
+use deepsft_geometry::{MipLevel, Picture, Template};
 use rand::{Rng, RngExt};
+use std::f64::consts::PI;
 
 /// Width and height of a window, and of a view, pixels.
 pub const WINDOW: [usize; 2] = [288, 160];
@@ -128,7 +129,7 @@ impl ViewFrame {
         let seen: Vec<(DVec2, DVec2)> = pixels
             .filter_map(|(x, y)| Some((DVec2::new(2.0 * x as f64, 2.0 * y as f64), place_of(x, y)?)))
             .collect();
-        let (mut angle, mut scale) = (between(-3.14, 3.14, dice), between(0.7, 2.2, dice));
+        let (mut angle, mut scale) = (between(-PI, PI, dice), between(0.7, 2.2, dice));
         let mut middle_mm = size_mm / 2.0;
         if let Some((mm_per_pixel, middle)) = affine(&seen) {
             angle =
@@ -181,7 +182,7 @@ fn affine(seen: &[(DVec2, DVec2)]) -> Option<(DMat2, DVec2)> {
 }
 
 impl Sheet {
-    fn of(template: &deepsft_geometry::Template, mirrored: bool) -> Self {
+    fn of(template: &Template, mirrored: bool) -> Self {
         let texture = template.texture();
         let (width, height) = texture.size();
         let picture = match mirrored {

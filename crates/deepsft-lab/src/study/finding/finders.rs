@@ -84,10 +84,13 @@ impl Finder for FeatureFinding {
     }
 }
 
+/// Makes a finder of a template.
+type FinderOf = Box<dyn Fn(&Template) -> Result<deepsft::Finder>>;
+
 /// One of the library's finders that run a network.
 pub struct NetworkFinding {
     kind: FinderKind,
-    finder_of: Box<dyn Fn(&Template) -> Result<deepsft::Finder>>,
+    finder_of: FinderOf,
     finder: Option<deepsft::Finder>,
 }
 
