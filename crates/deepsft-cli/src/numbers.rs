@@ -23,10 +23,12 @@ pub struct SizeMm {
 }
 
 impl SizeMm {
-    /// Width and height of `picture`; a height that was not given follows from its pixels.
+    /// Width and height of `picture`; a height that was not given follows from its pixels, in whole
+    /// micrometres: it comes back from a file as it is.
     pub fn of(self, picture: &Picture) -> [f64; 2] {
         let ratio = picture.height() as f64 / picture.width() as f64;
-        [self.width, self.height.unwrap_or(self.width * ratio)]
+        let height = || (1000.0 * self.width * ratio).round() / 1000.0;
+        [self.width, self.height.unwrap_or_else(height)]
     }
 }
 

@@ -5,6 +5,7 @@ use crate::input;
 use crate::numbers::SizeMm;
 use anyhow::{Result, anyhow};
 use clap::Args;
+use deepsft::features::{GradeLevel, PictureGrade, PictureTarget};
 use deepsft::{
     DescriptorNetwork, DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device,
 };
@@ -73,9 +74,14 @@ impl DescriptorChoice {
         )))
     }
 
-    /// The finders of `target`, the network among them if it is asked for.
+    /// The finders of `target`, the network among them if it is asked for. A picture that features find badly is warned of where
+    /// no network was trained for it.
     pub fn finder(&self, target: Target) -> Result<TargetFinder> {
+        let is_trained = target.network().is_some();
         let mut finder = TargetFinder::new(target)?;
+        if !is_trained && let Some(grade) = finder.grade() {
+            warn_of(&grade);
+        }
         if let Some(network) = self.read()? {
             pollster::block_on(finder.add_descriptors(&network))?;
         }
@@ -83,7 +89,31 @@ impl DescriptorChoice {
     }
 }
 
+/// Says what will make the picture on a sheet hard to find. Says nothing of one that features cannot look for at all.
+pub fn warn_of_print(template: &Template) {
+    if let Ok(target) = PictureTarget::new(template.clone()) {
+        warn_of(&target.grade());
+    }
+}
+
+fn warn_of(grade: &PictureGrade) {
+    if grade.level < GradeLevel::Good {
+        for advice in &grade.advice {
+            eprintln!("warning: {advice}");
+        }
+    }
+}
+
 impl ObjectChoice {
+    /// Reads the template to show it, and says what will make a --picture hard to find.
+    pub fn template_to_show(&self) -> Result<Template> {
+        let template = self.template()?;
+        if self.source.picture.is_some() {
+            warn_of_print(&template);
+        }
+        Ok(template)
+    }
+
     /// Reads the template.
     pub fn template(&self) -> Result<Template> {
         let ObjectSource {

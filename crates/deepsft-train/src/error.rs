@@ -23,6 +23,14 @@ pub enum TrainError {
         /// The checkpoint folder.
         path: PathBuf,
     },
+    /// The weights that a training is to begin with cannot be read.
+    #[error("cannot begin with these weights: {reason}: {path}")]
+    From {
+        /// What failed.
+        reason: String,
+        /// The file.
+        path: PathBuf,
+    },
     /// The loss is no longer a number, or it is and its gradients, which half precision looks at, are not.
     #[error("{} after {samples} samples; lower the learning rate", no_number(*loss))]
     Diverged {

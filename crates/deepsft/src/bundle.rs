@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 /// Name of the description in a bundle.
 pub const MODEL_FILE: &str = "model.json";
 
-/// Name of the weights in a bundle.
-const WEIGHTS_FILE: &str = "weights.bpk";
+/// Name of the weights in a bundle, and beside other networks' cards.
+pub const WEIGHTS_FILE: &str = "weights.bpk";
 
 /// Folder of the template in a bundle.
 const TEMPLATE_FOLDER: &str = "template/";

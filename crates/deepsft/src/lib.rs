@@ -16,7 +16,7 @@ mod network;
 mod photo_consistency;
 pub mod video;
 
-pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance};
+pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance, WEIGHTS_FILE};
 pub use deepsft_finding as features;
 pub use deepsft_formats as formats;
 pub use deepsft_formats::{

@@ -80,7 +80,7 @@ pub struct ClipArguments {
 
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
-    let template = arguments.object.template()?;
+    let template = arguments.object.template_to_show()?;
     let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;

@@ -104,7 +104,7 @@ pub struct VerifyArguments {
 }
 
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
-    let template = arguments.object.template()?;
+    let template = arguments.object.template_to_show()?;
     let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
     let config = SimulationConfig {
         conditions_change: arguments.changing_place,

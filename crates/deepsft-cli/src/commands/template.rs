@@ -5,6 +5,7 @@ mod import;
 use crate::failure::BlameInput;
 use crate::input;
 use crate::numbers::SizeMm;
+use crate::object_choice::warn_of_print;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use deepsft::template_to_files;
@@ -17,9 +18,6 @@ const LONGEST_SIDE: usize = 4096;
 
 /// Fraction by which the sides' ratio of picture and size may differ before a warning.
 const RATIO_TOLERANCE: f64 = 0.05;
-
-/// Deviation of the grey levels (of 255) below which a picture has too little to hold on to.
-const FLAT: f64 = 6.0;
 
 #[derive(Subcommand)]
 pub enum TemplateCommand {
@@ -62,7 +60,7 @@ fn new(arguments: &NewArguments) -> Result<()> {
     deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
     let [width, height] = arguments.size_mm.of(&picture);
-    for warning in warnings(&picture, [width, height]) {
+    if let Some(warning) = stretch_warning(&picture, [width, height]) {
         eprintln!("warning: {warning}");
     }
     let mut texture = picture;
@@ -71,6 +69,7 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let size = (texture.width(), texture.height());
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
+    warn_of_print(&template);
     deepsft_formats::write_folder(
         &arguments.out,
         &deepsft_formats::FolderKind::TEMPLATE,
@@ -85,34 +84,23 @@ fn new(arguments: &NewArguments) -> Result<()> {
     Ok(())
 }
 
-/// What will make the template hard to find, in words for its maker.
-fn warnings(picture: &Picture, [width, height]: [f64; 2]) -> Vec<String> {
-    let mut warnings = Vec::new();
+/// What is wrong where the picture has not the proportions of the object.
+fn stretch_warning(picture: &Picture, [width, height]: [f64; 2]) -> Option<String> {
     let pixels = picture.width() as f64 / picture.height() as f64;
     let ratio = pixels / (width / height);
-    if ratio.max(1.0 / ratio) > 1.0 + RATIO_TOLERANCE {
-        let turned = if (pixels > 1.0) == (width > height) {
-            ""
-        } else {
-            " (are width and height exchanged?)"
-        };
-        warnings.push(format!(
-            "the picture has {} x {} pixels but the object {width} x {height} mm: it will be stretched{turned}",
-            picture.width(),
-            picture.height(),
-        ));
+    if ratio.max(1.0 / ratio) <= 1.0 + RATIO_TOLERANCE {
+        return None;
     }
-    let grey: Vec<f64> = picture
-        .rgb()
-        .chunks_exact(3)
-        .map(|c| c.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0)
-        .collect();
-    let mean = grey.iter().sum::<f64>() / grey.len() as f64;
-    let variance = grey.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / grey.len() as f64;
-    if variance.sqrt() < FLAT {
-        warnings.push("the picture is almost of one grey: there is little by which to find it".to_owned());
-    }
-    warnings
+    let turned = if (pixels > 1.0) == (width > height) {
+        ""
+    } else {
+        " (are width and height exchanged?)"
+    };
+    Some(format!(
+        "the picture has {} x {} pixels but the object {width} x {height} mm: it will be stretched{turned}",
+        picture.width(),
+        picture.height(),
+    ))
 }
 
 #[cfg(test)]
@@ -120,14 +108,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stretched_and_a_blank_picture_are_warned_of() {
-        let lively = |width, height| Picture::from_fn(width, height, |x, y| [(x * 40 + y * 70) as u8; 3]);
+    fn a_stretched_picture_is_warned_of() {
+        let picture = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
         let size = [297.0, 210.0];
-        assert!(warnings(&lively(297, 210), size).is_empty());
-        assert!(warnings(&lively(210, 297), size)[0].contains("exchanged"));
-        let stretched = warnings(&lively(400, 210), size);
-        assert!(stretched[0].contains("stretched") && !stretched[0].contains("exchanged"));
-        let blank = Picture::from_fn(297, 210, |x, _| [200 + (x % 2) as u8; 3]);
-        assert!(warnings(&blank, size)[0].contains("one grey"));
+        assert_eq!(stretch_warning(&picture(297, 210), size), None);
+        assert!(stretch_warning(&picture(210, 297), size).unwrap().contains("exchanged"));
+        let stretched = stretch_warning(&picture(400, 210), size).unwrap();
+        assert!(stretched.contains("stretched") && !stretched.contains("exchanged"));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common::{art, deepsft, deepsft_without_reader, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
+use deepsft_geometry::Picture;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -101,6 +102,44 @@ fn a_template_is_written_and_an_older_one_replaced() {
             .stderr
             .contains("exchanged")
     );
+}
+
+#[test]
+fn a_picture_that_will_be_found_badly_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, picture: &Picture| {
+        fs::write(folder.path().join(name), encode_png(picture).unwrap()).unwrap();
+    };
+    // Blocks of any grey, and the same on the left half alone.
+    let rich = |x: usize, y: usize| [(mixed(31 * (x / 12) + y / 12) % 256) as u8; 3];
+    write("rich.png", &Picture::from_fn(600, 420, rich));
+    write(
+        "half.png",
+        &Picture::from_fn(600, 420, |x, y| if x < 300 { rich(x, y) } else { [230; 3] }),
+    );
+    write("photo.png", &Picture::from_fn(640, 360, |_, _| [90; 3]));
+    for (picture, warning) in [("half.png", true), ("rich.png", false)] {
+        for command in [
+            "template new --image PICTURE --size-mm 297x208 --out template",
+            "reconstruct --picture PICTURE --size-mm 297 --out results photo.png",
+            "clip --picture PICTURE --size-mm 297 --frames 1 --out clip",
+            "track --picture PICTURE --size-mm 297 --out track clip",
+        ] {
+            let words: Vec<&str> = command
+                .split(' ')
+                .map(|word| if word == "PICTURE" { picture } else { word })
+                .collect();
+            let stderr = deepsft(folder.path(), &words).succeeds().stderr.clone();
+            let told = stderr.contains("warning: The picture is mostly one colour on the right");
+            assert_eq!(told, warning, "{picture} {command}: {stderr}");
+        }
+    }
+}
+
+/// A number without pattern.
+fn mixed(number: usize) -> usize {
+    let mixed = (number as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 33) as usize
 }
 
 #[test]

@@ -69,6 +69,10 @@ pub struct TrainConfig {
     pub more_devices: Vec<Device>,
     /// What the network computes in while it is trained, beyond the paper: [`Precision::F32`] by default.
     pub precision: Precision,
+    /// Step 1: folder with a file `weights.bpk` whose trunk the network begins with ([`deepsft::Network::with_trunk`]): of the
+    /// network that describes any picture, or a model bundle. `None` for random weights. A training that is resumed was
+    /// begun already; it must name the same weights.
+    pub from: Option<PathBuf>,
     /// Step 1: when to end.
     pub budget: Budget,
     /// Step 1: seed of the held-out frames that are made on the fly; never trained on.
@@ -187,6 +191,7 @@ impl TrainConfig {
             resume: false,
             more_devices: Vec::new(),
             precision: Precision::F32,
+            from: None,
             budget: Budget::Seconds(600.0),
             held_out_seed: 0x7e57,
             held_out_frames: 48,

@@ -26,11 +26,12 @@ impl Fingerprint {
 
     /// The first part in which `saved` differs; `None` when both are equal.
     pub fn difference(&self, saved: &Self) -> Option<String> {
-        if self.0.len() != saved.0.len() {
+        if saved.0.is_empty() != self.0.is_empty() {
             return Some("version of this program".to_owned());
         }
-        let differs = |part: &&(String, String)| !saved.0.contains(part);
-        self.0.iter().find(differs).map(|(name, _)| name.clone())
+        let parts = self.0.iter().chain(&saved.0);
+        let differs = |part: &&(String, String)| !self.0.contains(part) || !saved.0.contains(part);
+        parts.into_iter().find(differs).map(|(name, _)| name.clone())
     }
 
     /// Whether `saved` has the same part `name`.

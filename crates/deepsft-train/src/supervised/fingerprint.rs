@@ -1,5 +1,6 @@
 //! What a checkpoint of step 1 belongs to.
 
+use super::training::Trunk;
 use crate::config::TrainConfig;
 use crate::data::SampleSource;
 use crate::run::Fingerprint;
@@ -10,6 +11,8 @@ const SAMPLES: &str = "template or with other training images";
 const NETWORK: &str = "network";
 const SETTINGS: &str = "preset (optimiser, learning rates, batches, loss, averaging or epochs)";
 
+const BEGINNING: &str = "beginning (--from)";
+
 /// What must be equal for a checkpoint to be continued: the samples, the network and the settings. Of the budget only
 /// fractions count; devices and precision change no more than rounding. `epoch_samples` are those of an epoch of `source`.
 pub(crate) fn fingerprint(
@@ -17,6 +20,7 @@ pub(crate) fn fingerprint(
     network: &NetworkConfig,
     config: &TrainConfig,
     epoch_samples: Option<u64>,
+    trunk: Option<&Trunk>,
 ) -> Fingerprint {
     let TrainConfig {
         optimizer,
@@ -25,10 +29,14 @@ pub(crate) fn fingerprint(
         average_decay,
         ..
     } = config;
-    Fingerprint::default()
+    let fingerprint = Fingerprint::default()
         .with(SAMPLES, &source.fingerprint())
         .with(NETWORK, network)
-        .with(SETTINGS, &(optimizer, schedule, loss, average_decay, epoch_samples))
+        .with(SETTINGS, &(optimizer, schedule, loss, average_decay, epoch_samples));
+    match trunk {
+        Some(trunk) => fingerprint.with(BEGINNING, &deepsft_formats::sha256(&trunk.weights)),
+        None => fingerprint,
+    }
 }
 
 #[cfg(test)]
@@ -37,6 +45,7 @@ mod tests {
     use crate::{Budget, Precision};
     use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{SynthConfig, Synthesizer};
+    use std::path::PathBuf;
 
     #[test]
     fn another_training_has_another_fingerprint_and_a_longer_one_the_same() {
@@ -48,9 +57,9 @@ mod tests {
         let (here, elsewhere) = (synthesizer(200.0), synthesizer(210.0));
         let compact = |width: f64| NetworkConfig::compact([width, 150.0], &training_camera());
         let ours = TrainConfig::ours();
-        let now = fingerprint(&here, &compact(200.0), &ours, None);
+        let now = fingerprint(&here, &compact(200.0), &ours, None, None);
         let of = |source, width, config: &TrainConfig, epoch| {
-            now.difference(&fingerprint(source, &compact(width), config, epoch))
+            now.difference(&fingerprint(source, &compact(width), config, epoch, None))
         };
         let longer = TrainConfig {
             budget: Budget::Samples(7),
@@ -63,6 +72,21 @@ mod tests {
         assert_eq!(of(&elsewhere, 200.0, &ours, None), Some(SAMPLES.to_owned()));
         assert_eq!(of(&here, 210.0, &ours, None), Some(NETWORK.to_owned()));
         assert_eq!(of(&here, 200.0, &ours, Some(9)), Some(SETTINGS.to_owned()));
+        let begun = |weights: &[u8]| {
+            let trunk = Trunk {
+                path: PathBuf::new(),
+                weights: weights.to_vec(),
+            };
+            fingerprint(&here, &compact(200.0), &ours, None, Some(&trunk))
+        };
+        assert_eq!(begun(b"a").difference(&begun(b"a")), None);
+        for (now, saved) in [
+            (begun(b"a"), now.clone()),
+            (now.clone(), begun(b"a")),
+            (begun(b"b"), begun(b"a")),
+        ] {
+            assert_eq!(now.difference(&saved), Some(BEGINNING.to_owned()));
+        }
         let changes: [fn(&mut TrainConfig); 4] = [
             |config| config.optimizer = TrainConfig::paper().optimizer,
             |config| config.schedule.peak *= 2.0,

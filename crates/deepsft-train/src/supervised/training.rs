@@ -8,9 +8,11 @@ use crate::device::Stepper;
 use crate::error::TrainError;
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::{Network, NetworkConfig};
+use deepsft::{Network, NetworkConfig, WEIGHTS_FILE};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_synth::Sample;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A finished training.
@@ -36,6 +38,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     device: &Device,
     report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
+    let trunk = config.from.as_deref().map(Trunk::read).transpose()?;
     let stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let epoch_samples = source
         .training_samples(config.held_out_frames)?
@@ -44,6 +47,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     let step = StepOne {
         network_config,
         config,
+        trunk: trunk.as_ref(),
         device: device.clone(),
         differentiable: stepper.devices().to_vec(),
         dtype: stepper.dtype(),
@@ -51,7 +55,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     };
     let settings = RunSettings {
         config,
-        fingerprint: fingerprint(&**source, network_config, config, epoch_samples),
+        fingerprint: fingerprint(&**source, network_config, config, epoch_samples, trunk.as_ref()),
         optimizer: config.optimizer,
         average_decay: config.average_decay,
     };
@@ -80,10 +84,30 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     })
 }
 
+/// The file whose trunk a network begins with.
+pub(super) struct Trunk {
+    pub path: PathBuf,
+    pub weights: Vec<u8>,
+}
+
+impl Trunk {
+    fn read(folder: &Path) -> Result<Self, TrainError> {
+        let path = folder.join(WEIGHTS_FILE);
+        match fs::read(&path) {
+            Ok(weights) => Ok(Self { path, weights }),
+            Err(error) => Err(TrainError::From {
+                reason: error.to_string(),
+                path,
+            }),
+        }
+    }
+}
+
 /// Step 1, as the loop sees it.
 struct StepOne<'a> {
     network_config: &'a NetworkConfig,
     config: &'a TrainConfig,
+    trunk: Option<&'a Trunk>,
     /// Plain.
     device: Device,
     differentiable: Vec<Device>,
@@ -98,7 +122,11 @@ impl TrainingStep for StepOne<'_> {
     type Metrics = Vec<FrameMetrics>;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        Ok(self.network_config.init(&self.device.clone().autodiff()))
+        let network = self.network_config.init(&self.device.clone().autodiff());
+        match self.trunk {
+            Some(Trunk { path, weights }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
+            None => Ok(network),
+        }
     }
 
     fn progress(&self, state: &Checkpoint) -> f64 {

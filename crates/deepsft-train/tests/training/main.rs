@@ -12,3 +12,4 @@ mod overfit_step_one;
 mod precision;
 mod resume;
 mod stored_samples;
+mod warm_start;

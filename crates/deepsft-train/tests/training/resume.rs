@@ -9,7 +9,7 @@ use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, TrainEr
 use std::path::Path;
 use std::sync::Arc;
 
-fn synthesizer() -> Arc<Synthesizer> {
+pub fn synthesizer() -> Arc<Synthesizer> {
     let texture = Picture::from_fn(90, 60, |x, y| {
         [(x * 7 % 256) as u8, (y * 11 % 256) as u8, ((x * y) % 256) as u8]
     });
@@ -17,7 +17,7 @@ fn synthesizer() -> Arc<Synthesizer> {
     Arc::new(Synthesizer::new(&template, SynthConfig::default()).unwrap())
 }
 
-fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
+pub fn config(checkpoint: &Path, resume: bool) -> TrainConfig {
     let windows = BatchShape {
         frames: 2,
         width: 64,

@@ -6,7 +6,7 @@ use super::target::Target;
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::{Estimator, Judgement};
-use deepsft_finding::{FeatureFinder, PictureTarget};
+use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
 use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
 use deepsft_geometry::{Camera, Maps, Picture};
 
@@ -112,6 +112,14 @@ impl TargetFinder {
     /// What it looks for.
     pub fn target(&self) -> &Target {
         &self.target
+    }
+
+    /// How well features find the target's picture; `None` where none of the finders uses them. Takes up to 50 ms.
+    pub fn grade(&self) -> Option<PictureGrade> {
+        self.finders.iter().find_map(|finder| match finder {
+            Finder::Features(features) => Some(features.target().grade()),
+            Finder::Network(_) | Finder::Descriptors(_) => None,
+        })
     }
 
     /// The camera of canonical images and maps.

@@ -17,6 +17,7 @@ mod paper;
 mod r50f;
 mod reading;
 mod resnet;
+mod trunk;
 mod upsampling;
 mod weight_array;
 

@@ -1,5 +1,6 @@
 //! Targets and their finders, by features and by descriptors.
 
+use deepsft::features::GradeLevel;
 use deepsft::{
     DESCRIPTOR_LENGTH, DeepSftError, DescriptorFinder, DescriptorNetwork, DeviceKind, FinderKind,
     SharedDescriptorNetwork, Target, TargetFinder, View, is_found, start_device,
@@ -61,6 +62,7 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     let (camera, image, truth) = photograph(target.template());
     let mut finder = TargetFinder::new(target.clone()).unwrap();
     assert!(!finder.can_deny());
+    assert_eq!(finder.grade().map(|grade| grade.level), Some(GradeLevel::Good));
     let mut view = View::new(&image, &camera);
     let estimate = pollster::block_on(finder.estimate(&mut view)).unwrap();
     assert_eq!(

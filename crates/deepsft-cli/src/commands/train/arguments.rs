@@ -34,6 +34,10 @@ that continues changes the network that later steps of the same command had star
 old checkpoints get the ending .outdated, .outdated-2 and so on. You may resume with another --devices or --precision; the
 result then differs a little.
 
+--from DIR reads DIR/weights.bpk and takes the trunk of the network over: the layers that see edges and shapes, of
+models/any-picture or of any model bundle with the compact network. What reads positions of your template off them starts
+at random, as always. Name the same DIR with --resume; the checkpoint goes on, and DIR is not taken over again.
+
 --data DIR trains step 1 on data sets of `deepsft synth`. Use it where images are slow to make, or where several trainings
 have to see the same ones. An epoch takes every sample once, in a new order and with new windows. The last tenth of all
 samples, at most 48, is held out to measure on. The command first compares each shard with the hash in dataset.json. Later
@@ -60,6 +64,7 @@ and halves the scale. On the cpu both cost time; prefer bf16 there.
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
   deepsft train --template cover --out cover-model --minutes 180 --resume
+  deepsft train --template cover --from models/any-picture --out cover-model --minutes 60
   deepsft synth --template cover --count 5000 --seed 5 --images paper --out cover-data
   deepsft train --template cover --data cover-data --images paper --out cover-model --minutes 60
   deepsft train --steps 2,3 --model cover-model --recording recording --out cover-tuned
@@ -75,6 +80,9 @@ pub struct TrainArguments {
     /// Folder of a trained model bundle, which steps 2 and 3 start from
     #[arg(long, value_name = "BUNDLE")]
     pub model: Option<PathBuf>,
+    /// Begin step 1 with the trunk of a trained compact network, not with random weights: models/any-picture, or a bundle
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
     /// Folder of the model bundle to write
     #[arg(long, value_name = "BUNDLE")]
     pub out: PathBuf,

@@ -34,6 +34,14 @@ impl<'a> Plan<'a> {
         if !arguments.data.is_empty() && !synthetic {
             return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
         }
+        if arguments.from.is_some() && !synthetic {
+            return Err(usage("--from is for step 1; steps 2 and 3 start from --model"));
+        }
+        if arguments.from.is_some() && arguments.network != NetworkChoice::Compact {
+            return Err(usage(
+                "--from begins with a trunk of the compact network: leave --network away",
+            ));
+        }
         let steps: Vec<TuningStep> = [TuningStep::Depth, TuningStep::Registration]
             .into_iter()
             .filter(|step| numbers.contains(&step.number()))
@@ -124,6 +132,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         budget,
         seed: arguments.seed,
         resume: arguments.resume,
+        from: arguments.from.clone(),
         evaluate_every: arguments.evaluate_every,
         checkpoint: beside(&arguments.out, ".checkpoint"),
         held_out_fraction: arguments.held_out,
@@ -205,6 +214,8 @@ mod tests {
             ("--template t --steps 1,2 --network r50f", "r50f has none"),
             ("--template t --recording r", "add them to --steps"),
             ("--model m --steps 2 --recording r --data d", "--data is for step 1"),
+            ("--model m --steps 2 --recording r --from f", "--from is for step 1"),
+            ("--template t --network r50f --from f", "the compact network"),
             (&format!("--template t --seed {held_out}"), "held-out"),
             (&format!("--template t --seed {ACCURACY_SEED}"), "held-out"),
         ] {

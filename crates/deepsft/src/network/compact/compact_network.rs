@@ -139,6 +139,13 @@ impl CompactNetwork {
         }
     }
 
+    /// Root mean square of the features of cells, of images [N, 3, H, W] with H and W multiples of 16. Waits for the device:
+    /// native only.
+    pub(in crate::network) fn feature_size(&self, images: Tensor<4>) -> f32 {
+        let features = self.main.features((images - 0.5) * 4.0).at8;
+        features.square().mean().into_scalar::<f32>().sqrt()
+    }
+
     fn has_seams(&self) -> bool {
         self.config.as_compact().is_some_and(|shape| shape.seams)
     }

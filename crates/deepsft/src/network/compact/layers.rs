@@ -10,7 +10,7 @@ use burn::tensor::{Device, Distribution, Tensor, activation, module::conv2d, ops
 const RELU_GAIN: f64 = 1.713_958_7;
 
 /// Keeps the division by a filter's deviation finite.
-const VARIANCE_FLOOR: f64 = 1e-6;
+pub const VARIANCE_FLOOR: f64 = 1e-6;
 
 /// Initial gain of the last convolution of a residual branch: the block starts near the identity.
 pub const BRANCH_GAIN: f32 = 0.25;

@@ -14,4 +14,5 @@ pub use bins::cross_entropy;
 pub use cells::{INPUT_MULTIPLE, PIXELS_PER_CELL};
 pub use compact_network::{CompactNetwork, NetworkOutput};
 pub use descriptor_network::{DESCRIPTOR_LENGTH, DescriptorNetwork};
+pub(super) use layers::VARIANCE_FLOOR;
 pub use seams::SEAM_JUMP;
