@@ -8,9 +8,10 @@ mod training;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::{DeviceKind, start_device};
-use deepsft_cli::input;
-use deepsft_cli::progress;
+use deepsft_cli::paths::beside;
+use deepsft_cli::{input, progress};
 use deepsft_formats::{FolderLock, write_file};
+use deepsft_train::existing_checkpoints;
 use std::path::PathBuf;
 use training::{Point, Training};
 
@@ -20,8 +21,9 @@ const HELD_OUT: usize = 3;
 #[derive(Args)]
 #[command(after_help = "\
 A pair is a window of a synthetic frame and a turned, scaled view of the print in it. For each cell of 8 x 8 pixels of the window the
-network learns which cell of the view shows the same, or that none does. Prints are painted, half of them from your photographs
-if you name a folder; each is shown in eight frames. One photograph in three is held out, and measured as prints painted with another seed are.
+network learns which cell of the view shows the same, or that none does. Prints are painted, half of them from your
+photographs if you name a folder; each is shown in eight frames. One photograph in three is held out. It is measured on
+prints of those and on prints painted with another seed.
 
 OUT/weights.bpk has the weights, OUT/curve.csv the curve. OUT.checkpoint holds what --resume goes on from.
 
@@ -63,7 +65,13 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     std::fs::create_dir_all(&arguments.out)?;
     let _lock = FolderLock::acquire(&arguments.out)?;
     let (device, _) = pollster::block_on(start_device(arguments.device))?;
-    let checkpoint = arguments.out.with_extension("checkpoint");
+    let checkpoint = beside(&arguments.out, ".checkpoint");
+    let earlier = existing_checkpoints(&checkpoint);
+    ensure!(
+        arguments.resume || earlier.is_empty(),
+        "there is a checkpoint of an earlier training: add --resume to go on with it, or remove {}",
+        checkpoint.display()
+    );
     let (held_out, learnt): (Vec<_>, Vec<_>) = photographs
         .into_iter()
         .enumerate()
@@ -74,7 +82,7 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
         training.resume(&checkpoint)?;
         println!("going on after {} pairs", training.pairs());
     }
-    let source = prints::PrintSource::start(arguments.seed, training.prints(), paths(learnt));
+    let source = prints::PrintSource::start(arguments.seed, training.next_print(), paths(learnt));
     let bar = progress::fraction();
     let mut next = training.pairs() + arguments.measure_every;
     while training.pairs() < arguments.pairs {

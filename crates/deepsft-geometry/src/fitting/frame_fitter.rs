@@ -54,9 +54,10 @@ pub struct FrameFit {
     /// About how many pixels of the image confirm the mesh.
     pub confirmed_px: f64,
     /// Of a print that repeats itself or looks the same when turned: what the image confirms of the next best place, as
-    /// a fraction of what it confirms of this one. Near 1 nothing says which of the two is right. 0 where the print looks like
-    /// itself nowhere else, and of fits to a network's maps, which know the place.
-    pub ambiguity: f64,
+    /// a fraction of what it confirms of this one. Near 1 nothing says which of the two is right; 1 also where the fit was
+    /// too bad to be tried elsewhere. `None` where the print looks like itself nowhere else, and of fits to a network's maps,
+    /// which know the place.
+    pub ambiguity: Option<f64>,
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
     /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
@@ -160,7 +161,7 @@ impl FrameFitter {
             is_moved: false,
         };
         let mut found = self.fitted_coarsely((&grey, camera), maps, &from, start, &first)?;
-        let mut ambiguity = 0.0;
+        let mut ambiguity = None;
         if mask == Mask::FromFit {
             (found, from, ambiguity) = self.best_of_lookalikes((&grey, camera), maps, (found, from), &first)?;
         }
@@ -404,7 +405,7 @@ impl FrameFitter {
             confidence: agreement.confidence,
             agreement: agreement.whole,
             explained: agreement.explained,
-            ambiguity: 0.0,
+            ambiguity: None,
             confirmed_px: agreement.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
             accepted,
             photo_consistency_cost,

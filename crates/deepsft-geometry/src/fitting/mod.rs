@@ -28,3 +28,4 @@ pub use frame_fitter::{FrameFit, FrameFitter};
 pub use level::IsometricMesh;
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
+pub use slips::has_lookalikes;

@@ -3,6 +3,7 @@
 use super::prints::{Frame, Shown};
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
 use deepsft_geometry::{MipLevel, Picture, Template};
+use deepsft_synth::random::between;
 use rand::{Rng, RngExt};
 use std::f64::consts::PI;
 
@@ -58,7 +59,7 @@ impl Pair {
         let sheet = Sheet::of(&shown.template, mirrored);
         let fill = match dice.random_bool(0.6) {
             true => sheet.mean,
-            false => std::array::from_fn(|_| between(0.0, 255.0, dice) as f32),
+            false => std::array::from_fn(|_| between([0.0, 255.0], dice) as f32),
         };
         let window = |x: usize, y: usize| {
             let x = if mirrored { WINDOW[0] - 1 - x } else { x };
@@ -88,10 +89,6 @@ impl Pair {
                 .collect(),
         }
     }
-}
-
-fn between<R: Rng + ?Sized>(low: f64, high: f64, dice: &mut R) -> f64 {
-    low + (high - low) * dice.random::<f64>()
 }
 
 /// The corner of the window, at even pixels: that of three that shows most of the print.
@@ -129,7 +126,7 @@ impl ViewFrame {
         let seen: Vec<(DVec2, DVec2)> = pixels
             .filter_map(|(x, y)| Some((DVec2::new(2.0 * x as f64, 2.0 * y as f64), place_of(x, y)?)))
             .collect();
-        let (mut angle, mut scale) = (between(-PI, PI, dice), between(0.7, 2.2, dice));
+        let (mut angle, mut scale) = (between([-PI, PI], dice), between([0.7, 2.2], dice));
         let mut middle_mm = size_mm / 2.0;
         if let Some((mm_per_pixel, middle)) = affine(&seen) {
             angle =
@@ -137,11 +134,11 @@ impl ViewFrame {
             scale = mm_per_pixel.determinant().abs().sqrt().clamp(0.3, 4.0);
             middle_mm = middle;
         }
-        let mm_per_pixel = (scale * between(-OCTAVES, OCTAVES, dice).exp2()).clamp(SCALES[0], SCALES[1]);
-        let turn = DMat2::from_angle(between(-TURN, TURN, dice) - angle) * (1.0 / mm_per_pixel);
+        let mm_per_pixel = (scale * between([-OCTAVES, OCTAVES], dice).exp2()).clamp(SCALES[0], SCALES[1]);
+        let turn = DMat2::from_angle(between([-TURN, TURN], dice) - angle) * (1.0 / mm_per_pixel);
         // As much of the print as fits.
         let reach = (size_mm / 2.0 - 0.42 * VIEW[0] as f64 * mm_per_pixel).max(DVec2::ZERO);
-        let jitter = DVec2::new(between(-14.0, 14.0, dice), between(-14.0, 14.0, dice));
+        let jitter = DVec2::new(between([-14.0, 14.0], dice), between([-14.0, 14.0], dice));
         Self {
             turn,
             middle_mm: middle_mm.clamp(size_mm / 2.0 - reach, size_mm / 2.0 + reach) + jitter,
@@ -218,10 +215,10 @@ impl Sheet {
 fn channels<R: Rng>([width, height]: [usize; 2], color: impl Fn(usize, usize) -> [f32; 3], dice: &mut R) -> Vec<f32> {
     let (mut contrast, mut brightness, mut tint) = (1.0, 0.0, [1.0; 3]);
     if dice.random_bool(0.6) {
-        (contrast, brightness) = (between(0.7, 1.25, dice) as f32, between(-0.12, 0.12, dice) as f32);
+        (contrast, brightness) = (between([0.7, 1.25], dice) as f32, between([-0.12, 0.12], dice) as f32);
     }
     if dice.random_bool(0.4) {
-        tint = std::array::from_fn(|_| between(0.85, 1.15, dice) as f32);
+        tint = std::array::from_fn(|_| between([0.85, 1.15], dice) as f32);
     }
     let grey = dice.random_bool(0.15);
     let mut values = vec![0.0; 3 * width * height];

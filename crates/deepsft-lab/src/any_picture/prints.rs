@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use deepsft_cli::input;
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::painting::artwork;
-use deepsft_synth::random::{Stream, generator};
+use deepsft_synth::random::{Stream, between, generator};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use rand::{Rng, RngExt};
 use std::path::PathBuf;
@@ -115,7 +115,7 @@ fn picture<R: Rng>(number: u64, photographs: &[PathBuf], dice: &mut R) -> Result
         return Ok(cut);
     }
     let (width, height) = painted.size();
-    let below = (height as f64 * between(0.25, 0.75, dice)) as usize;
+    let below = (height as f64 * between([0.25, 0.75], dice)) as usize;
     Ok(Picture::from_fn(width, height, |x, y| {
         if y < below {
             cut.pixel(x * cut.width() / width, y * cut.height() / height)
@@ -123,10 +123,6 @@ fn picture<R: Rng>(number: u64, photographs: &[PathBuf], dice: &mut R) -> Result
             painted.pixel(x, y)
         }
     }))
-}
-
-fn between<R: Rng>(low: f64, high: f64, dice: &mut R) -> f64 {
-    low + (high - low) * dice.random::<f64>()
 }
 
 /// The picture small, in rows, within a border.
@@ -144,13 +140,13 @@ fn in_rows<R: Rng>(picture: &Picture, dice: &mut R) -> Picture {
 
 /// A part of a photograph in other colours, mirrored or with a white border, as chance has it.
 fn part_of<R: Rng>(photograph: &Picture, dice: &mut R) -> Picture {
-    let short = (LONG_SIDE as f64 * between(0.6, 1.0, dice)) as usize;
+    let short = (LONG_SIDE as f64 * between([0.6, 1.0], dice)) as usize;
     let (width, height) = match dice.random_bool(0.45) {
         true => (short, LONG_SIDE),
         false => (LONG_SIDE, short),
     };
     let fit = (photograph.width() as f64 / width as f64).min(photograph.height() as f64 / height as f64);
-    let scale = fit * between(0.4, 1.0, dice);
+    let scale = fit * between([0.4, 1.0], dice);
     let room = |all: usize, part: usize| all as f64 - scale * part as f64;
     let left = room(photograph.width(), width) * dice.random::<f64>();
     let top = room(photograph.height(), height) * dice.random::<f64>();

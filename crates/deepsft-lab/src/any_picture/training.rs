@@ -9,6 +9,7 @@ use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
+use deepsft_cli::paths::beside;
 use deepsft_formats::write_file;
 use deepsft_synth::random::{Stream, generator};
 use rand::RngExt;
@@ -51,8 +52,12 @@ pub struct Point {
 #[derive(Serialize, Deserialize)]
 struct State {
     seed: u64,
+    /// Names of the held-out photographs.
+    held_out: Vec<String>,
     steps: u64,
-    prints: u64,
+    /// Number of the next print, and of those before it that are drawn from.
+    next_print: u64,
+    kept: usize,
     curve: Vec<Point>,
 }
 
@@ -83,8 +88,10 @@ impl Training {
             optimizer: optimizer(),
             state: State {
                 seed,
+                held_out: photographs.iter().map(|path| path.display().to_string()).collect(),
                 steps: 0,
-                prints: 0,
+                next_print: 0,
+                kept: 0,
                 curve: Vec::new(),
             },
             kept: Vec::new(),
@@ -98,22 +105,23 @@ impl Training {
         self.state.steps * (PRINTS * PAIRS) as u64
     }
 
-    /// Prints seen.
-    pub fn prints(&self) -> u64 {
-        self.state.prints
+    /// Number of the next print that [`Training::step`] asks for.
+    pub fn next_print(&self) -> u64 {
+        self.state.next_print
     }
 
     /// An update of the weights at the fraction `progress` of the training; the loss before it.
     pub fn step(&mut self, source: &PrintSource, progress: f64) -> Result<f64> {
-        let State { seed, steps, .. } = self.state;
-        while self.kept.len() < PRINTS
-            || (steps.is_multiple_of(STEPS_PER_PRINT) && self.state.prints <= steps / STEPS_PER_PRINT)
+        let (seed, steps) = (self.state.seed, self.state.steps);
+        // After a checkpoint those that were kept are rendered again.
+        while self.kept.len() < self.state.kept.max(PRINTS) {
+            self.take(source)?;
+        }
+        if steps > 0
+            && steps.is_multiple_of(STEPS_PER_PRINT)
+            && self.state.next_print < PRINTS as u64 + steps / STEPS_PER_PRINT
         {
-            if self.kept.len() == KEPT {
-                self.kept.remove(0);
-            }
-            self.kept.push(source.next()?);
-            self.state.prints += 1;
+            self.take(source)?;
         }
         let mut dice = generator(seed, steps, Stream::Shape);
         let mut pairs = Vec::new();
@@ -138,6 +146,17 @@ impl Training {
         self.state.steps += 1;
         self.losses = (self.losses.0 + value, self.losses.1 + 1);
         Ok(value)
+    }
+
+    /// Takes the next print in, the oldest out.
+    fn take(&mut self, source: &PrintSource) -> Result<()> {
+        if self.kept.len() == KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push(source.next()?);
+        self.state.next_print += 1;
+        self.state.kept = self.state.kept.max(self.kept.len());
+        Ok(())
     }
 
     /// Measures on the held-out prints and adds a point to the curve.
@@ -184,7 +203,7 @@ impl Training {
         table
     }
 
-    /// Writes the checkpoint: beside, then renamed; the one before goes last.
+    /// Writes the checkpoint: beside, then renamed; the one before stays as FOLDER.old.
     pub fn save(&self, folder: &Path) -> Result<()> {
         let (fresh, old) = (
             folder.with_extension("checkpoint.new"),
@@ -207,18 +226,17 @@ impl Training {
         write_file(&fresh.join(OPTIMIZER), &optimizer)?;
         write_file(&fresh.join(STATE), &serde_json::to_vec_pretty(&self.state)?)?;
         if folder.exists() {
+            if old.exists() {
+                fs::remove_dir_all(&old)?;
+            }
             fs::rename(folder, &old)?;
         }
-        fs::rename(&fresh, folder)?;
-        if old.exists() {
-            fs::remove_dir_all(&old)?;
-        }
-        Ok(())
+        Ok(fs::rename(&fresh, folder)?)
     }
 
-    /// Goes on from a checkpoint. Frames of earlier prints are not rendered again: the next ones take their place.
+    /// Goes on from a checkpoint as if there had been no end.
     pub fn resume(&mut self, folder: &Path) -> Result<()> {
-        let old = folder.with_extension("checkpoint.old");
+        let old = beside(folder, ".old");
         let folder = if folder.exists() { folder } else { &old };
         let read = |name: &str| {
             let path = folder.join(name);
@@ -235,13 +253,21 @@ impl Training {
             folder.display(),
             state.seed
         );
+        ensure!(
+            state.held_out == self.state.held_out,
+            "{} was made with other --photographs",
+            folder.display()
+        );
         let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(read(WEIGHTS)?));
         let record = record.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
         let matcher = self.matcher.clone().try_load_record(record);
         self.matcher = matcher.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
         let optimizer = optimizer().from_bytes(Bytes::from_bytes_vec(read(OPTIMIZER)?));
         self.optimizer = optimizer.map_err(|e| broken(OPTIMIZER)(e.to_string()))?;
-        self.state = state;
+        self.state = State {
+            next_print: state.next_print - (state.kept as u64).min(state.next_print),
+            ..state
+        };
         Ok(())
     }
 }
@@ -278,10 +304,15 @@ mod tests {
         training.save(&checkpoint).unwrap();
         let mut again = Training::new(&device, 5, Vec::new()).unwrap();
         again.resume(&checkpoint).unwrap();
-        assert_eq!((again.pairs(), again.prints()), (training.pairs(), training.prints()));
+        assert_eq!(again.pairs(), training.pairs());
         let point = again.measure().unwrap();
         assert!((point.held_out_loss - after).abs() < 1e-4 * after, "{point:?} {after}");
-        again.step(&source, 0.5).unwrap();
+        // As if there had been no end: the same prints, the same pairs.
+        let again_source = PrintSource::start(5, again.next_print(), Vec::new());
+        let went_on = training.step(&source, 0.5).unwrap();
+        let resumed = again.step(&again_source, 0.5).unwrap();
+        assert!((resumed - went_on).abs() < 1e-3 * went_on, "{resumed} {went_on}");
+        assert_eq!(again.next_print(), training.next_print());
         let mut other = Training::new(&device, 6, Vec::new()).unwrap();
         let error = other.resume(&checkpoint).unwrap_err().to_string();
         assert!(error.contains("--seed 5"), "{error}");

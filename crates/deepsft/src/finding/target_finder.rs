@@ -7,7 +7,7 @@ use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::{Estimator, Judgement};
 use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
-use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter, has_lookalikes};
 use deepsft_geometry::{Camera, Maps, Picture};
 
 /// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]).
@@ -25,14 +25,11 @@ const LEAST_WORTH_PX: f64 = 2500.0;
 
 /// Whether a fit shows the target: the same rule for all finders.
 pub fn is_found(fit: &FrameFit) -> bool {
-    let least_explained = if fit.ambiguity > 0.0 {
-        LEAST_EXPLAINED_OF_REPEATED
-    } else {
-        LEAST_EXPLAINED
+    let is_clear = match fit.ambiguity {
+        Some(ambiguity) => fit.explained >= LEAST_EXPLAINED_OF_REPEATED && ambiguity < MOST_AMBIGUITY,
+        None => fit.explained >= LEAST_EXPLAINED,
     };
-    fit.explained >= least_explained
-        && fit.explained * fit.confirmed_px >= LEAST_WORTH_PX
-        && fit.ambiguity < MOST_AMBIGUITY
+    is_clear && fit.explained * fit.confirmed_px >= LEAST_WORTH_PX
 }
 
 /// The fraction from which no other finder is asked.
@@ -45,6 +42,7 @@ pub struct TargetFinder {
     finders: Vec<Finder>,
     /// Made for the first image in which something is seen; sheets only.
     fitter: Option<FrameFitter>,
+    can_slip: Option<bool>,
 }
 
 /// One target in one image.
@@ -61,12 +59,11 @@ pub struct TargetEstimate {
 }
 
 impl TargetEstimate {
-    /// How much speaks for it: the fraction of the print that the image confirms, and its size.
-    fn worth(&self) -> f64 {
+    /// How much speaks for it: that it is found, then the fraction of the print that the image confirms, and its size.
+    fn worth(&self) -> (bool, f64) {
         let confidence = f64::from(self.judgement.confidence);
-        self.fit
-            .as_ref()
-            .map_or(confidence, |fit| confidence * fit.confirmed_px)
+        let size = self.fit.as_ref().map_or(1.0, |fit| fit.confirmed_px);
+        (self.judgement.found, confidence * size)
     }
 }
 
@@ -106,6 +103,7 @@ impl TargetFinder {
             target,
             finders,
             fitter: None,
+            can_slip: None,
         }
     }
 
@@ -132,8 +130,8 @@ impl TargetFinder {
         self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
     }
 
-    /// Where the finders see the target, asked in turn until one is sure. Matches on a print that repeats itself may have slipped:
-    /// those sightings are fitted and judged first.
+    /// Where the finders see the target, asked in turn until one is sure; the likeliest first. Matches on a print that repeats
+    /// itself may have slipped: those sightings are fitted and judged before they count.
     ///
     /// # Errors
     /// As [`Finder::find`].
@@ -143,25 +141,29 @@ impl TargetFinder {
             let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
                 continue;
             };
-            if sighting.by == FinderKind::Network || !self.fitter()?.has_lookalikes() {
-                let is_sure = sighting.is_sure;
+            let Sighting { by, is_sure, .. } = sighting;
+            if by == FinderKind::Network || !self.can_slip() {
                 sightings.push(sighting);
-                if is_sure {
-                    break;
-                }
-                continue;
+            } else {
+                let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+                let maps = estimate.maps;
+                sightings.extend(estimate.judgement.found.then_some(Sighting { by, maps, is_sure }));
             }
-            let by = sighting.by;
-            let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
-            if estimate.judgement.found {
-                sightings.push(Sighting {
-                    by,
-                    maps: estimate.maps,
-                    is_sure: false,
-                });
+            if is_sure {
+                break;
             }
         }
+        // A network that is not sure, and descriptors, are right less often than features.
+        sightings.sort_by_key(|sighting| sighting.by != FinderKind::Features);
         Ok(sightings)
+    }
+
+    /// Whether the print looks like itself elsewhere.
+    fn can_slip(&mut self) -> bool {
+        let template = self.target.template();
+        *self
+            .can_slip
+            .get_or_insert_with(|| template.is_sheet() && has_lookalikes(template))
     }
 
     /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image
@@ -176,7 +178,7 @@ impl TargetFinder {
                 continue;
             };
             let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
-            let is_clear = f64::from(estimate.judgement.confidence) >= CLEAR;
+            let is_clear = estimate.judgement.found && f64::from(estimate.judgement.confidence) >= CLEAR;
             if best.as_ref().is_none_or(|best| estimate.worth() > best.worth()) {
                 best = Some(estimate);
             }

@@ -84,13 +84,13 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     );
     // Half of it would do, but not of a print that repeats itself, nor where the next row is as likely.
     let fit = estimate.fit.unwrap();
-    let with = |explained: f64, ambiguity: f64| FrameFit {
+    let with = |explained: f64, ambiguity: Option<f64>| FrameFit {
         explained,
         ambiguity,
         ..fit.clone()
     };
-    assert!(is_found(&with(0.5, 0.0)) && !is_found(&with(0.5, 0.8)) && !is_found(&with(0.3, 0.0)));
-    assert!(is_found(&with(0.9, 0.8)) && !is_found(&with(0.9, 0.96)));
+    assert!(is_found(&with(0.5, None)) && !is_found(&with(0.5, Some(0.0))) && !is_found(&with(0.3, None)));
+    assert!(is_found(&with(0.9, Some(0.8))) && !is_found(&with(0.9, Some(0.96))));
     let small = FrameFit {
         confirmed_px: 2000.0,
         ..fit.clone()

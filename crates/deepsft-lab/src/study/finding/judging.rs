@@ -28,14 +28,14 @@ pub struct Attempt {
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
     pub warp_px: Option<f64>,
-    /// Whether the fit counts as found. Its agreement with the image, the fraction of the print that the image confirms, and its size in pixels; 0
-    /// without a fit.
+    /// Whether the fit counts as found. Its agreement with the image, the fraction of the print that the image confirms, and
+    /// its size in pixels; 0 without a fit.
     pub is_found: bool,
     pub agreement: f64,
     pub explained: f64,
     pub confirmed_px: f64,
     /// What the image confirms of the next place that looks alike, as a fraction.
-    pub ambiguity: f64,
+    pub ambiguity: Option<f64>,
     pub features_ms: f64,
     pub find_ms: f64,
     pub fit_ms: f64,
@@ -71,7 +71,10 @@ impl FrameResult {
     pub fn best_of_ours(&self) -> Option<&Attempt> {
         let ours = self.attempts.iter().filter(|attempt| attempt.ours);
         let worth = |attempt: &Attempt| attempt.explained * attempt.confirmed_px;
-        ours.max_by(|a, b| worth(a).total_cmp(&worth(b)))
+        ours.max_by(|a, b| {
+            let found = a.is_found.cmp(&b.is_found);
+            found.then_with(|| worth(a).total_cmp(&worth(b)))
+        })
     }
 }
 
@@ -169,7 +172,7 @@ impl<'a> Studied<'a> {
                 fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
                 warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
                 is_found: fit.as_ref().is_some_and(is_found),
-                ambiguity: fit.as_ref().map_or(0.0, |fit| fit.ambiguity),
+                ambiguity: fit.as_ref().and_then(|fit| fit.ambiguity),
                 agreement: fit.as_ref().map_or(0.0, |fit| fit.agreement),
                 explained: fit.as_ref().map_or(0.0, |fit| fit.explained),
                 confirmed_px: fit.as_ref().map_or(0.0, |fit| fit.confirmed_px),
