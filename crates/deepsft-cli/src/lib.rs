@@ -17,7 +17,7 @@ pub mod network_choice;
 mod numbers;
 pub mod object_choice;
 pub mod output;
-mod paths;
+pub mod paths;
 pub mod progress;
 pub mod synthesis;
 mod truth;

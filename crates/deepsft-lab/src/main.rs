@@ -6,6 +6,7 @@
 #[macro_use]
 extern crate deepsft_cli;
 
+mod any_picture;
 mod bench;
 mod completion;
 mod material;
@@ -29,6 +30,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Train the network that describes any picture.
+    AnyPicture(any_picture::AnyPictureArguments),
     /// Measure how fast this machine synthesises, trains and estimates.
     Bench(bench::BenchArguments),
     /// Measure ARAP completion: how well it recovers hidden parts, and how fast.
@@ -49,6 +52,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
+        Command::AnyPicture(arguments) => any_picture::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Completion(command) => completion::run(&command),
         Command::NetworkTime(arguments) => network_time::run(&arguments),

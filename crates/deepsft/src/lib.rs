@@ -29,8 +29,8 @@ pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use finding::{
-    DescriptorFinder, Finder, FinderKind, LEAST_CONFIRMED_PX, LEAST_EXPLAINED, SharedDescriptorNetwork, Sighting,
-    Target, TargetEstimate, TargetFinder, View,
+    DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetEstimate, TargetFinder,
+    View, is_found,
 };
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork,

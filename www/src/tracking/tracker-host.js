@@ -57,8 +57,8 @@ export async function answer({ id, number, sightings, canDeny }) {
   let verdict = "ignored";
   if (sightings.length === 0 && canDeny)
     verdict = await started().answer(id, number, new Float32Array(), new Float32Array());
-  // The last finder that was asked is the best.
-  for (const { depth, registration } of [...sightings].reverse()) {
+  // The likeliest comes first.
+  for (const { depth, registration } of sightings) {
     verdict = await started().answer(id, number, depth, registration);
     if (verdict !== "ignored") break;
   }

@@ -2,9 +2,11 @@
 
 use super::agreement::Agreement;
 use super::level::IsometricMesh;
+use super::lookalikes::Lookalike;
 use super::measurements::{Measurement, measurements};
 use super::mesh_fitter::{MeshFitter, POINT_STEP, Resolution, Round, WINDOW_PX, check_blurs};
 use super::options::FitOptions;
+use super::slips::Start;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::image::{GreyImage, Normalizer, Picture};
@@ -24,10 +26,10 @@ enum Mask {
 }
 
 /// Fewest measurements from which a mesh is fitted.
-const FEWEST_MEASUREMENTS: usize = 12;
+pub(super) const FEWEST_MEASUREMENTS: usize = 12;
 
 /// Blur at which mesh and network are compared, pixels.
-const JUDGED_BLUR_PX: f32 = 0.7;
+pub(super) const JUDGED_BLUR_PX: f32 = 0.7;
 
 /// Agreement of image and print from which a first try is not followed by a second.
 const CONFIRMED: f64 = 0.8;
@@ -51,6 +53,11 @@ pub struct FrameFit {
     pub explained: f64,
     /// About how many pixels of the image confirm the mesh.
     pub confirmed_px: f64,
+    /// Of a print that repeats itself or looks the same when turned: what the image confirms of the next best place, as
+    /// a fraction of what it confirms of this one. Near 1 nothing says which of the two is right; 1 also where the fit was
+    /// too bad to be tried elsewhere. `None` where the print looks like itself nowhere else, and of fits to a network's maps,
+    /// which know the place.
+    pub ambiguity: Option<f64>,
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
     /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
@@ -69,7 +76,9 @@ pub(crate) struct CoarseFit {
 /// Fits one template's mesh to frames.
 pub struct FrameFitter {
     options: FitOptions,
-    mesh_fitter: MeshFitter,
+    pub(super) mesh_fitter: MeshFitter,
+    /// Looked for when first needed.
+    pub(super) lookalikes: Option<Vec<Lookalike>>,
 }
 
 impl FrameFitter {
@@ -83,6 +92,7 @@ impl FrameFitter {
         Ok(Self {
             mesh_fitter: MeshFitter::new(template, &options)?,
             options,
+            lookalikes: None,
         })
     }
 
@@ -109,6 +119,9 @@ impl FrameFitter {
 
     /// As [`FrameFitter::fit`], from maps of the whole surface, as features find it: their mask does not say what hides the
     /// object. The mask of the result is the mesh's silhouette less the parts whose print the image contradicts.
+    ///
+    /// Features may have slipped to where the print looks alike. Such places are tried too; the one that the image confirms
+    /// most is kept, and [`FrameFit::ambiguity`] says how much less it confirms of the next.
     ///
     /// # Errors
     /// As [`FrameFitter::fit`].
@@ -143,7 +156,15 @@ impl FrameFitter {
             Some((&last, first)) => (Some(last), first.to_vec()),
             None => (None, Vec::new()),
         };
-        let mut found = self.fitted_coarsely((&grey, camera), maps, &measured, start, &first)?;
+        let mut from = Start {
+            measured,
+            is_moved: false,
+        };
+        let mut found = self.fitted_coarsely((&grey, camera), maps, &from, start, &first)?;
+        let mut ambiguity = None;
+        if mask == Mask::FromFit {
+            (found, from, ambiguity) = self.best_of_lookalikes((&grey, camera), maps, (found, from), &first)?;
+        }
         let mut vertices = self.mesh_fitter.fine_vertices(&found.vertices);
         if let Some(blur) = last {
             let worth = self.options.independent_registrations;
@@ -161,9 +182,9 @@ impl FrameFitter {
                     .sum::<f64>()
                     .clamp(0.0, 1.0)
             };
-            let (reprojection, depth) = self.measured_terms(fine, &measured, camera, worth, hold)?;
+            let (reprojection, depth) = self.measured_terms(fine, &from.measured, camera, worth, hold)?;
             let round = self.round(Resolution::Fine, blur);
-            let seen = |pixel: usize| maps.inside(pixel);
+            let seen = |pixel: usize| from.is_moved || maps.inside(pixel);
             let priors: [&dyn Energy; 2] = [&reprojection, &depth];
             let fitted = self
                 .mesh_fitter
@@ -172,14 +193,8 @@ impl FrameFitter {
             found.agreement = fitted.agreement;
             found.reports.push(fitted.report);
         }
-        Ok(Some(self.judge(
-            &grey,
-            camera,
-            maps,
-            (vertices, found.agreement),
-            found.reports,
-            mask,
-        )))
+        let judged = self.judge(&grey, camera, maps, (vertices, found.agreement), found.reports, mask);
+        Ok(Some(FrameFit { ambiguity, ..judged }))
     }
 
     /// The coarse mesh where `maps` and the image say, with its agreement and reports: how a track starts. `None` when
@@ -195,28 +210,34 @@ impl FrameFitter {
             return Ok(None);
         }
         let blurs = self.options.blurs.clone();
-        self.fitted_coarsely((grey, camera), maps, &measured, None, &blurs)
+        let from = Start {
+            measured,
+            is_moved: false,
+        };
+        self.fitted_coarsely((grey, camera), maps, &from, None, &blurs)
             .map(Some)
     }
 
     /// The coarse mesh settled on the measurements and fitted to the image. Where the image does not confirm the whole of
     /// it, a second try settles with less trust in the registration, whose errors then bend the mesh less; the try that
-    /// the image confirms over more of the print is kept.
-    fn fitted_coarsely(
+    /// the image confirms over more of the print is kept. Places that look alike have one try.
+    pub(super) fn fitted_coarsely(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
         maps: &Maps,
-        measured: &[Measurement],
+        from: &Start,
         start: Option<&[DVec3]>,
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
+        let measured = &from.measured;
+        let seen = |pixel: usize| from.is_moved || maps.inside(pixel);
         let worth = self.options.independent_registrations;
         let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         if let Some(start) = start {
             let start = self.mesh_fitter.coarse_vertices(start);
             let (vertices, report) = self.mesh_fitter.coarse.solve(&priors, &start, SETTLING_STEPS)?;
-            return self.fitted_from((grey, camera), maps, (vertices, vec![report]), blurs, &priors);
+            return self.fitted_from((grey, camera), &seen, (vertices, vec![report]), blurs, &priors);
         }
         let start = self.aligned(measured, camera);
         let trust = self.options.settling_registrations;
@@ -226,12 +247,12 @@ impl FrameFitter {
             .mesh_fitter
             .coarse
             .settle(&[&trusted, &trusted_depth], start.clone(), SETTLING_STEPS)?;
-        let first = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
-        if first.agreement.whole >= CONFIRMED {
+        let first = self.fitted_from((grey, camera), &seen, settled, blurs, &priors)?;
+        if first.agreement.whole >= CONFIRMED || from.is_moved {
             return Ok(first);
         }
         let settled = self.mesh_fitter.coarse.settle(&priors, start, SETTLING_STEPS)?;
-        let second = self.fitted_from((grey, camera), maps, settled, blurs, &priors)?;
+        let second = self.fitted_from((grey, camera), &seen, settled, blurs, &priors)?;
         let confirmed = |fit: &CoarseFit| fit.agreement.whole * fit.agreement.points as f64;
         Ok(if confirmed(&second) > confirmed(&first) {
             second
@@ -244,7 +265,7 @@ impl FrameFitter {
     fn fitted_from(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
-        maps: &Maps,
+        seen: &impl Fn(usize) -> bool,
         (mut vertices, mut reports): (Vec<DVec3>, Vec<SolveReport>),
         blurs: &[f32],
         priors: &[&dyn Energy],
@@ -252,7 +273,6 @@ impl FrameFitter {
         let mut agreement = Agreement::default();
         for &blur in blurs {
             let round = self.round(Resolution::Coarse, blur);
-            let seen = |pixel: usize| maps.inside(pixel);
             let fitted = self
                 .mesh_fitter
                 .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
@@ -267,7 +287,7 @@ impl FrameFitter {
         })
     }
 
-    fn round(&self, resolution: Resolution, blur: f32) -> Round {
+    pub(super) fn round(&self, resolution: Resolution, blur: f32) -> Round {
         Round {
             resolution,
             blur,
@@ -385,6 +405,7 @@ impl FrameFitter {
             confidence: agreement.confidence,
             agreement: agreement.whole,
             explained: agreement.explained,
+            ambiguity: None,
             confirmed_px: agreement.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
             accepted,
             photo_consistency_cost,

@@ -7,16 +7,20 @@
 //! 2. Rigid alignment, then a solve with reprojection, depth prior, isometry and bending.
 //! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
 //!    so that light drops out; the mesh moves until they agree.
-//! 4. The maps are drawn from the mesh. Where they explain the image no better than the network's maps, the network's stay.
+//! 4. Where the print repeats itself or looks the same when turned, the places that look alike are tried too: features may
+//!    have slipped.
+//! 5. The maps are drawn from the mesh. Where they explain the image no better than the network's maps, the network's stay.
 
 mod agreement;
 mod frame_fitter;
 mod level;
+mod lookalikes;
 mod measurements;
 mod mesh_fitter;
 mod options;
 mod print;
 mod rigid_fit;
+mod slips;
 pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
@@ -24,3 +28,4 @@ pub use frame_fitter::{FrameFit, FrameFitter};
 pub use level::IsometricMesh;
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
+pub use slips::has_lookalikes;

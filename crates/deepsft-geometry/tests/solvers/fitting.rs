@@ -1,7 +1,7 @@
 //! A mesh fitted to a drawn sheet whose true maps are known.
 
 use crate::sheet::{bent, image, template};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, has_lookalikes};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
@@ -214,4 +214,55 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
         fitter.fit(&image, &camera, &small, None),
         Err(GeometryError::MapSize { .. })
     ));
+}
+
+/// A sheet of 300 x 200 mm with 6 x 4 motifs that have no symmetry of their own.
+fn rows_of_one_motif() -> Template {
+    let picture = Picture::from_fn(600, 400, |x, y| match (x % 100, y % 100) {
+        (10..70, 15..35) | (10..30, 15..85) => [20; 3],
+        (50..85, 60..85) => [140, 60, 60],
+        _ => [240; 3],
+    });
+    Template::thin_shell(picture, 300.0, 200.0).unwrap()
+}
+
+#[test]
+fn a_fit_that_has_slipped_by_a_row_goes_back_and_where_no_border_is_seen_its_place_is_ambiguous() {
+    let (template, camera) = (rows_of_one_motif(), training_camera());
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    assert!(has_lookalikes(&template));
+    let mut slipped = |distance: f64| {
+        let vertices: Vec<DVec3> = bent(&template, 0.0)
+            .iter()
+            .map(|p| *p + (distance - 450.0) * DVec3::Z)
+            .collect();
+        let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+        let image = image(&template, &truth);
+        let mut start = truth.clone();
+        for pixel in (0..480 * 270).filter(|&p| truth.inside(p)) {
+            let [u, v] = truth.registration()[pixel];
+            match u + 50.0 / 300.0 {
+                u if u < 1.0 => start.set(pixel, truth.depth()[pixel], [u, v]),
+                _ => start.clear(pixel),
+            }
+        }
+        let fitted = fitter.fit_unmasked(&image, &camera, &start).unwrap().unwrap();
+        let metrics = frame_metrics(&fitted.maps, &truth, &camera, template.size_mm()).unwrap();
+        (metrics.registration_rmse_px.unwrap(), fitted.ambiguity.unwrap())
+    };
+    let (error, ambiguity) = slipped(450.0);
+    assert!(error < 0.5 && ambiguity < 0.92, "{error} px, ambiguity {ambiguity}");
+    // So near that the image shows two rows and no border.
+    let (_, ambiguity) = slipped(130.0);
+    assert!(ambiguity > 0.95, "ambiguity {ambiguity}");
+    // A print that looks like itself nowhere else is not ambiguous.
+    let Scene {
+        template,
+        camera,
+        truth,
+        image,
+    } = scene();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let fitted = fitter.fit_unmasked(&image, &camera, &truth).unwrap().unwrap();
+    assert!(!has_lookalikes(&template) && fitted.ambiguity.is_none());
 }

@@ -13,12 +13,13 @@ mod table;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use deepsft::encode_png;
+use deepsft::{DeviceKind, Estimator, encode_png, start_device};
+use deepsft_cli::input;
 use deepsft_cli::object_choice::DescriptorChoice;
 use deepsft_cli::progress;
 use deepsft_formats::write_file;
 use figures::{Failures, print_sheets};
-use finders::{DescriptorFinding, FeatureFinding, Finder};
+use finders::{FeatureFinding, Finder, NetworkFinding};
 use growth::Growth;
 use judging::{FrameResult, Studied};
 use opencv::{Method, OpenCv};
@@ -54,6 +55,9 @@ pub struct FindingStudyArguments {
     /// Repetitive prints
     #[arg(long, value_name = "N", default_value_t = 20)]
     repetitive: usize,
+    /// Study the template of this model in place of painted prints, and its own network beside the other finders
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["kinds", "prints", "repetitive", "photographs"])]
+    model: Option<PathBuf>,
     /// Folder of photographs (PNG or JPEG); each is a print too
     #[arg(long, value_name = "DIR")]
     photographs: Option<PathBuf>,
@@ -90,13 +94,15 @@ struct Report<'a> {
 }
 
 pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
-    let counts: Vec<(Kind, usize)> = (arguments.kinds.iter())
-        .map(|&kind| match kind {
-            Kind::Repetitive => (kind, arguments.repetitive),
-            _ => (kind, arguments.prints),
-        })
-        .collect();
-    let prints = prints::prints(&counts, arguments.photographs.as_deref(), arguments.seed)?;
+    let model = arguments.model.as_deref().map(input::bundle).transpose()?;
+    let (prints, count) = match &model {
+        Some(bundle) => (prints::prints_of_model(bundle.template(), arguments.seed)?, 1),
+        None => {
+            let prints = painted_prints(arguments)?;
+            let count = prints.len();
+            (prints, count)
+        }
+    };
     ensure!(
         prints.len() > 1,
         "at least two prints are needed: one is shown in the other's place"
@@ -110,18 +116,22 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
     let growth = Growth::measured(&prints, arguments.seed)?;
     growth.print();
     let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
+    if let Some(bundle) = &model {
+        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+        finders.push(Box::new(NetworkFinding::of_model(Estimator::new(bundle, &device)?)));
+    }
     if let Some(network) = arguments.descriptors.read()? {
-        finders.push(Box::new(DescriptorFinding::new(network)));
+        finders.push(Box::new(NetworkFinding::descriptors(network)));
     }
     if let Some(python) = &arguments.opencv {
         for method in [Method::Orb, Method::Sift] {
             finders.push(Box::new(OpenCv::start(python, method)?));
         }
     }
-    let bar = progress::counting(prints.len() as u64, "prints");
+    let bar = progress::counting(count as u64, "prints");
     let mut results = Vec::new();
     let mut failures = Failures::default();
-    for number in 0..prints.len() {
+    for number in 0..count {
         let mut studied = Studied::new(&prints, number, &mut finders)?;
         let seed = arguments.seed.wrapping_add(number as u64);
         for index in 0..arguments.frames.max(arguments.absent) {
@@ -134,13 +144,24 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
             }
         }
         bar.inc(1);
-        if number % BETWEEN_WRITES == BETWEEN_WRITES - 1 || number + 1 == prints.len() {
+        if number % BETWEEN_WRITES == BETWEEN_WRITES - 1 || number + 1 == count {
             write(arguments, &prints, &growth, &results, &failures)?;
         }
     }
     bar.finish_and_clear();
     table::print(&results);
     Ok(())
+}
+
+/// The prints of all kinds that are asked for.
+fn painted_prints(arguments: &FindingStudyArguments) -> Result<Vec<Print>> {
+    let counts: Vec<(Kind, usize)> = (arguments.kinds.iter())
+        .map(|&kind| match kind {
+            Kind::Repetitive => (kind, arguments.repetitive),
+            _ => (kind, arguments.prints),
+        })
+        .collect();
+    prints::prints(&counts, arguments.photographs.as_deref(), arguments.seed)
 }
 
 /// Writes what is known so far.

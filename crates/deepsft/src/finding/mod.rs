@@ -14,5 +14,5 @@ mod view;
 pub use finder::{DescriptorFinder, Finder, FinderKind, Sighting};
 pub use picture_descriptors::SharedDescriptorNetwork;
 pub use target::Target;
-pub use target_finder::{LEAST_CONFIRMED_PX, LEAST_EXPLAINED, TargetEstimate, TargetFinder};
+pub use target_finder::{TargetEstimate, TargetFinder, is_found};
 pub use view::View;

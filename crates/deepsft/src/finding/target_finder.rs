@@ -7,15 +7,30 @@ use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::{Estimator, Judgement};
 use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
-use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter, has_lookalikes};
 use deepsft_geometry::{Camera, Maps, Picture};
 
-/// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]), and so
-/// many pixels of it ([`FrameFit::confirmed_px`]). Of right fits one in twenty-five has less than 0.6. On frames with another
-/// print the fraction is nearly always below; a nearly black photograph and equal checks have reached 0.9.
-pub const LEAST_EXPLAINED: f64 = 0.6;
-/// See [`LEAST_EXPLAINED`].
-pub const LEAST_CONFIRMED_PX: f64 = 1500.0;
+/// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]).
+const LEAST_EXPLAINED: f64 = 0.4;
+
+/// The same of a print that repeats itself, because a sheet that has slipped shows much that is right; and the next place that
+/// looks alike must be confirmed less than so much of that ([`FrameFit::ambiguity`]).
+const LEAST_EXPLAINED_OF_REPEATED: f64 = 0.7;
+const MOST_AMBIGUITY: f64 = 0.94;
+
+/// Least fraction times the pixels that confirm it ([`FrameFit::confirmed_px`]): a large sheet has to show less of itself than a small
+/// one. On frames with another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a
+/// hundred has less than 2,500.
+const LEAST_WORTH_PX: f64 = 2500.0;
+
+/// Whether a fit shows the target: the same rule for all finders.
+pub fn is_found(fit: &FrameFit) -> bool {
+    let is_clear = match fit.ambiguity {
+        Some(ambiguity) => fit.explained >= LEAST_EXPLAINED_OF_REPEATED && ambiguity < MOST_AMBIGUITY,
+        None => fit.explained >= LEAST_EXPLAINED,
+    };
+    is_clear && fit.explained * fit.confirmed_px >= LEAST_WORTH_PX
+}
 
 /// The fraction from which no other finder is asked.
 const CLEAR: f64 = 0.8;
@@ -27,6 +42,7 @@ pub struct TargetFinder {
     finders: Vec<Finder>,
     /// Made for the first image in which something is seen; sheets only.
     fitter: Option<FrameFitter>,
+    can_slip: Option<bool>,
 }
 
 /// One target in one image.
@@ -43,12 +59,11 @@ pub struct TargetEstimate {
 }
 
 impl TargetEstimate {
-    /// How much speaks for it: the fraction of the print that the image confirms, and its size.
-    fn worth(&self) -> f64 {
+    /// How much speaks for it: that it is found, then the fraction of the print that the image confirms, and its size.
+    fn worth(&self) -> (bool, f64) {
         let confidence = f64::from(self.judgement.confidence);
-        self.fit
-            .as_ref()
-            .map_or(confidence, |fit| confidence * fit.confirmed_px)
+        let size = self.fit.as_ref().map_or(1.0, |fit| fit.confirmed_px);
+        (self.judgement.found, confidence * size)
     }
 }
 
@@ -88,6 +103,7 @@ impl TargetFinder {
             target,
             finders,
             fitter: None,
+            can_slip: None,
         }
     }
 
@@ -114,19 +130,40 @@ impl TargetFinder {
         self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
     }
 
-    /// Where the finders see the target, asked in turn until one is sure.
+    /// Where the finders see the target, asked in turn until one is sure; the likeliest first. Matches on a print that repeats
+    /// itself may have slipped: those sightings are fitted and judged before they count.
     ///
     /// # Errors
     /// As [`Finder::find`].
     pub async fn find(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
         let mut sightings = Vec::new();
-        for finder in &mut self.finders {
-            sightings.extend(finder.find(view, &self.canonical).await?);
-            if sightings.last().is_some_and(|sighting| sighting.is_sure) {
+        for k in 0..self.finders.len() {
+            let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
+                continue;
+            };
+            let Sighting { by, is_sure, .. } = sighting;
+            if by == FinderKind::Network || !self.can_slip() {
+                sightings.push(sighting);
+            } else {
+                let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+                let maps = estimate.maps;
+                sightings.extend(estimate.judgement.found.then_some(Sighting { by, maps, is_sure }));
+            }
+            if is_sure {
                 break;
             }
         }
+        // A network that is not sure, and descriptors, are right less often than features.
+        sightings.sort_by_key(|sighting| sighting.by != FinderKind::Features);
         Ok(sightings)
+    }
+
+    /// Whether the print looks like itself elsewhere.
+    fn can_slip(&mut self) -> bool {
+        let template = self.target.template();
+        *self
+            .can_slip
+            .get_or_insert_with(|| template.is_sheet() && has_lookalikes(template))
     }
 
     /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image
@@ -141,7 +178,7 @@ impl TargetFinder {
                 continue;
             };
             let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
-            let is_clear = f64::from(estimate.judgement.confidence) >= CLEAR;
+            let is_clear = estimate.judgement.found && f64::from(estimate.judgement.confidence) >= CLEAR;
             if best.as_ref().is_none_or(|best| estimate.worth() > best.worth()) {
                 best = Some(estimate);
             }
@@ -155,6 +192,13 @@ impl TargetFinder {
             judgement: Judgement::default(),
             fit: None,
         }))
+    }
+
+    fn fitter(&mut self) -> Result<&mut FrameFitter, DeepSftError> {
+        Ok(match &mut self.fitter {
+            Some(fitter) => fitter,
+            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
+        })
     }
 
     /// What the image says of a sighting.
@@ -172,20 +216,17 @@ impl TargetFinder {
                 fit: None,
             });
         }
-        let fitter = match &mut self.fitter {
-            Some(fitter) => fitter,
-            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
-        };
+        let camera = self.canonical;
         let fit = match by {
-            FinderKind::Network => fitter.fit(canonical, &self.canonical, &maps, None)?,
-            FinderKind::Features | FinderKind::Descriptors => fitter.fit_unmasked(canonical, &self.canonical, &maps)?,
+            FinderKind::Network => self.fitter()?.fit(canonical, &camera, &maps, None)?,
+            FinderKind::Features | FinderKind::Descriptors => self.fitter()?.fit_unmasked(canonical, &camera, &maps)?,
         };
-        let (explained, confirmed_px) = fit.as_ref().map_or((0.0, 0.0), |fit| (fit.explained, fit.confirmed_px));
+        let explained = fit.as_ref().map_or(0.0, |fit| fit.explained);
         let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());
         Ok(TargetEstimate {
             by: Some(by),
             judgement: Judgement {
-                found: explained >= LEAST_EXPLAINED && confirmed_px >= LEAST_CONFIRMED_PX,
+                found: fit.as_ref().is_some_and(is_found),
                 confidence: explained as f32,
                 area: Estimator::area(&maps) as f32,
             },

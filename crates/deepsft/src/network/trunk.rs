@@ -6,7 +6,7 @@ use crate::error::DeepSftError;
 use burn::module::{Module, ModuleMapper, Param};
 use burn::store::burn_pack::Reader;
 use burn::tensor::{Bytes, Distribution, Tensor, TensorData};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Heads of the main block, which read one template's positions off the trunk's features.
 const HEADS: [&str; 2] = ["main.bins.", "main.offset."];
@@ -43,6 +43,7 @@ impl Network {
         };
         let mut unfolding = Unfolding::new(weights).map_err(refused)?;
         let begun = self.map(&mut unfolding);
+        unfolding.refuse_what_is_left();
         if let Some(problem) = unfolding.problem {
             return Err(refused(problem));
         }
@@ -71,6 +72,8 @@ struct Unfolding {
     has_gains: bool,
     /// The first weights that do not fit.
     problem: Option<String>,
+    /// Paths of the file's weights that have a place in the network.
+    placed: HashSet<String>,
 }
 
 impl Unfolding {
@@ -88,11 +91,22 @@ impl Unfolding {
             scale: 1.0,
             has_gains: false,
             problem: None,
+            placed: HashSet::new(),
         })
     }
 
+    /// A deeper trunk is another function.
+    fn refuse_what_is_left(&mut self) {
+        let left = self
+            .folded
+            .keys()
+            .find(|path| of_trunk(path) && !self.placed.contains(*path));
+        let problem = left.map(|path| format!("its {path} has no place in this network"));
+        self.problem = self.problem.take().or(problem);
+    }
+
     /// The values of the weights at `path`, which have the shape `shape`.
-    fn values(&self, path: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
+    fn values(&mut self, path: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
         let layer = path.trim_end_matches("gain");
         let stored_path = if layer == path {
             path.to_owned()
@@ -101,6 +115,7 @@ impl Unfolding {
         };
         let stored = self.folded.get(&stored_path);
         let stored = stored.ok_or_else(|| format!("it has no {stored_path}, as the trunk of a compact network has"))?;
+        self.placed.insert(stored_path.clone());
         // A gain is one number for each filter.
         if stored.shape()[..shape.len().min(stored.shape().len())] != *shape {
             let theirs = stored.shape().to_vec();

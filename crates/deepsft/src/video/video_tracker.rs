@@ -164,7 +164,7 @@ impl<'a> VideoTracker<'a> {
         if pending.sightings.is_empty() && self.finder.can_deny() {
             detection.effect = self.tracker.update(of_frame, None)?;
         }
-        for sighting in pending.sightings.iter().rev() {
+        for sighting in &pending.sightings {
             detection.by = Some(sighting.by);
             detection.effect = self.tracker.update(of_frame, Some(&sighting.maps))?;
             if detection.effect != TrackUpdate::Ignored {

@@ -3,8 +3,9 @@
 use deepsft::features::GradeLevel;
 use deepsft::{
     DESCRIPTOR_LENGTH, DeepSftError, DescriptorFinder, DescriptorNetwork, DeviceKind, FinderKind,
-    SharedDescriptorNetwork, Target, TargetFinder, View, start_device,
+    SharedDescriptorNetwork, Target, TargetFinder, View, is_found, start_device,
 };
+use deepsft_geometry::fitting::FrameFit;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleMesh, training_camera};
@@ -81,6 +82,20 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
         errors.len(),
         errors.get(errors.len() / 2)
     );
+    // Half of it would do, but not of a print that repeats itself, nor where the next row is as likely.
+    let fit = estimate.fit.unwrap();
+    let with = |explained: f64, ambiguity: Option<f64>| FrameFit {
+        explained,
+        ambiguity,
+        ..fit.clone()
+    };
+    assert!(is_found(&with(0.5, None)) && !is_found(&with(0.5, Some(0.0))) && !is_found(&with(0.3, None)));
+    assert!(is_found(&with(0.9, Some(0.8))) && !is_found(&with(0.9, Some(0.96))));
+    let small = FrameFit {
+        confirmed_px: 2000.0,
+        ..fit.clone()
+    };
+    assert!(!is_found(&small));
     // The tracker starts from what was seen, before any fit.
     let seen = pollster::block_on(finder.find(&mut view)).unwrap();
     assert!(seen.len() == 1 && !seen[0].is_sure && seen[0].maps.size() == (480, 270));

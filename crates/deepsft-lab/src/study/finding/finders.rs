@@ -2,7 +2,7 @@
 
 use crate::measuring::Stopwatch;
 use anyhow::{Context, Result};
-use deepsft::{DescriptorFinder, SharedDescriptorNetwork};
+use deepsft::{DescriptorFinder, Estimator, FinderKind, SharedDescriptorNetwork};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps, Picture, Template};
@@ -20,6 +20,8 @@ pub struct View<'a> {
 pub struct Found {
     /// Depth and registration for the canonical camera; `None` when it did not find the print.
     pub maps: Option<Maps>,
+    /// Whether the maps leave out what hides the print.
+    pub is_masked: bool,
     /// The place on the print, mm, of a pixel of the image, before any mesh: OpenCV's warp.
     pub warp: Option<Box<dyn Fn(DVec2) -> DVec2>>,
     /// Processor time on one thread: what does not depend on the print, and the rest.
@@ -75,28 +77,49 @@ impl Finder for FeatureFinding {
         let found = finder.find(&features, &camera, view.canonical)?;
         Ok(Found {
             maps: found.map(|found| found.maps),
-            warp: None,
             features_ms,
             find_ms: start.ms(),
+            ..Found::default()
         })
     }
 }
 
-/// The network that describes any picture.
-pub struct DescriptorFinding {
-    network: SharedDescriptorNetwork,
+/// Makes a finder of a template.
+type FinderOf = Box<dyn Fn(&Template) -> Result<deepsft::Finder>>;
+
+/// One of the library's finders that run a network.
+pub struct NetworkFinding {
+    kind: FinderKind,
+    finder_of: FinderOf,
     finder: Option<deepsft::Finder>,
 }
 
-impl DescriptorFinding {
-    pub fn new(network: SharedDescriptorNetwork) -> Self {
-        Self { network, finder: None }
+impl NetworkFinding {
+    /// The network that describes any picture.
+    pub fn descriptors(network: SharedDescriptorNetwork) -> Self {
+        Self {
+            kind: FinderKind::Descriptors,
+            finder_of: Box::new(move |template| {
+                let finder = pollster::block_on(DescriptorFinder::new(&network, template))?;
+                Ok(deepsft::Finder::Descriptors(Box::new(finder)))
+            }),
+            finder: None,
+        }
+    }
+
+    /// The network of a model, whose template is the only print.
+    pub fn of_model(network: Estimator) -> Self {
+        Self {
+            kind: FinderKind::Network,
+            finder_of: Box::new(move |_| Ok(deepsft::Finder::Network(Box::new(network.clone())))),
+            finder: None,
+        }
     }
 }
 
-impl Finder for DescriptorFinding {
+impl Finder for NetworkFinding {
     fn name(&self) -> &'static str {
-        "descriptors"
+        self.kind.name()
     }
 
     fn is_ours(&self) -> bool {
@@ -104,24 +127,27 @@ impl Finder for DescriptorFinding {
     }
 
     fn take(&mut self, template: &Template) -> Result<()> {
-        let finder = pollster::block_on(DescriptorFinder::new(&self.network, template))?;
-        self.finder = Some(deepsft::Finder::Descriptors(Box::new(finder)));
+        self.finder = Some((self.finder_of)(template)?);
         Ok(())
     }
 
     fn find(&mut self, view: View<'_>) -> Result<Found> {
         let finder = self.finder.as_mut().context("there is no print to look for")?;
-        let start = Stopwatch::start();
         let mut seen = deepsft::View::new(view.image, view.camera);
-        seen.features()?;
+        let start = Stopwatch::start();
+        match self.kind {
+            FinderKind::Network => drop(seen.canonical(view.canonical)?),
+            FinderKind::Features | FinderKind::Descriptors => drop(seen.features()?),
+        }
         let features_ms = start.ms();
         let start = Stopwatch::start();
         let found = pollster::block_on(finder.find(&mut seen, view.canonical))?;
         Ok(Found {
             maps: found.map(|found| found.maps),
-            warp: None,
+            is_masked: self.kind == FinderKind::Network,
             features_ms,
             find_ms: start.ms(),
+            ..Found::default()
         })
     }
 }

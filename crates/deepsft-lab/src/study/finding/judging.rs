@@ -4,7 +4,7 @@ use super::finders::{Finder, Found, View};
 use super::prints::{Kind, Print};
 use crate::measuring::Stopwatch;
 use anyhow::Result;
-use deepsft::{LEAST_CONFIRMED_PX, LEAST_EXPLAINED};
+use deepsft::is_found;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, training_camera};
@@ -28,11 +28,14 @@ pub struct Attempt {
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
     pub warp_px: Option<f64>,
-    /// Agreement of the fit with the image, the fraction of the print that the image confirms, and its size in pixels; 0
-    /// without a fit.
+    /// Whether the fit counts as found. Its agreement with the image, the fraction of the print that the image confirms, and
+    /// its size in pixels; 0 without a fit.
+    pub is_found: bool,
     pub agreement: f64,
     pub explained: f64,
     pub confirmed_px: f64,
+    /// What the image confirms of the next place that looks alike, as a fraction.
+    pub ambiguity: Option<f64>,
     pub features_ms: f64,
     pub find_ms: f64,
     pub fit_ms: f64,
@@ -40,7 +43,7 @@ pub struct Attempt {
 
 impl Attempt {
     pub fn is_found(&self) -> bool {
-        self.explained >= LEAST_EXPLAINED && self.confirmed_px >= LEAST_CONFIRMED_PX
+        self.is_found
     }
 
     pub fn is_fitted(&self) -> bool {
@@ -68,7 +71,10 @@ impl FrameResult {
     pub fn best_of_ours(&self) -> Option<&Attempt> {
         let ours = self.attempts.iter().filter(|attempt| attempt.ours);
         let worth = |attempt: &Attempt| attempt.explained * attempt.confirmed_px;
-        ours.max_by(|a, b| worth(a).total_cmp(&worth(b)))
+        ours.max_by(|a, b| {
+            let found = a.is_found.cmp(&b.is_found);
+            found.then_with(|| worth(a).total_cmp(&worth(b)))
+        })
     }
 }
 
@@ -154,6 +160,7 @@ impl<'a> Studied<'a> {
             };
             let start = Stopwatch::start();
             let fit = match &found.maps {
+                Some(maps) if found.is_masked => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
                 Some(maps) => self.fitter.fit_unmasked(&canonical, &self.canonical, maps)?,
                 None => None,
             };
@@ -164,6 +171,8 @@ impl<'a> Studied<'a> {
                 start_px: found.maps.as_ref().and_then(error),
                 fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
                 warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
+                is_found: fit.as_ref().is_some_and(is_found),
+                ambiguity: fit.as_ref().and_then(|fit| fit.ambiguity),
                 agreement: fit.as_ref().map_or(0.0, |fit| fit.agreement),
                 explained: fit.as_ref().map_or(0.0, |fit| fit.explained),
                 confirmed_px: fit.as_ref().map_or(0.0, |fit| fit.confirmed_px),

@@ -156,6 +156,7 @@ impl Finder for OpenCv {
             warp: warp.map(|warp| Box::new(move |pixel| warp.place(pixel)) as _),
             features_ms: answer.milliseconds,
             find_ms: start.ms(),
+            ..Found::default()
         })
     }
 }

@@ -36,15 +36,19 @@ pub enum Kind {
     /// The user's photographs.
     #[value(skip)]
     Photograph,
+    /// The template of a model.
+    #[value(skip)]
+    OfModel,
 }
 
 impl Kind {
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::PhotographLike,
         Self::Graphic,
         Self::LineArt,
         Self::Repetitive,
         Self::Photograph,
+        Self::OfModel,
     ];
 
     /// Those that are made by a program.
@@ -57,6 +61,7 @@ impl Kind {
             Self::LineArt => "text, line art",
             Self::Repetitive => "repetitive",
             Self::Photograph => "photographs",
+            Self::OfModel => "the model's",
         }
     }
 
@@ -65,7 +70,7 @@ impl Kind {
         let mut dice = generator(mix(seed ^ self as u64), number as u64, Stream::Pool);
         let of = |numbers: &[usize]| numbers[number % numbers.len()];
         match self {
-            Self::PhotographLike | Self::Photograph => photograph_like(number, &mut dice),
+            Self::PhotographLike | Self::Photograph | Self::OfModel => photograph_like(number, &mut dice),
             Self::Graphic => artwork(of(&[0, 1, 2, 4, 6, 8]), &mut dice),
             // Every third: the text and scribbles that also stand around in synthetic scenes.
             Self::LineArt if number.is_multiple_of(3) => artwork(of(&[5, 7]), &mut dice),
@@ -120,6 +125,21 @@ pub fn prints(counts: &[(Kind, usize)], photographs: Option<&Path>, seed: u64) -
             prints.push(Print::new(Kind::Photograph, "photograph", input::picture(&file)?)?);
         }
     }
+    Ok(prints)
+}
+
+/// The print of a model and another one to stand in its place.
+pub fn prints_of_model(template: &Template, seed: u64) -> Result<Vec<Print>> {
+    let mut prints = prints(&[(Kind::Graphic, 1)], None, seed)?;
+    let template = template.clone();
+    prints.insert(
+        0,
+        Print {
+            kind: Kind::OfModel,
+            subject: "a model's template",
+            template,
+        },
+    );
     Ok(prints)
 }
 

@@ -1,0 +1,280 @@
+//! Where a print looks like itself: there a fit can have slipped.
+
+use super::mesh_fitter::WINDOW_PX;
+use crate::image::{GreyImage, GreyMipmap, Normalizer};
+use crate::mesh::Template;
+use glam::DVec2;
+
+/// Longer side of the grey print that is compared with itself, pixels. A motif has to be a few of them wide to be told from
+/// its neighbours: 15 mm on a sheet of A4.
+const LONG_SIDE: usize = 96;
+
+/// Blur before the comparison, pixels: perspective and bends are no reason to look different.
+const BLUR_PX: f32 = 0.7;
+
+/// Correlation of two parts from which they look alike.
+const ALIKE: f32 = 0.5;
+
+/// Least part of the print's contrast that both show.
+const LEAST_OVERLAP: f32 = 0.3;
+
+/// Shortest shift, pixels, and around a peak the pixels that belong to it.
+const PEAK: isize = 3;
+
+/// The shortest shifts that are tried, both ways: over two rows of neighbours in most patterns.
+const MOST_SHIFTS: usize = 6;
+
+/// A motion of the print in its plane onto a part of it that looks the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lookalike {
+    /// Quarter turns, clockwise as printed, of the print in its own frame.
+    quarter_turns: usize,
+    /// Where the turned print's top-left corner comes to lie, fractions of the print.
+    offset: DVec2,
+    /// Height over width.
+    aspect: f64,
+}
+
+impl Lookalike {
+    /// The texture position that looks as `uv` does; outside the unit square where the print ends.
+    pub(crate) fn of(&self, uv: DVec2) -> DVec2 {
+        turned(
+            self.quarter_turns,
+            uv * DVec2::new(1.0, self.aspect),
+            DVec2::new(1.0, self.aspect),
+        ) / DVec2::new(1.0, self.aspect)
+            + self.offset
+    }
+}
+
+/// Where `place` on a sheet of `size` comes to lie when it is turned, from the turned sheet's top-left corner.
+fn turned(quarter_turns: usize, place: DVec2, size: DVec2) -> DVec2 {
+    match quarter_turns {
+        1 => DVec2::new(size.y - place.y, place.x),
+        2 => size - place,
+        3 => DVec2::new(place.y, size.x - place.x),
+        _ => place,
+    }
+}
+
+/// The print, small and freed from light.
+struct Small {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+    /// Sums of squares above and left of each corner of a pixel.
+    squares: Vec<f32>,
+}
+
+impl Small {
+    fn new(width: usize, height: usize, values: Vec<f32>) -> Self {
+        let mut squares = vec![0.0; (width + 1) * (height + 1)];
+        for y in 0..height {
+            let mut row = 0.0;
+            for x in 0..width {
+                row += values[y * width + x].powi(2);
+                squares[(y + 1) * (width + 1) + x + 1] = squares[y * (width + 1) + x + 1] + row;
+            }
+        }
+        Self {
+            width,
+            height,
+            values,
+            squares,
+        }
+    }
+
+    fn of(template: &Template) -> Self {
+        let size = template.size_mm();
+        let scale = LONG_SIDE as f64 / size.max_element();
+        let [width, height] = [size.x, size.y].map(|side| ((side * scale).round() as usize).max(1));
+        let mipmap = GreyMipmap::new(template.texture(), LONG_SIDE / 2);
+        let texels = template.texture().width() as f64 / width as f64;
+        let level = mipmap.level(texels.max(1.0).log2().round() as usize);
+        let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
+        let grey = GreyImage {
+            width,
+            height,
+            values: (0..width * height)
+                .map(|p| level.sample([at(p % width, width), at(p / width, height)]))
+                .collect(),
+        };
+        let normalized = Normalizer::new(&vec![1.0; width * height], width, BLUR_PX, WINDOW_PX).normalize(&grey);
+        let values = (0..width * height).map(|p| normalized.pixel(p) as f32).collect();
+        Self::new(width, height, values)
+    }
+
+    fn turned(&self, quarter_turns: usize) -> Self {
+        let (width, height) = match quarter_turns % 2 {
+            0 => (self.width, self.height),
+            _ => (self.height, self.width),
+        };
+        let mut values = vec![0.0; width * height];
+        for (p, &value) in self.values.iter().enumerate() {
+            let (x, y) = (p % self.width, p / self.width);
+            let (x, y) = match quarter_turns {
+                1 => (self.height - 1 - y, x),
+                2 => (self.width - 1 - x, self.height - 1 - y),
+                3 => (y, self.width - 1 - x),
+                _ => (x, y),
+            };
+            values[y * width + x] = value;
+        }
+        Self::new(width, height, values)
+    }
+
+    /// Sum of squares in the rectangle from `low` to before `high`.
+    fn energy(&self, low: [usize; 2], high: [usize; 2]) -> f32 {
+        let sum = |x: usize, y: usize| self.squares[y * (self.width + 1) + x];
+        sum(high[0], high[1]) - sum(low[0], high[1]) - sum(high[0], low[1]) + sum(low[0], low[1])
+    }
+
+    /// Correlation with `other` when its top-left pixel lies on pixel (x, y); 0 when the overlap shows too little.
+    fn correlation(&self, other: &Self, [x, y]: [isize; 2]) -> f32 {
+        let range = |at: isize, own: usize, others: usize| {
+            let (low, high) = (at.max(0), (own as isize).min(at + others as isize));
+            (low as usize, high.max(low) as usize)
+        };
+        let ((left, right), (top, bottom)) = (range(x, self.width, other.width), range(y, self.height, other.height));
+        let theirs = |column: usize, row: usize| [(column as isize - x) as usize, (row as isize - y) as usize];
+        let energies = [
+            self.energy([left, top], [right, bottom]),
+            other.energy(theirs(left, top), theirs(right, bottom)),
+        ];
+        let all = self.energy([0, 0], [self.width, self.height]);
+        if energies.iter().any(|&energy| energy <= LEAST_OVERLAP * all) {
+            return 0.0;
+        }
+        let row = |row: usize| {
+            let [first, others_row] = theirs(left, row);
+            let own = &self.values[row * self.width + left..row * self.width + right];
+            let others = &other.values[others_row * other.width + first..][..right - left];
+            dot(own, others)
+        };
+        (top..bottom).map(row).sum::<f32>() / (energies[0] * energies[1]).sqrt()
+    }
+
+    /// The places of `other` at which it looks like this print, with their correlations.
+    fn peaks(&self, other: &Self) -> Vec<([isize; 2], f32)> {
+        let (columns, rows) = (self.width + other.width - 1, self.height + other.height - 1);
+        let place = |index: usize| {
+            [
+                (index % columns) as isize + 1 - other.width as isize,
+                (index / columns) as isize + 1 - other.height as isize,
+            ]
+        };
+        let all: Vec<f32> = (0..columns * rows)
+            .map(|index| self.correlation(other, place(index)))
+            .collect();
+        let highest_around = |index: usize| {
+            let (x, y) = ((index % columns) as isize, (index / columns) as isize);
+            let around = (-PEAK..=PEAK).flat_map(|dy| (-PEAK..=PEAK).map(move |dx| (x + dx, y + dy)));
+            around
+                .filter(|(x, y)| (0..columns as isize).contains(x) && (0..rows as isize).contains(y))
+                .all(|(x, y)| all[y as usize * columns + x as usize] <= all[index])
+        };
+        let is_peak = |&index: &usize| all[index] >= ALIKE && highest_around(index);
+        (0..all.len())
+            .filter(is_peak)
+            .map(|index| (place(index), all[index]))
+            .collect()
+    }
+}
+
+/// The sum of products, in the order that vector units like.
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    const LANES: usize = 16;
+    let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f32 = a_chunks
+        .remainder()
+        .iter()
+        .zip(b_chunks.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
+    let mut sums = [0.0; LANES];
+    for (a, b) in a_chunks.zip(b_chunks) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    rest + sums.iter().sum::<f32>()
+}
+
+/// How the print of `template` looks like itself elsewhere: the shortest shifts, and the best of each turn.
+pub(crate) fn lookalikes(template: &Template) -> Vec<Lookalike> {
+    let print = Small::of(template);
+    let pixels = DVec2::new(print.width as f64, print.height as f64);
+    let aspect = template.size_mm().y / template.size_mm().x;
+    let like = |quarter_turns: usize, [x, y]: [isize; 2]| Lookalike {
+        quarter_turns,
+        offset: DVec2::new(x as f64, y as f64) / pixels,
+        aspect,
+    };
+    let length = |[x, y]: [isize; 2]| x * x + y * y;
+    let mut shifts = print.peaks(&print);
+    shifts.retain(|&(at, _)| length(at) >= PEAK * PEAK);
+    shifts.sort_by_key(|&(at, _)| length(at));
+    let shifts = shifts.into_iter().take(MOST_SHIFTS).map(|(at, _)| like(0, at));
+    let turns = (1..4).filter_map(|turns| {
+        let peaks = print.peaks(&print.turned(turns));
+        let best = peaks.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(like(turns, best.0))
+    });
+    shifts.chain(turns).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Picture;
+
+    const CELL: usize = 60;
+
+    /// Rows of one motif without any symmetry on a white margin.
+    fn rows() -> Template {
+        let picture = Picture::from_fn(5 * CELL + 40, 4 * CELL + 40, |x, y| {
+            if x < 20 || y < 20 || x >= 5 * CELL + 20 || y >= 4 * CELL + 20 {
+                return [240; 3];
+            }
+            let (x, y) = ((x - 20) % CELL, (y - 20) % CELL);
+            match (x, y) {
+                (5..40, 8..18) | (5..15, 8..50) => [20; 3],
+                (30..50, 35..50) => [130; 3],
+                _ => [240; 3],
+            }
+        });
+        Template::thin_shell(picture, 340.0, 280.0).unwrap()
+    }
+
+    #[test]
+    fn rows_of_a_motif_look_alike_one_motif_further_and_a_print_without_rows_nowhere() {
+        let template = rows();
+        let found = lookalikes(&template);
+        let here = DVec2::new(0.5, 0.5);
+        let shift = |like: &Lookalike| (like.of(here) - here) * template.size_mm();
+        for expected in [[60.0, 0.0], [-60.0, 0.0], [0.0, 60.0], [0.0, -60.0]] {
+            let near =
+                |like: &&Lookalike| like.quarter_turns == 0 && (shift(like) - DVec2::from(expected)).length() < 4.0;
+            assert_eq!(found.iter().filter(near).count(), 1, "{expected:?} in {found:?}");
+        }
+        let picture = Picture::from_fn(340, 280, |x, y| {
+            let wave = (x * x + 3 * y * y + x * y) as f64 / 4000.0;
+            [(128.0 + 100.0 * wave.sin()) as u8; 3]
+        });
+        let found = lookalikes(&Template::thin_shell(picture, 340.0, 280.0).unwrap());
+        assert_eq!(found, []);
+    }
+
+    #[test]
+    fn a_turn_takes_a_playing_card_onto_itself() {
+        let half = |x: usize, y: usize| (x * 7 + y * y * 3 + x * y) / 60 % 5 * 50;
+        let picture = Picture::from_fn(200, 300, |x, y| {
+            let level = if y < 150 { half(x, y) } else { half(199 - x, 299 - y) };
+            [level as u8; 3]
+        });
+        let found = lookalikes(&Template::thin_shell(picture, 60.0, 90.0).unwrap());
+        let turn = found.iter().find(|like| like.quarter_turns == 2).unwrap();
+        let at = turn.of(DVec2::new(0.2, 0.1));
+        assert!((at - DVec2::new(0.8, 0.9)).length() < 0.03, "{at}");
+    }
+}

@@ -1,0 +1,322 @@
+//! The training itself: steps, measurements on held-out prints, checkpoints.
+
+use super::loss::{Batch, Matcher};
+use super::pairs::Pair;
+use super::prints::{FRAMES, PrintSource, Shown};
+use anyhow::{Context, Result, anyhow, ensure};
+use burn::grad_clipping::GradientClippingConfig;
+use burn::module::Module;
+use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
+use burn::store::ModuleRecord;
+use burn::tensor::{Bytes, Device};
+use deepsft_cli::paths::beside;
+use deepsft_formats::write_file;
+use deepsft_synth::random::{Stream, generator};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Prints of a batch, and pairs of each.
+const PRINTS: usize = 4;
+const PAIRS: usize = 2;
+
+/// Prints that are kept to draw from, and steps after which the next one comes in.
+const KEPT: usize = 160;
+const STEPS_PER_PRINT: u64 = 4;
+
+/// Learning rate at its highest, steps that lead up to it, and the fraction of it that is left in the end.
+const RATE: f64 = 2e-3;
+const WARM_UP: f64 = 100.0;
+const LEAST_RATE: f64 = 0.02;
+
+/// Held-out prints, and pairs of each that are measured.
+const HELD_OUT_PRINTS: u64 = 12;
+
+/// Sets the held-out prints apart.
+const HELD_OUT_SEED: u64 = 0x68656c64;
+
+/// A point of the curve.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Point {
+    pub pairs: u64,
+    /// Mean since the last point.
+    pub loss: f64,
+    pub held_out_loss: f64,
+    /// Fraction of the cells of held-out windows whose best match lies within a cell and a half.
+    pub right: f64,
+}
+
+/// What a checkpoint knows beside weights and optimiser.
+#[derive(Serialize, Deserialize)]
+struct State {
+    seed: u64,
+    /// Names of the held-out photographs.
+    held_out: Vec<String>,
+    steps: u64,
+    /// Number of the next print, and of those before it that are drawn from.
+    next_print: u64,
+    kept: usize,
+    curve: Vec<Point>,
+}
+
+/// A training of the descriptor network.
+pub struct Training {
+    device: Device,
+    matcher: Matcher,
+    optimizer: ModuleOptimizer,
+    state: State,
+    kept: Vec<Shown>,
+    held_out: Vec<Vec<Pair>>,
+    losses: (f64, u64),
+}
+
+impl Training {
+    /// From random weights; `photographs` are those that are held out.
+    pub fn new(device: &Device, seed: u64, photographs: Vec<PathBuf>) -> Result<Self> {
+        device.seed(seed);
+        let mut held_out = Vec::new();
+        for number in 0..HELD_OUT_PRINTS {
+            let shown = Shown::new(seed ^ HELD_OUT_SEED, number, PAIRS, &photographs)?;
+            let mut dice = generator(seed ^ HELD_OUT_SEED, number, Stream::Scene);
+            held_out.push((0..PAIRS).map(|frame| Pair::new(&shown, frame, &mut dice)).collect());
+        }
+        Ok(Self {
+            matcher: Matcher::new(&device.clone().autodiff()),
+            device: device.clone(),
+            optimizer: optimizer(),
+            state: State {
+                seed,
+                held_out: photographs.iter().map(|path| path.display().to_string()).collect(),
+                steps: 0,
+                next_print: 0,
+                kept: 0,
+                curve: Vec::new(),
+            },
+            kept: Vec::new(),
+            held_out,
+            losses: (0.0, 0),
+        })
+    }
+
+    /// Pairs seen.
+    pub fn pairs(&self) -> u64 {
+        self.state.steps * (PRINTS * PAIRS) as u64
+    }
+
+    /// Number of the next print that [`Training::step`] asks for.
+    pub fn next_print(&self) -> u64 {
+        self.state.next_print
+    }
+
+    /// An update of the weights at the fraction `progress` of the training; the loss before it.
+    pub fn step(&mut self, source: &PrintSource, progress: f64) -> Result<f64> {
+        let (seed, steps) = (self.state.seed, self.state.steps);
+        // After a checkpoint those that were kept are rendered again.
+        while self.kept.len() < self.state.kept.max(PRINTS) {
+            self.take(source)?;
+        }
+        if steps > 0
+            && steps.is_multiple_of(STEPS_PER_PRINT)
+            && self.state.next_print < PRINTS as u64 + steps / STEPS_PER_PRINT
+        {
+            self.take(source)?;
+        }
+        let mut dice = generator(seed, steps, Stream::Shape);
+        let mut pairs = Vec::new();
+        let first = dice.random_range(0..self.kept.len());
+        for k in 0..PRINTS {
+            // Different prints: the next one's view stands for what is not there.
+            let shown = &self.kept[(first + k * (self.kept.len() / PRINTS)) % self.kept.len()];
+            for _ in 0..PAIRS {
+                pairs.push(Pair::new(shown, dice.random_range(0..FRAMES), &mut dice));
+            }
+        }
+        let pairs: Vec<&Pair> = pairs.iter().collect();
+        let batch = Batch::new(&pairs, &self.device.clone().autodiff());
+        let (loss, _) = self.matcher.loss(&batch);
+        let value = f64::from(loss.clone().into_scalar::<f32>());
+        ensure!(value.is_finite(), "the training diverged after {} pairs", self.pairs());
+        let warm_up = ((steps + 1) as f64 / WARM_UP).min(1.0);
+        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * progress).cos());
+        let rate = RATE * warm_up * (LEAST_RATE + (1.0 - LEAST_RATE) * cosine);
+        let gradients = GradientsParams::from_grads(loss.backward(), &self.matcher);
+        self.matcher = self.optimizer.step(rate, self.matcher.clone(), gradients);
+        self.state.steps += 1;
+        self.losses = (self.losses.0 + value, self.losses.1 + 1);
+        Ok(value)
+    }
+
+    /// Takes the next print in, the oldest out.
+    fn take(&mut self, source: &PrintSource) -> Result<()> {
+        if self.kept.len() == KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push(source.next()?);
+        self.state.next_print += 1;
+        self.state.kept = self.state.kept.max(self.kept.len());
+        Ok(())
+    }
+
+    /// Measures on the held-out prints and adds a point to the curve.
+    pub fn measure(&mut self) -> Result<Point> {
+        let matcher = self.matcher.valid();
+        let (mut loss, mut right) = (0.0, 0.0);
+        let batches = self.held_out.chunks(PRINTS);
+        let count = batches.len() as f64;
+        for prints in batches {
+            let pairs: Vec<&Pair> = prints.iter().flatten().collect();
+            let (batch_loss, batch_right) = matcher.loss(&Batch::new(&pairs, &self.device));
+            loss += f64::from(batch_loss.into_scalar::<f32>()) / count;
+            right += batch_right / count;
+        }
+        let (sum, steps) = std::mem::take(&mut self.losses);
+        let point = Point {
+            pairs: self.pairs(),
+            loss: sum / steps.max(1) as f64,
+            held_out_loss: loss,
+            right,
+        };
+        self.state.curve.push(point);
+        Ok(point)
+    }
+
+    /// The weights, folded, in half precision.
+    pub fn weights(&self) -> Result<Vec<u8>> {
+        Ok(self.matcher.network.to_bytes()?)
+    }
+
+    /// The curve as a table.
+    pub fn curve_csv(&self) -> String {
+        let mut table = "pairs,loss,held_out_loss,right\n".to_owned();
+        for Point {
+            pairs,
+            loss,
+            held_out_loss,
+            right,
+        } in &self.state.curve
+        {
+            // Writing to a string cannot fail.
+            let _ = writeln!(table, "{pairs},{loss:.4},{held_out_loss:.4},{right:.4}");
+        }
+        table
+    }
+
+    /// Writes the checkpoint: beside, then renamed; the one before stays as FOLDER.old.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        let (fresh, old) = (
+            folder.with_extension("checkpoint.new"),
+            folder.with_extension("checkpoint.old"),
+        );
+        for stale in [&fresh, &old] {
+            if stale.exists() {
+                fs::remove_dir_all(stale)?;
+            }
+        }
+        fs::create_dir_all(&fresh)?;
+        let weights = self
+            .matcher
+            .valid()
+            .into_record()
+            .into_bytes()
+            .map_err(|e| anyhow!("{e}"))?;
+        let optimizer = self.optimizer.into_bytes().map_err(|e| anyhow!("{e}"))?;
+        write_file(&fresh.join(WEIGHTS), &weights)?;
+        write_file(&fresh.join(OPTIMIZER), &optimizer)?;
+        write_file(&fresh.join(STATE), &serde_json::to_vec_pretty(&self.state)?)?;
+        if folder.exists() {
+            if old.exists() {
+                fs::remove_dir_all(&old)?;
+            }
+            fs::rename(folder, &old)?;
+        }
+        Ok(fs::rename(&fresh, folder)?)
+    }
+
+    /// Goes on from a checkpoint as if there had been no end.
+    pub fn resume(&mut self, folder: &Path) -> Result<()> {
+        let old = beside(folder, ".old");
+        let folder = if folder.exists() { folder } else { &old };
+        let read = |name: &str| {
+            let path = folder.join(name);
+            fs::read(&path).with_context(|| format!("cannot go on from {}", path.display()))
+        };
+        let broken = |name: &str| {
+            let path = folder.join(name);
+            move |reason: String| anyhow!("cannot go on from {}: {reason}", path.display())
+        };
+        let state: State = serde_json::from_slice(&read(STATE)?).map_err(|e| broken(STATE)(e.to_string()))?;
+        ensure!(
+            state.seed == self.state.seed,
+            "{} was made with --seed {}",
+            folder.display(),
+            state.seed
+        );
+        ensure!(
+            state.held_out == self.state.held_out,
+            "{} was made with other --photographs",
+            folder.display()
+        );
+        let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(read(WEIGHTS)?));
+        let record = record.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
+        let matcher = self.matcher.clone().try_load_record(record);
+        self.matcher = matcher.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
+        let optimizer = optimizer().from_bytes(Bytes::from_bytes_vec(read(OPTIMIZER)?));
+        self.optimizer = optimizer.map_err(|e| broken(OPTIMIZER)(e.to_string()))?;
+        self.state = State {
+            next_print: state.next_print - (state.kept as u64).min(state.next_print),
+            ..state
+        };
+        Ok(())
+    }
+}
+
+fn optimizer() -> ModuleOptimizer {
+    AdamWConfig::new()
+        .with_weight_decay(1e-4)
+        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
+        .init()
+}
+
+/// The files of a checkpoint.
+const WEIGHTS: &str = "matcher.bpk";
+const OPTIMIZER: &str = "optimizer.bpk";
+const STATE: &str = "state.json";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_show_the_same_in_cells_that_match_and_a_training_learns_and_goes_on() {
+        let device = Device::flex();
+        let source = PrintSource::start(5, 0, Vec::new());
+        let mut training = Training::new(&device, 5, Vec::new()).unwrap();
+        let before = training.measure().unwrap().held_out_loss;
+        for _ in 0..12 {
+            training.step(&source, 0.0).unwrap();
+        }
+        let after = training.measure().unwrap().held_out_loss;
+        assert!(after < 0.97 * before, "{before} {after}");
+        let folder = tempfile::tempdir().unwrap();
+        let checkpoint = folder.path().join("any.checkpoint");
+        training.save(&checkpoint).unwrap();
+        let mut again = Training::new(&device, 5, Vec::new()).unwrap();
+        again.resume(&checkpoint).unwrap();
+        assert_eq!(again.pairs(), training.pairs());
+        let point = again.measure().unwrap();
+        assert!((point.held_out_loss - after).abs() < 1e-4 * after, "{point:?} {after}");
+        // As if there had been no end: the same prints, the same pairs.
+        let again_source = PrintSource::start(5, again.next_print(), Vec::new());
+        let went_on = training.step(&source, 0.5).unwrap();
+        let resumed = again.step(&again_source, 0.5).unwrap();
+        assert!((resumed - went_on).abs() < 1e-3 * went_on, "{resumed} {went_on}");
+        assert_eq!(again.next_print(), training.next_print());
+        let mut other = Training::new(&device, 6, Vec::new()).unwrap();
+        let error = other.resume(&checkpoint).unwrap_err().to_string();
+        assert!(error.contains("--seed 5"), "{error}");
+        fs::write(checkpoint.join(STATE), "{").unwrap();
+        assert!(again.resume(&checkpoint).unwrap_err().to_string().contains(STATE));
+    }
+}
