@@ -89,7 +89,12 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
         ambiguity,
         ..fit.clone()
     };
-    assert!(is_found(&with(0.5, None)) && !is_found(&with(0.5, Some(0.0))) && !is_found(&with(0.3, None)));
+    assert!(
+        is_found(&with(0.5, None))
+            && is_found(&with(0.5, Some(0.3)))
+            && !is_found(&with(0.5, Some(0.8)))
+            && !is_found(&with(0.3, None))
+    );
     assert!(is_found(&with(0.9, Some(0.8))) && !is_found(&with(0.9, Some(0.96))));
     let small = FrameFit {
         confirmed_px: 2000.0,
