@@ -203,10 +203,10 @@ mod tests {
         }
     }
 
-    fn config(channels: [usize; 4]) -> NetworkConfig {
+    fn config(channels: [usize; 4], blocks_at_32: usize) -> NetworkConfig {
         let shape = CompactConfig {
             channels,
-            blocks_at_32: 2,
+            blocks_at_32,
             ..CompactConfig::default()
         };
         NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera())
@@ -220,7 +220,7 @@ mod tests {
     fn an_unfolded_trunk_is_the_folded_one_up_to_a_factor_and_its_filters_have_length_one() {
         let device = Device::flex();
         let images = Tensor::random([2, 3, 96, 64], Distribution::Uniform(0.0, 1.0), &device);
-        let fresh = config([8, 12, 16, 20]).init(&device);
+        let fresh = config([8, 12, 16, 20], 2).init(&device);
         let trained = fresh.clone().map(&mut Noise::default());
         let begun = fresh.clone().with_trunk("w", &file(trained.clone())).unwrap();
         // New heads have no biases: the logits of their bins tell the features, up to the factor.
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn files_without_this_trunk_are_refused() {
         let device = Device::flex();
-        let network = || config([8, 12, 16, 20]).init(&device);
+        let network = || config([8, 12, 16, 20], 2).init(&device);
         let r50f = || {
             let architecture = Architecture::R50F(R50FConfig::narrow(32));
             NetworkConfig::new(architecture, [200.0, 150.0], &training_camera()).init(&device)
@@ -268,8 +268,13 @@ mod tests {
             (network(), file(r50f()), "no main.patch.weight"),
             (
                 network(),
-                file(config([8, 12, 16, 24]).init(&device)),
+                file(config([8, 12, 16, 24], 2).init(&device)),
                 "main.down32.weight has the shape [24, 16, 3, 3]",
+            ),
+            (
+                network(),
+                file(config([8, 12, 16, 20], 3).init(&device)),
+                "main.encode32.2.",
             ),
             (r50f(), file(network()), "only a compact network"),
             (network().fold(), file(network()), "a folded network"),
