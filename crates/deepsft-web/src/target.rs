@@ -10,9 +10,8 @@ use deepsft::{
     DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, GradeLevel, PictureGrade, PictureTarget},
     geometry::{
-        CompletionOptions, GeometryError, Maps, MapsCompletion, Picture, Template,
-        fitting::{FitOptions, FrameFit, FrameFitter},
-        tracking::TrackingOptions,
+        CompletionOptions, Maps, MapsCompletion, Picture, Template,
+        fitting::{FitOptions, FrameFitter},
     },
 };
 use js_sys::{Array, Object, Uint8ClampedArray};
@@ -29,6 +28,7 @@ pub struct EngineTarget {
     grade: Option<PictureGrade>,
     /// Away while it works.
     finder: RefCell<Option<TargetFinder>>,
+    /// For a network's maps; the finder has its own.
     fitter: RefCell<Option<FrameFitter>>,
     completion: RefCell<Option<MapsCompletion>>,
 }
@@ -85,32 +85,13 @@ impl EngineTarget {
         ])
     }
 
-    /// What the finders see, and whether seeing nothing means that the target is not there.
-    ///
-    /// Features often see something where the target is not. What no fit to the image confirms is left out: the tracker of all
-    /// targets would stand still while it finds that out.
+    /// What the finders see and the image confirms, and whether seeing nothing means that the target is not there.
     pub async fn find(&self, view: &mut View<'_>) -> Result<(Vec<Sighting>, bool), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let seen = finder.find(view).await;
+        let seen = finder.find_confirmed(view).await;
         let can_deny = finder.can_deny();
         self.finder.replace(Some(finder));
-        let canonical = view.canonical(&self.target.canonical_camera())?;
-        let least = TrackingOptions::default().start_agreement;
-        let mut sightings = Vec::new();
-        for sighting in seen? {
-            match sighting.by {
-                FinderKind::Network => sightings.push(sighting),
-                FinderKind::Features | FinderKind::Descriptors => {
-                    let fit = self.fitted(canonical, &sighting.maps)?;
-                    let confirmed = fit.filter(|fit| fit.agreement >= least);
-                    sightings.extend(confirmed.map(|fit| Sighting {
-                        maps: fit.maps,
-                        ..sighting
-                    }));
-                }
-            }
-        }
-        Ok((sightings, can_deny))
+        Ok((seen?, can_deny))
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
@@ -165,17 +146,13 @@ impl EngineTarget {
     /// The mesh fitted to a canonical image, from maps of it.
     pub fn fit(&self, canonical: &Picture, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
         let mut stopwatch = Stopwatch::start();
-        let fitted = self.fitted(canonical, maps)?;
-        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
-    }
-
-    fn fitted(&self, canonical: &Picture, maps: &Maps) -> Result<Option<FrameFit>, GeometryError> {
         let mut fitter = self.fitter.borrow_mut();
         let fitter = match &mut *fitter {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        fitter.fit(canonical, &self.target.canonical_camera(), maps, None)
+        let fitted = fitter.fit(canonical, &self.target.canonical_camera(), maps, None)?;
+        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
     }
 }
 

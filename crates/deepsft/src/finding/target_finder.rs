@@ -8,6 +8,7 @@ use crate::error::DeepSftError;
 use crate::estimator::{Estimator, Judgement};
 use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
 use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter, has_lookalikes};
+use deepsft_geometry::tracking::TrackingOptions;
 use deepsft_geometry::{Camera, Maps, Picture};
 
 /// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]).
@@ -137,18 +138,40 @@ impl TargetFinder {
     /// # Errors
     /// As [`Finder::find`].
     pub async fn find(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
+        self.find_and_fit(view, false).await
+    }
+
+    /// As [`Self::find`], without the matches that no fit to the image confirms: matches often see something where the target
+    /// is not, and a tracker of several targets stands still while it finds that out. The maps of the others are their fit's.
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn find_confirmed(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
+        self.find_and_fit(view, true).await
+    }
+
+    async fn find_and_fit(&mut self, view: &mut View<'_>, fits_all: bool) -> Result<Vec<Sighting>, DeepSftError> {
+        let camera = self.canonical;
         let mut sightings = Vec::new();
         for k in 0..self.finders.len() {
-            let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
+            let Some(sighting) = self.finders[k].find(view, &camera).await? else {
                 continue;
             };
             let Sighting { by, is_sure, .. } = sighting;
-            if by == FinderKind::Network || !self.can_slip() {
+            if by == FinderKind::Network {
                 sightings.push(sighting);
-            } else {
-                let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+            } else if self.can_slip() {
+                let estimate = self.judged(view.canonical(&camera)?, sighting)?;
                 let maps = estimate.maps;
                 sightings.extend(estimate.judgement.found.then_some(Sighting { by, maps, is_sure }));
+            } else if fits_all {
+                let fit = self
+                    .fitter()?
+                    .fit(view.canonical(&camera)?, &camera, &sighting.maps, None)?;
+                let confirmed = fit.filter(|fit| fit.agreement >= TrackingOptions::default().start_agreement);
+                sightings.extend(confirmed.map(|FrameFit { maps, .. }| Sighting { by, maps, is_sure }));
+            } else {
+                sightings.push(sighting);
             }
             if is_sure {
                 break;

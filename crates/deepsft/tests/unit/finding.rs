@@ -104,6 +104,17 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     // The tracker starts from what was seen, before any fit.
     let seen = pollster::block_on(finder.find(&mut view)).unwrap();
     assert!(seen.len() == 1 && !seen[0].is_sure && seen[0].maps.size() == (480, 270));
+    // Where something else hides most of it, what is left still matches, but the image contradicts the whole.
+    let hidden = Picture::from_fn(960, 540, |x, y| match y {
+        0..230 => image.pixel(x, y),
+        _ => [(x * y / 64 % 256) as u8; 3],
+    });
+    let mut behind = View::new(&hidden, &camera);
+    let confirmed = [&mut view, &mut behind].map(|view| {
+        let seen = pollster::block_on(finder.find(view)).unwrap().len();
+        (seen, pollster::block_on(finder.find_confirmed(view)).unwrap().len())
+    });
+    assert_eq!(confirmed, [(1, 1), (1, 0)]);
 
     let wall = Picture::from_fn(960, 540, |x, y| [(90 + (x / 31 + y / 17) % 2 * 60) as u8; 3]);
     let nothing = pollster::block_on(finder.estimate(&mut View::new(&wall, &camera))).unwrap();
