@@ -55,6 +55,12 @@ export class Hud {
   /** What is said of a sheet that is not there. */
   #missing = "";
 
+  constructor() {
+    const { style } = element("#scale-bar");
+    style.setProperty("--scale-up", heatGradient("to top"));
+    style.setProperty("--scale-right", heatGradient("to right"));
+  }
+
   /** Forgets the means of the last source. */
   reset() {
     this.#means.clear();
@@ -223,9 +229,6 @@ export class Hud {
    * @param {{ near: number, far: number }} range mm
    */
   showDepthScale(range) {
-    const bar = element("#scale-bar");
-    bar.style.setProperty("--scale-up", heatGradient("to top"));
-    bar.style.setProperty("--scale-right", heatGradient("to right"));
     const labels = depthTicks(range, 5).ticks.map((tick) => {
       const label = document.createElement("span");
       label.textContent = String(tick);

@@ -5,7 +5,7 @@ import { animate, prefersStillness } from "../graphics/animation.js";
 import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
 import { PrintCovering } from "./print-covering.js";
-import { TemplateLight, shadingOf } from "../stage/shading.js";
+import { TemplateLight, shadingOf, tintOf } from "../stage/shading.js";
 
 /** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
@@ -150,6 +150,7 @@ export class Live {
     this.#tracking?.stop();
     this.#tracking = null;
     this.#stopAnimation();
+    this.#stage.animated = false;
     this.#stage.clear();
     this.#covering.reset();
     this.#printCovering?.reset();
@@ -161,9 +162,11 @@ export class Live {
     this.#stage.draw(0);
   }
 
-  /** Draws again, after the window or the overlay changed. */
+  /** Draws what has changed: the frame, the overlay or the window. */
   redraw() {
-    this.#stage.draw(performance.now() / 1000);
+    // An animated stage is drawn with the next frame of the screen anyway.
+    if (!this.#stage.animated) this.#stage.draw(performance.now() / 1000);
+    if (this.#stage.overlay === "depth" && this.#range) this.#hud.showDepthScale(this.#range);
     if (this.#mesh) this.#orbit.show(this.#mesh);
     this.#placeRegion();
   }
@@ -235,11 +238,14 @@ export class Live {
     const draws = this.#tracking === null || this.#mapsAreShown();
     let shading = null;
     if (estimate.found && this.#templateLight) {
-      const [registration, mask] = [estimate.registration.values(), estimate.mask.values()];
-      const light = shadingOf(estimate.canonical.data, registration, mask, this.#templateLight);
-      shading = light.shading;
-      this.#stage.tint = light.tint;
-      if (draws) this.#followDepth(estimate.depth.values());
+      /** @type {Parameters<typeof shadingOf>} */
+      const lit = [estimate.canonical.data, estimate.registration.values(), estimate.mask.values(), this.#templateLight];
+      this.#stage.tint = tintOf(...lit);
+      // The tracker's mesh is lit on the GPU.
+      if (draws) {
+        shading = shadingOf(...lit);
+        this.#followDepth(estimate.depth.values());
+      }
     }
     if (!draws) return;
     this.#stage.showMaps(estimate, shading);
@@ -259,7 +265,6 @@ export class Live {
     this.#range = { near: ease("near"), far: ease("far") };
     const { step } = depthTicks(this.#range, 9);
     this.#stage.depthScale = { ...this.#range, step };
-    this.#hud.showDepthScale(this.#range);
   }
 
   /**
@@ -278,13 +283,14 @@ export class Live {
     this.#stopAnimation = animate(draw, (slowness) => {
       this.#stage.animated = false;
       this.#stage.quality = Math.max(LEAST_QUALITY, Math.sqrt(1 / slowness));
+      this.redraw();
     });
   }
 
   #placeRegion() {
     const place = this.#stage.regionOnCanvas();
     this.#region.hidden = !place?.partial;
-    if (!place) return;
+    if (!place?.partial) return;
     for (const side of /** @type {const} */ (["left", "top", "width", "height"]))
       this.#region.style[side] = `${place[side]}px`;
   }

@@ -73,58 +73,88 @@ function boxBlur(cells) {
 }
 
 /**
+ * The place in the template's light that a canonical pixel shows.
+ *
+ * @param {Float32Array} registration (u, v) for each canonical pixel
+ * @param {number} pixel
+ * @param {TemplateLight} template
+ */
+function printAt(registration, pixel, { width, height }) {
+  const u = Math.min(width - 1, Math.max(0, Math.floor(registration[2 * pixel] * width)));
+  const v = Math.min(height - 1, Math.max(0, Math.floor(registration[2 * pixel + 1] * height)));
+  return 3 * (v * width + u);
+}
+
+/**
+ * Luminance of a colour in linear light.
+ *
+ * @param {number} r
+ * @param {number} g
+ * @param {number} b
+ */
+function luminanceOf(r, g, b) {
+  return LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
+}
+
+/**
  * Shading of one frame.
  *
  * @param {Uint8ClampedArray} canonical RGBA of the canonical image
  * @param {Float32Array} registration (u, v) for each canonical pixel
  * @param {Uint8Array} mask
  * @param {TemplateLight} template
- * @returns {{ shading: Float32Array, tint: [number, number, number] }} shading: SHADING_WIDTH x SHADING_HEIGHT, 1 where
- *   the image is as bright as the print; tint: the colour of the light, of mean luminance 1
+ * @returns {Float32Array} SHADING_WIDTH x SHADING_HEIGHT, 1 where the image is as bright as the print
  */
 export function shadingOf(canonical, registration, mask, template) {
-  const [seen, printed] = [
-    new Float32Array(SHADING_WIDTH * SHADING_HEIGHT),
-    new Float32Array(SHADING_WIDTH * SHADING_HEIGHT),
-  ];
-  const [seenRgb, printedRgb] = [
-    [0, 0, 0],
-    [0, 0, 0],
-  ];
+  const { rgb } = template;
+  const seen = new Float32Array(SHADING_WIDTH * SHADING_HEIGHT);
+  const printed = new Float32Array(SHADING_WIDTH * SHADING_HEIGHT);
   for (let y = 0, pixel = 0; y < CANONICAL_HEIGHT; y++) {
+    const row = Math.floor(y / CELL) * SHADING_WIDTH;
     for (let x = 0; x < CANONICAL_WIDTH; x++, pixel++) {
       if (mask[pixel] === 0) continue;
-      const u = Math.min(template.width - 1, Math.max(0, Math.floor(registration[2 * pixel] * template.width)));
-      const v = Math.min(template.height - 1, Math.max(0, Math.floor(registration[2 * pixel + 1] * template.height)));
-      const print = 3 * (v * template.width + u);
-      const cell = Math.floor(y / CELL) * SHADING_WIDTH + Math.floor(x / CELL);
-      seen[cell] += FLOOR;
-      printed[cell] += FLOOR;
-      for (let k = 0; k < 3; k++) {
-        const [s, p] = [LINEAR[canonical[4 * pixel + k]], template.rgb[print + k]];
-        seen[cell] += LUMINANCE[k] * s;
-        printed[cell] += LUMINANCE[k] * p;
-        seenRgb[k] += s;
-        printedRgb[k] += p;
-      }
+      const print = printAt(registration, pixel, template);
+      const cell = row + Math.floor(x / CELL);
+      const at = 4 * pixel;
+      seen[cell] += FLOOR + luminanceOf(LINEAR[canonical[at]], LINEAR[canonical[at + 1]], LINEAR[canonical[at + 2]]);
+      printed[cell] += FLOOR + luminanceOf(rgb[print], rgb[print + 1], rgb[print + 2]);
     }
   }
   for (const cells of [seen, printed]) {
     boxBlur(cells);
     boxBlur(cells);
   }
-  const shading = seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST, s / printed[i]) : 1));
-  return { shading, tint: tintOf(seenRgb, printedRgb) };
+  return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST, s / printed[i]) : 1));
 }
 
 /**
- * @param {number[]} seen sums of linear RGB
- * @param {number[]} printed
- * @returns {[number, number, number]}
+ * Colour of the light on the sheet, from one pixel of each cell.
+ *
+ * @param {Uint8ClampedArray} canonical as in {@link shadingOf}
+ * @param {Float32Array} registration
+ * @param {Uint8Array} mask
+ * @param {TemplateLight} template
+ * @returns {[number, number, number]} linear light, of mean luminance 1
  */
-function tintOf(seen, printed) {
+export function tintOf(canonical, registration, mask, template) {
+  const [seen, printed] = [
+    [0, 0, 0],
+    [0, 0, 0],
+  ];
+  for (let y = CELL >> 1; y < CANONICAL_HEIGHT; y += CELL) {
+    for (let x = CELL >> 1; x < CANONICAL_WIDTH; x += CELL) {
+      const pixel = y * CANONICAL_WIDTH + x;
+      if (mask[pixel] === 0) continue;
+      const print = printAt(registration, pixel, template);
+      for (let k = 0; k < 3; k++) {
+        seen[k] += LINEAR[canonical[4 * pixel + k]];
+        printed[k] += template.rgb[print + k];
+      }
+    }
+  }
+  // Against nothing to divide by.
   const light = seen.map((s, k) => (s + 1e-3) / (printed[k] + 1e-3));
-  const luminance = light.reduce((sum, c, k) => sum + LUMINANCE[k] * c, 0);
+  const luminance = luminanceOf(light[0], light[1], light[2]);
   // Cameras and printers saturate: beyond a third the cast is not the light's.
   const [r, g, b] = light.map((c) => Math.min(1.33, Math.max(0.75, c / luminance)));
   return [r, g, b];

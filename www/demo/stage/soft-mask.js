@@ -9,21 +9,31 @@ import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
  * @returns {Uint8Array} 0 to 255
  */
 export function softMask(mask) {
+  const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
   const rows = new Uint8Array(mask.length);
   const soft = new Uint8Array(mask.length);
-  const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
-  const mean = (
-    /** @type {Uint8Array} */ from,
-    /** @type {number} */ i,
-    /** @type {number} */ at,
-    /** @type {number} */ length,
-    /** @type {number} */ step,
-  ) => {
-    const tap = (/** @type {number} */ offset) =>
-      from[i + step * (Math.min(length - 1, Math.max(0, at + offset)) - at)];
-    return tap(-2) + tap(2) + 4 * (tap(-1) + tap(1)) + 6 * tap(0);
-  };
-  for (let y = 0, i = 0; y < h; y++) for (let x = 0; x < w; x++, i++) rows[i] = mean(mask, i, x, w, 1);
-  for (let y = 0, i = 0; y < h; y++) for (let x = 0; x < w; x++, i++) soft[i] = Math.min(255, mean(rows, i, y, h, w));
+  // Beyond an end its pixel repeats.
+  for (let start = 0; start < mask.length; start += w) {
+    const last = start + w - 1;
+    let [a, b, c, d] = [mask[start], mask[start], mask[start], mask[start + 1]];
+    for (let i = start; i <= last; i++) {
+      const e = mask[Math.min(i + 2, last)];
+      rows[i] = a + e + 4 * (b + d) + 6 * c;
+      a = b;
+      b = c;
+      c = d;
+      d = e;
+    }
+  }
+  for (let y = 0; y < h; y++) {
+    const c = w * y;
+    const [b, d] = [Math.max(0, c - w), Math.min(c + w, w * (h - 1))];
+    const [a, e] = [Math.max(0, b - w), Math.min(d + w, w * (h - 1))];
+    for (let x = 0; x < w; x++) {
+      const sum = rows[a + x] + rows[e + x] + 4 * (rows[b + x] + rows[d + x]) + 6 * rows[c + x];
+      // 256 times the mean: 256 inside, which a byte does not hold.
+      soft[c + x] = sum - (sum >> 8);
+    }
+  }
   return soft;
 }

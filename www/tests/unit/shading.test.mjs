@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { depthRange, depthTicks, heatRow } from "../../demo/graphics/heat.js";
-import { SHADING_HEIGHT, SHADING_WIDTH, TemplateLight, shadingOf } from "../../demo/stage/shading.js";
+import { SHADING_HEIGHT, SHADING_WIDTH, TemplateLight, shadingOf, tintOf } from "../../demo/stage/shading.js";
 
 const byteOf = (linear) =>
   Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
@@ -29,7 +29,8 @@ function lit(light) {
       );
     }
   }
-  return shadingOf(canonical, registration, mask, new TemplateLight({ data, width, height }));
+  const lit = [canonical, registration, mask, new TemplateLight({ data, width, height })];
+  return { shading: shadingOf(...lit), tint: tintOf(...lit) };
 }
 
 const at = (shading, x, y) => shading[Math.floor(y / 4) * SHADING_WIDTH + Math.floor(x / 4)];

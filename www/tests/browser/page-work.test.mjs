@@ -1,0 +1,90 @@
+// What a frame costs: nothing is drawn twice, nothing is written that nobody sees.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+
+/** Frames of the clip that are looked at. */
+const FRAMES = 12;
+
+/** A small page: on a machine without a GPU the processor draws it. */
+const SMALL = { viewport: { width: 480, height: 400 } };
+
+/** Adds to each page of a context: WebGL draws on what looks like a GPU, so that papers move. */
+const likeGpu = (context) =>
+  context.addInitScript(() => {
+    const { getParameter } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getParameter = function (name) {
+      const value = getParameter.call(this, name);
+      return typeof value === "string" && /swiftshader|llvmpipe|softpipe/i.test(value) ? "Test GPU" : value;
+    };
+    const request = globalThis.requestAnimationFrame;
+    globalThis.inScreenFrame = false;
+    globalThis.requestAnimationFrame = (callback) =>
+      request((now) => {
+        globalThis.inScreenFrame = true;
+        callback(now);
+        globalThis.inScreenFrame = false;
+      });
+  });
+
+/** Has the page count how often its stage is drawn, and how many frames of the video it has taken. */
+async function countDraws(page) {
+  await page.evaluate(async () => {
+    globalThis.drawn = { animated: 0, beside: 0, still: 0, frames: 0 };
+    const { Stage } = await import("/demo/stage/stage.js");
+    const { draw } = Stage.prototype;
+    Stage.prototype.draw = function (seconds) {
+      drawn[!this.animated ? "still" : inScreenFrame ? "animated" : "beside"]++;
+      draw.call(this, seconds);
+    };
+    document.addEventListener("deepsft-tracked", () => drawn.frames++);
+  });
+}
+
+const hasFrames = (page, count) => page.waitForFunction((most) => globalThis.drawn.frames >= most, count);
+
+test("a stage that is animated is drawn by the screen's frames alone, also when a frame of the video comes", { timeout: SLOW_MS }, async () => {
+  const browser = await launch();
+  try {
+    const demo = await openDemo(browser, { device: SMALL, query: "?device=cpu", prepare: likeGpu });
+    const { page } = demo;
+    await countDraws(page);
+    await page.click("#use-clip");
+    await hasFrames(page, FRAMES);
+    const drawn = await page.evaluate(() => globalThis.drawn);
+    assert.ok(drawn.animated >= 3, JSON.stringify(drawn));
+    assert.equal(drawn.beside, 0, JSON.stringify(drawn));
+    await demo.finish();
+  } finally {
+    await browser.close();
+  }
+});
+
+test("where the processor draws, each frame is drawn once, and the depth scale is written only while it is shown", { timeout: SLOW_MS }, async () => {
+  const browser = await launch();
+  try {
+    const demo = await openDemo(browser, { device: SMALL, query: "?device=cpu", prepare: (context) => context.addInitScript(() => (globalThis.inScreenFrame = false)) });
+    const { page } = demo;
+    await page.click("#use-clip");
+    await page.waitForSelector('#live[data-mesh="true"]');
+    await countDraws(page);
+    await page.evaluate(() => {
+      globalThis.written = 0;
+      new MutationObserver((changes) => (globalThis.written += changes.length)).observe(document.querySelector("#scale"), {
+        ...{ attributes: true, childList: true, subtree: true },
+      });
+    });
+    await hasFrames(page, FRAMES);
+    const { drawn, written } = await page.evaluate(() => ({ drawn: { ...globalThis.drawn }, written: globalThis.written }));
+    assert.equal(drawn.animated + drawn.beside, 0);
+    assert.ok(drawn.still <= drawn.frames + 1, JSON.stringify(drawn));
+    assert.equal(written, 0);
+    await page.click('[data-overlay="depth"]');
+    await page.waitForFunction(() => globalThis.written > 1 && document.querySelectorAll("#scale-ticks span").length > 0);
+    await demo.finish();
+  } finally {
+    await browser.close();
+  }
+});
