@@ -4,6 +4,7 @@ import { fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { Estimate } from "./results/estimate.js";
+import { CANONICAL_INTRINSICS } from "./frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
 import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
 import { Target, unknownTarget } from "./targets/target.js";
@@ -19,6 +20,7 @@ import { Tracking } from "./tracking/tracking.js";
 /** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
 /** @import { TargetKind } from "./targets/target.js" */
 /** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
+/** @import { Question } from "./tracking/mesh-tracking.js" */
 /** @import { TrackedFrame } from "./results/tracked-frame.js" */
 /** @import { Smoothing } from "./tracking/tracker-worker.js" */
 
@@ -317,8 +319,7 @@ export class DeepSft {
       targets: sources,
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
-    const find = (/** @type {ImageBitmap} */ frame, /** @type {CameraOption} */ of, /** @type {number[]} */ ids) =>
-      this.#inTurn(() => this.#find(frame, of, ids, onEstimate !== undefined));
+    const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, onEstimate !== undefined));
     const tracker = new TrackerWorker(workerUrl, timeoutMs);
     const callbacks = { onTracked, onFound, onLost, onEstimate };
     return this.#running(new MeshTracking(video, { targets, tracker, start, find, camera, ...callbacks }));
@@ -387,31 +388,26 @@ export class DeepSft {
   /**
    * Has the finders look for targets in a frame.
    *
-   * @param {ImageBitmap} image
-   * @param {CameraOption} cameraOption
-   * @param {number[]} ids
+   * @param {Question} question
    * @param {boolean} estimated whether the network's answer is wanted as an estimate too
    * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
    */
-  async #find(image, cameraOption, ids, estimated) {
+  async #find({ ids, frame, canonical, camera }, estimated) {
     const began = performance.now();
-    const { width, height } = image;
-    const { found, camera, grabMs } = await this.#engine.run(async (worker) => {
-      const grabbing = performance.now();
-      const frame = await createImageBitmap(image);
-      const grabMs = performance.now() - grabbing;
-      try {
-        const camera = cameraForFrame(cameraOption, { frame, width, height });
-        const request = { ids, estimated, frame, intrinsics: intrinsicsOf(camera) };
-        return { found: await worker.find(request), camera, grabMs };
-      } catch (error) {
-        closeFrame(frame);
-        throw error;
-      }
-    });
-    const { answers, estimate: raw } = found;
-    const estimate = raw && this.#estimateOf(raw, { target: this.#chosen(undefined), camera, grabMs, began });
-    return { answers, estimate };
+    const intrinsics = canonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(camera);
+    let isKept = false;
+    try {
+      const { answers, estimate: raw } = await this.#engine.run(async (worker) =>
+        worker.find({ ids, estimated, frame: await createImageBitmap(canonical ?? frame), intrinsics }),
+      );
+      if (!raw) return { answers, estimate: null };
+      const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
+      isKept = true;
+      return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
+    } finally {
+      canonical?.close();
+      if (!isKept) frame.close();
+    }
   }
 
   /**

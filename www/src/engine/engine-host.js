@@ -3,6 +3,7 @@
 import initialise, { Engine } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
+import { closeFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
@@ -76,7 +77,7 @@ export function removeTarget({ id }) {
 export async function estimate({ id, frame, intrinsics, fit }) {
   const { rgba, readMs } = read(frame);
   const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics));
-  const { value, transfer } = carried(raw, frame, readMs);
+  const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
   if (fit && value.found && !value.fitted) {
     value.fitted = await solvedMesh({ ...value, id });
     if (value.fitted?.accepted) ({ depth: value.depth, registration: value.registration } = value.fitted);
@@ -97,12 +98,10 @@ export async function find({ ids, estimated, frame, intrinsics }) {
   const { answers } = found;
   const maps = answers.flatMap(({ sightings }) => sightings);
   const transfer = maps.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
-  if (found.estimate) {
-    const estimate = carried(found.estimate, frame, readMs);
-    return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
-  }
-  if (frame instanceof ImageBitmap) frame.close();
-  return { value: { answers, estimate: null }, transfer };
+  closeFrame(frame);
+  if (!found.estimate) return { value: { answers, estimate: null }, transfer };
+  const estimate = carried(found.estimate, null, readMs);
+  return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
 }
 
 /** @param {ImageBitmap | ImageData} frame */
@@ -116,15 +115,14 @@ function read(frame) {
  * An estimate as it crosses to the page.
  *
  * @param {EngineEstimate} raw freed here
- * @param {ImageBitmap | ImageData} frame
+ * @param {ImageBitmap | null} bitmap handed back
  * @param {number} readMs
  * @returns {{ value: RawEstimate, transfer: Transferable[] }}
  */
-function carried(raw, frame, readMs) {
+function carried(raw, bitmap, readMs) {
   try {
     const { depth, registration, mask, canonical, found, confidence, by, times } = raw;
     const fitted = raw.takeFitted();
-    const bitmap = frame instanceof ImageData ? null : frame;
     const mesh = fitted ? plainMesh(fitted) : null;
     return {
       value: {

@@ -39,7 +39,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {"network" | "features" | null} by which finder gave the maps
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
- * @property {ImageBitmap | null} bitmap the frame, handed back
+ * @property {ImageBitmap | null} bitmap the frame, where it is handed back
  * @property {RawMesh | null} fitted the mesh where one was fitted and the target found
  */
 

@@ -1,6 +1,7 @@
 // The loop that follows meshes through a video, with the finders beside it.
 
 import { DeepSftError } from "../error.js";
+import { CANONICAL_INTRINSICS, canonicalFrame } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { Patience } from "../frames/patience.js";
 import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
@@ -34,12 +35,22 @@ const BUSY_MS = 2000;
  * @property {Target[]} targets
  * @property {TrackerWorker} tracker ended with the loop
  * @property {TrackerStartRequest} start
- * @property {(frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
+ * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
  * @property {(tracked: TrackedFrame) => void} onTracked
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
+ */
+
+/**
+ * What the finders are asked.
+ *
+ * @typedef {object} Question
+ * @property {number[]} ids of the targets to look for
+ * @property {ImageBitmap} frame closed with the estimate, or when there is none
+ * @property {ImageBitmap | null} canonical the canonical image where it is enough; closed with the answer
+ * @property {SourcedCamera} camera of the frame
  */
 
 /** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
@@ -140,15 +151,15 @@ export class MeshTracking {
       const current = next ?? (await this.#begin(video));
       if (!current) return;
       const raw = await current.answer;
-      if (this.#stopped) return raw.bitmap?.close();
+      if (this.#stopped) return current.frame.close();
       const lost = raw.targets.map(({ id, found, agreement }) => this.#plan.tracked(id, found, agreement));
       if (lost.includes(true)) this.#wakeFinders();
-      const { number, timeS, camera, began, grabMs } = current;
-      const { times, readMs, bitmap } = raw;
+      const { number, timeS, frame, camera, began, grabMs } = current;
+      const { times, readMs } = raw;
       const totalMs = performance.now() - began;
       // Where frames wait already, the worker follows the next while the page draws this one.
       next = this.#frames.waiting ? await this.#begin(video) : null;
-      if (this.#stopped) return bitmap?.close();
+      if (this.#stopped) return frame.close();
       const seen = raw.targets.flatMap((one) => this.#seen(one, 1000 * timeS) ?? []);
       const tracked = new TrackedFrame({
         number,
@@ -156,7 +167,7 @@ export class MeshTracking {
         camera,
         times: { captureMs: grabMs + readMs, ...times, totalMs },
         networkFps: this.#networkFps,
-        frame: bitmap,
+        frame,
       });
       const { onFound, onLost, onTracked } = this.#parts;
       for (const { change, tracked: { target } } of seen) {
@@ -205,24 +216,31 @@ export class MeshTracking {
       const grabbed = await transferableFrame(video).catch((error) => this.#patience.bear(error));
       if (!grabbed) continue;
       this.#patience.reset();
-      const grabMs = performance.now() - began;
-      const { frame } = grabbed;
       if (this.#stopped) {
-        closeFrame(frame);
+        closeFrame(grabbed.frame);
         return null;
       }
       const camera = this.#cameraOf(grabbed);
+      // Of videos only bitmaps are made.
+      const frame = /** @type {ImageBitmap} */ (grabbed.frame);
+      const canonical = canonicalFrame(frame, camera);
+      const grabMs = performance.now() - began;
       // Two frames of one time would start the track afresh.
       this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
       const number = ++this.#number;
       const ids = this.#findersBusy ? [] : this.#plan.next(began);
-      if (ids.length > 0 && frame instanceof ImageBitmap)
-        void this.#ask(ids, number, await createImageBitmap(frame), camera);
-      const request = { number, timeS: this.#timeS, frame, intrinsics: intrinsicsOf(camera) };
-      const answer = this.#parts.tracker.follow(request);
+      if (ids.length > 0) {
+        const confirms = canonical && this.#plan.onlyConfirms(ids);
+        const [copy, small] = await Promise.all([createImageBitmap(frame), confirms ? createImageBitmap(canonical) : null]);
+        void this.#ask(number, { ids, frame: copy, canonical: small, camera });
+      }
+      // The frame itself stays here, to be drawn.
+      const looked = canonical ?? (await createImageBitmap(frame));
+      const intrinsics = canonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(camera);
+      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics });
       // Should a callback throw before it is waited for, nobody waits for it any more.
-      answer.catch(() => closeFrame(frame));
-      return { number, timeS: this.#timeS, camera, began, grabMs, answer };
+      answer.catch(() => frame.close());
+      return { number, timeS: this.#timeS, frame, camera, began, grabMs, answer };
     }
   }
 
@@ -242,22 +260,20 @@ export class MeshTracking {
   /**
    * Has the finders look at a frame and the tracker hear of it.
    *
-   * @param {number[]} ids of the targets to look for
-   * @param {number} number
-   * @param {ImageBitmap} frame closed here
-   * @param {SourcedCamera} camera
+   * @param {number} number of the frame
+   * @param {Question} question
    */
-  async #ask(ids, number, frame, camera) {
+  async #ask(number, question) {
     const { tracker, find, onEstimate } = this.#parts;
-    if (this.#stopped) return frame.close();
+    if (this.#stopped) return question.frame.close();
     this.#findersBusy = true;
     const began = performance.now();
     try {
-      const { answers, estimate } = await find(frame, camera, ids).finally(() => frame.close());
+      const { answers, estimate } = await find(question);
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
       this.#findingMs = now - began;
-      this.#plan.took(ids.length, now - began);
+      this.#plan.took(question.ids.length, now - began);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
       const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
@@ -295,6 +311,7 @@ export class MeshTracking {
  * @typedef {object} Following
  * @property {number} number
  * @property {number} timeS
+ * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs

@@ -40,6 +40,19 @@ export class SearchPlan {
   }
 
   /**
+   * Whether a search only confirms: each target has a network and is followed well. The canonical image is enough for it; features,
+   * which find what is missing, need more pixels.
+   *
+   * @param {number[]} ids
+   */
+  onlyConfirms(ids) {
+    return ids.every((id) => {
+      const searched = this.#targets.get(id);
+      return searched?.isFollowed && searched.agreement >= SURE && searched.target.kind === "model";
+    });
+  }
+
+  /**
    * What the tracker says of a target in its newest frame.
    *
    * @param {number} id

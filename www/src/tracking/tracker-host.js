@@ -3,6 +3,7 @@
 import initialise, { MeshTracker } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
+import { closeFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 
 /** @import { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js" */
@@ -42,9 +43,9 @@ export async function follow({ number, timeS, frame, intrinsics }) {
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
   const { targets, warpMs, trackMs } = await started().follow(number, timeS, rgba, frame.width, frame.height, camera);
-  const bitmap = frame instanceof ImageData ? null : frame;
-  const arrays = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
-  return { value: { targets, times: { warpMs, trackMs }, readMs, bitmap }, transfer: [...arrays, ...(bitmap ? [bitmap] : [])] };
+  closeFrame(frame);
+  const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
+  return { value: { targets, times: { warpMs, trackMs }, readMs }, transfer };
 }
 
 /**

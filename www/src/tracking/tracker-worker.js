@@ -36,7 +36,6 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  * @property {RawTrackedTarget[]} targets
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
- * @property {ImageBitmap | null} bitmap the frame, handed back
  */
 
 /** The worker that follows meshes. */

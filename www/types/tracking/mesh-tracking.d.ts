@@ -13,7 +13,7 @@ export type MeshTrackingParts = {
      */
     tracker: TrackerWorker;
     start: TrackerStartRequest;
-    find: (frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{
+    find: (question: Question) => Promise<{
         answers: RawAnswer[];
         estimate: Estimate | null;
     }>;
@@ -22,6 +22,24 @@ export type MeshTrackingParts = {
     onFound: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onLost: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
+};
+export type Question = {
+    /**
+     * of the targets to look for
+     */
+    ids: number[];
+    /**
+     * closed with the estimate, or when there is none
+     */
+    frame: ImageBitmap;
+    /**
+     * the canonical image where it is enough; closed with the answer
+     */
+    canonical: ImageBitmap | null;
+    /**
+     * of the frame
+     */
+    camera: SourcedCamera;
 };
 export type Followed = {
     target: Target;
@@ -33,12 +51,21 @@ export type Followed = {
  * @property {Target[]} targets
  * @property {TrackerWorker} tracker ended with the loop
  * @property {TrackerStartRequest} start
- * @property {(frame: ImageBitmap, camera: CameraOption, ids: number[]) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
+ * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
  * @property {(tracked: TrackedFrame) => void} onTracked
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
+ */
+/**
+ * What the finders are asked.
+ *
+ * @typedef {object} Question
+ * @property {number[]} ids of the targets to look for
+ * @property {ImageBitmap} frame closed with the estimate, or when there is none
+ * @property {ImageBitmap | null} canonical the canonical image where it is enough; closed with the answer
+ * @property {SourcedCamera} camera of the frame
  */
 /** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
 /** Meshes being followed through a video. */
@@ -80,6 +107,7 @@ export declare class MeshTracking {
 export type Following = {
     number: number;
     timeS: number;
+    frame: ImageBitmap;
     camera: SourcedCamera;
     /**
      * when the tracker was free for it, milliseconds
@@ -94,6 +122,7 @@ export type Following = {
  * @typedef {object} Following
  * @property {number} number
  * @property {number} timeS
+ * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs

@@ -20,6 +20,13 @@ export declare class SearchPlan {
     /** Whether some target is followed. */
     get isFollowingSome(): boolean;
     /**
+     * Whether a search only confirms: each target has a network and is followed well. The canonical image is enough for it; features,
+     * which find what is missing, need more pixels.
+     *
+     * @param {number[]} ids
+     */
+    onlyConfirms(ids: number[]): boolean;
+    /**
      * What the tracker says of a target in its newest frame.
      *
      * @param {number} id

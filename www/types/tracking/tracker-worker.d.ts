@@ -37,10 +37,6 @@ export type RawTracked = {
      * time to read the frame's pixels
      */
     readMs: number;
-    /**
-     * the frame, handed back
-     */
-    bitmap: ImageBitmap | null;
 };
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
 /**
@@ -70,7 +66,6 @@ export type RawTracked = {
  * @property {RawTrackedTarget[]} targets
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
- * @property {ImageBitmap | null} bitmap the frame, handed back
  */
 /** The worker that follows meshes. */
 export declare class TrackerWorker extends WorkerCalls {

@@ -1,0 +1,16 @@
+import type { SourcedCamera } from "../camera/intrinsics.js";
+/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** The canonical camera's numbers in the order the engine takes them. */
+export declare const CANONICAL_INTRINSICS: readonly [380, 380, number, number, 0, 0, 0, 0, 0];
+/**
+ * The canonical image of a frame whose lens does not distort: a crop and a scale, black beyond the frame. It stands for the
+ * frame wherever only the canonical image is looked at, with a quarter of the pixels of 960 x 540.
+ *
+ * Each pixel is the mean of about those that it covers, as in the engine's own warp (`deepsft-geometry`: `camera/canonical.rs`),
+ * but not to the bit: browsers halve large pictures and interpolate what is left.
+ *
+ * @param {ImageBitmap} frame
+ * @param {SourcedCamera} camera of the frame
+ * @returns {ImageBitmap | null} null where the lens distorts, which takes the engine's warp
+ */
+export declare function canonicalFrame(frame: ImageBitmap, camera: SourcedCamera): ImageBitmap | null;
