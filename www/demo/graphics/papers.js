@@ -128,16 +128,26 @@ vec3 linearFromDisplay(vec3 c) {
 `;
 
 /**
- * GLSL: `vec3 paperColor(vec2 uv, float pixelMm)`, linear light, beside {@link PAPERS_GLSL}. The shader declares `u_sheetMm`.
+ * Painted papers are kept as powers of linear light, nearly as sRGB has them: then light is a factor, and no pixel takes a power of
+ * its own.
+ */
+export const PAINTED_POWER = 1 / 2.2;
+
+/**
+ * GLSL: `vec3 litPaper(vec2 uv, float pixelMm, vec3 light)`, sRGB of the paper in a light, beside {@link PAPERS_GLSL}. The light is linear,
+ * of a painted paper its power {@link PAINTED_POWER}. The shader declares `u_sheetMm`.
  *
  * @param {PaperSource} source
  */
 export function paperGlsl(source) {
   const [uniform, color] =
     source === "painted"
-      ? ["uniform sampler2D u_painted;", "texture(u_painted, uv).rgb"]
-      : ["uniform float u_seconds;", `${PAPER_FUNCTIONS[source]}(uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds)`];
+      ? ["uniform sampler2D u_painted;", "min(texture(u_painted, uv).rgb * light, 1.0)"]
+      : [
+          "uniform float u_seconds;",
+          `displayFromLinear(${PAPER_FUNCTIONS[source]}(uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds) * light)`,
+        ];
   return `${uniform}
 ${PAPERS_GLSL}
-vec3 paperColor(vec2 uv, float pixelMm) { return ${color}; }`;
+vec3 litPaper(vec2 uv, float pixelMm, vec3 light) { return ${color}; }`;
 }

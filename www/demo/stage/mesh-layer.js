@@ -2,7 +2,7 @@
 
 import { SMALL_LENGTH } from "./frame-picture.js";
 import { createProgram, createTexture, programVariants } from "../graphics/gl.js";
-import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
+import { LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, blurFragmentShader, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
@@ -34,7 +34,7 @@ export class MeshLayer {
   #gl;
   #programs;
   #lightProgram;
-  #blurProgram;
+  #blurPrograms;
   #print;
   #vertexArray;
   #emptyArray;
@@ -61,7 +61,7 @@ export class MeshLayer {
     this.#gl = gl;
     this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
     this.#lightProgram = createProgram(gl, MESH_VERTEX_SHADER, LIGHT_FRAGMENT_SHADER);
-    this.#blurProgram = createProgram(gl, VERTEX_SHADER, BLUR_FRAGMENT_SHADER);
+    this.#blurPrograms = programVariants(gl, VERTEX_SHADER, blurFragmentShader);
     this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
     this.#print = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
     this.#emptyArray = gl.createVertexArray();
@@ -155,11 +155,11 @@ export class MeshLayer {
   }
 
   /**
-   * The picture of the light: luminance seen and printed, both low-passed.
+   * The picture of the light: luminance seen and printed, both low-passed, or for a painted paper what it is drawn in.
    *
    * @param {MeshView} mesh
    */
-  #drawLight({ camera, smallFrame }) {
+  #drawLight({ camera, smallFrame, paper, tint }) {
     const gl = this.#gl;
     const scale = SMALL_LENGTH / Math.max(camera.width, camera.height);
     const size = /** @type {[number, number]} */ ([Math.ceil(camera.width * scale), Math.ceil(camera.height * scale)]);
@@ -174,16 +174,18 @@ export class MeshLayer {
     this.#project(uniform, camera, [0, 0, scale], size);
     this.#drawMesh();
 
-    gl.useProgram(this.#blurProgram.program);
-    gl.uniform2f(this.#blurProgram.uniform("u_targetSize"), ...size);
     gl.bindVertexArray(this.#emptyArray);
-    for (const [from, to, x, y] of [
-      [0, 1, 1 / size[0], 0],
-      [1, 0, 0, 1 / size[1]],
-    ]) {
+    for (const { from, to, step, result } of /** @type {const} */ ([
+      { from: 0, to: 1, step: [1 / size[0], 0], result: "sums" },
+      { from: 1, to: 0, step: [0, 1 / size[1]], result: paper === "painted" ? "painted" : "sums" },
+    ])) {
+      const { program, uniform } = this.#blurPrograms(result);
+      gl.useProgram(program);
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#light[to].framebuffer);
-      this.#bind(this.#blurProgram.uniform, { light: this.#light[from].texture });
-      gl.uniform2f(this.#blurProgram.uniform("u_step"), x, y);
+      this.#bind(uniform, { light: this.#light[from].texture });
+      gl.uniform2f(uniform("u_targetSize"), ...size);
+      gl.uniform2f(uniform("u_step"), step[0], step[1]);
+      gl.uniform3f(uniform("u_tint"), ...tint);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
     gl.bindVertexArray(null);

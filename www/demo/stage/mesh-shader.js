@@ -1,6 +1,6 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
+import { PAINTED_POWER, PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
 import { DISTORTION_GLSL } from "./stage-shader.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
@@ -74,20 +74,33 @@ void main() {
   o_light = vec4(dot(seen, luminance), dot(printed, luminance), 1.0, 1.0) * weight;
 }`;
 
+/* How much brighter the image is than the print, by the sums of both. */
+const LIGHT_GLSL = `
+float lightOf(vec3 light) {
+  if (light.z < 1e-3) return 1.0;
+  light /= light.z;
+  return clamp((light.x + 0.02) / (light.y + 0.02), 0.0, 2.5);
+}`;
+
 /**
  * A Gaussian along one direction, exp(-i^2 / 9) for i = -4..=4: two neighbours in one bilinear sample between them.
+ *
+ * @param {"sums" | "painted"} result the blurred sums, or from them the light that a painted paper is drawn in
  */
-export const BLUR_FRAGMENT_SHADER = `#version 300 es
+export const blurFragmentShader = (result) => `#version 300 es
 precision highp float;
 uniform sampler2D u_light;
 uniform vec2 u_step;               // one pixel along the direction, texture coordinates
 uniform vec2 u_targetSize;         // pixels
+uniform vec3 u_tint;
 out vec4 o_light;
+${LIGHT_GLSL}
 void main() {
   vec2 at = gl_FragCoord.xy / u_targetSize;
   vec4 near = texture(u_light, at - 1.4174 * u_step) + texture(u_light, at + 1.4174 * u_step);
   vec4 far = texture(u_light, at - 3.3148 * u_step) + texture(u_light, at + 3.3148 * u_step);
-  o_light = (texture(u_light, at) + 1.5360 * near + 0.5369 * far) / 5.1458;
+  vec4 sums = (texture(u_light, at) + 1.5360 * near + 0.5369 * far) / 5.1458;
+  o_light = ${result === "sums" ? "sums" : `vec4(pow(lightOf(sums.xyz) * u_tint, vec3(${PAINTED_POWER})), 1.0)`};
 }`;
 
 /**
@@ -99,7 +112,7 @@ void main() {
 export const meshFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
-uniform sampler2D u_light;         // blurred
+uniform sampler2D u_light;         // blurred sums, or the light of a painted paper
 uniform sampler2D u_heat;
 uniform vec2 u_frameSize;          // pixels
 uniform float u_strength;
@@ -117,13 +130,7 @@ flat in int v_diagonal;
 out vec4 o_color;                  // premultiplied
 ${paperGlsl(paper)}
 
-/* How much brighter the image is than the print. */
-float lightAt(vec2 pixel) {
-  vec3 light = texture(u_light, vec2(pixel.x / u_frameSize.x, 1.0 - pixel.y / u_frameSize.y)).rgb;
-  if (light.z < 1e-3) return 1.0;
-  light /= light.z;
-  return clamp((light.x + 0.02) / (light.y + 0.02), 0.0, 2.5);
-}
+${LIGHT_GLSL}
 
 vec4 wire(vec2 border) {
   vec3 distances = v_corner / max(fwidth(v_corner), vec3(1e-5));
@@ -175,8 +182,9 @@ vec4 paper() {
   // The blank back stays as the camera sees it; it hides what is behind all the same.
   if (!gl_FrontFacing) return vec4(0.0);
   vec2 stride = fwidth(v_uv) * u_sheetMm;
-  vec3 color = paperColor(v_uv, max(max(stride.x, stride.y), 1e-3));
-  return vec4(displayFromLinear(color * lightAt(v_pixel) * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
+  vec3 light = texture(u_light, vec2(v_pixel.x / u_frameSize.x, 1.0 - v_pixel.y / u_frameSize.y)).rgb;
+  ${paper === "painted" ? "" : "light = lightOf(light) * u_tint;"}
+  return vec4(litPaper(v_uv, max(max(stride.x, stride.y), 1e-3), light), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
 }
 
 void main() {

@@ -2,7 +2,7 @@
 // everything else on the page together.
 
 import { createProgram, createTexture } from "../graphics/gl.js";
-import { PAPERS_GLSL, PAPER_FUNCTIONS } from "../graphics/papers.js";
+import { PAINTED_POWER, PAPERS_GLSL, PAPER_FUNCTIONS } from "../graphics/papers.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { Paper } from "../graphics/papers.js" */
@@ -20,19 +20,20 @@ out vec4 o_color;
 ${PAPERS_GLSL}
 void main() {
   vec2 mm = gl_FragCoord.xy / u_size * u_sheetMm;
-  o_color = vec4(${PAPER_FUNCTIONS[paper]}(mm, u_sheetMm.x / u_size.x, u_sheetMm, u_seconds), 1.0);
+  vec3 linear = ${PAPER_FUNCTIONS[paper]}(mm, u_sheetMm.x / u_size.x, u_sheetMm, u_seconds);
+  o_color = vec4(pow(clamp(linear, 0.0, 1.0), vec3(${PAINTED_POWER})), 1.0);
 }`;
 
 export class PaintedPaper {
   #gl;
-  /** Linear light when it is sampled; mipmapped. */
+  /** Powers of linear light; mipmapped. */
   texture;
   #painted = "";
 
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.#gl = gl;
-    this.texture = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
+    this.texture = createTexture(gl, gl.LINEAR_MIPMAP_NEAREST);
   }
 
   /**
@@ -50,7 +51,7 @@ export class PaintedPaper {
     const scale = LENGTH / Math.max(...sheetMm);
     const size = /** @type {[number, number]} */ (sheetMm.map((side) => Math.max(1, Math.round(side * scale))));
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, ...size, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, ...size, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
     const framebuffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);

@@ -1,6 +1,6 @@
 // The stage's shader: one pass that draws the frame and the overlay for every pixel of the canvas.
 
-import { paperGlsl } from "../graphics/papers.js";
+import { PAINTED_POWER, paperGlsl } from "../graphics/papers.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
 
@@ -43,6 +43,11 @@ const overlayGlsl = (/** @type {MapOverlay} */ overlay) => `
   float inside = clamp((maps.coverage - CONTOUR) / edge + 0.5, 0.0, 1.0) * u_strength;
   ${MAP_OVERLAYS[overlay]}`;
 
+/** Darkens what the network does not see. */
+const DIMMED_GLSL = `
+  vec2 beyond = max(max(u_region.xy - pixel, pixel - u_region.zw), 0.0) * u_view.z;
+  color *= mix(1.0, 0.42, smoothstep(0.0, 1.5, max(beyond.x, beyond.y)));`;
+
 /** What fills the canvas beside the image: the image again, larger, far out of focus and dark. */
 export const BACKDROP_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
@@ -62,8 +67,9 @@ void main() {
  *
  * @param {"plain" | MapOverlay} overlay
  * @param {PaperSource} paper
+ * @param {"whole" | "part"} region how much of the frame the network sees
  */
-export const stageFragmentShader = (overlay, paper) => `#version 300 es
+export const stageFragmentShader = (overlay, paper, region) => `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -141,9 +147,8 @@ vec3 frameColor(vec2 pixel) {
 }
 
 vec3 paperOverlay(Maps maps, float pixelMm, vec2 canonical) {
-  vec3 color = paperColor(maps.uv, pixelMm);
-  float shading = texture(u_shading, canonical / u_canonical.xy).r;
-  return displayFromLinear(color * shading * u_tint);
+  vec3 light = texture(u_shading, canonical / u_canonical.xy).r * u_tint;
+  return litPaper(maps.uv, pixelMm, ${paper === "painted" ? `pow(light, vec3(${PAINTED_POWER}))` : "light"});
 }
 
 vec3 depthOverlay(Maps maps, float slope) {
@@ -159,8 +164,7 @@ void main() {
   vec2 canvas = vec2(gl_FragCoord.x, u_canvasSize.y - gl_FragCoord.y);
   vec2 pixel = (canvas - u_view.xy) / u_view.z;
   vec3 color = frameColor(pixel);
-  vec2 beyond = max(max(u_region.xy - pixel, pixel - u_region.zw), 0.0) * u_view.z;
-  color *= mix(1.0, 0.42, smoothstep(0.0, 1.5, max(beyond.x, beyond.y)));
+${region === "whole" ? "" : DIMMED_GLSL}
 ${overlay === "plain" ? "" : overlayGlsl(overlay)}
   o_color = vec4(color, 1.0);
 }`;

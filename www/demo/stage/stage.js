@@ -216,7 +216,7 @@ export class Stage {
     gl.viewport(0, 0, width, height);
     gl.enable(gl.SCISSOR_TEST);
     this.#drawBackdrop([width, height], camera, { left, top, scale });
-    const { program, uniform } = this.#programs(mapOverlay, paper);
+    const { program, uniform } = this.#programs(mapOverlay, paper, isWhole(region, camera) ? "whole" : "part");
     gl.useProgram(program);
     this.#bind(uniform, SAMPLERS);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
@@ -324,4 +324,14 @@ export class Stage {
       partial: fraction < 0.95,
     };
   }
+}
+
+/**
+ * Whether a region is the whole image, but for a pixel or two at its border.
+ *
+ * @param {{ left: number, top: number, right: number, bottom: number }} region pixels
+ * @param {SourcedCamera} camera
+ */
+function isWhole({ left, top, right, bottom }, { width, height }) {
+  return Math.max(left, top, width - right, height - bottom) < 2;
 }
