@@ -16,6 +16,9 @@ export const CANONICAL_INTRINSICS = /** @type {const} */ ([
  */
 const MOST_INTERPOLATED = 2.1;
 
+/** Frame pixels a canonical pixel below which little is spared: the engine's own warp then stays, to the bit. */
+const LEAST_SCALE = 1.25;
+
 /** @type {OffscreenCanvas | undefined} */
 let canvas;
 
@@ -28,16 +31,17 @@ let canvas;
  *
  * @param {ImageBitmap} frame
  * @param {SourcedCamera} camera of the frame
- * @returns {ImageBitmap | null} null where the lens distorts, which takes the engine's warp
+ * @returns {ImageBitmap | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
 export function canonicalFrame(frame, camera) {
   if (camera.distortion.some((k) => k !== 0)) return null;
-  canvas ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT);
-  const context = canvas.getContext("2d", { alpha: false });
-  if (!context) return null;
   const [left, top] = imageFromCanonical(camera, 0, 0);
   const [right, bottom] = imageFromCanonical(camera, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   const scale = Math.max((right - left) / CANONICAL_WIDTH, (bottom - top) / CANONICAL_HEIGHT);
+  if (scale < LEAST_SCALE) return null;
+  canvas ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  const context = canvas.getContext("2d", { alpha: false });
+  if (!context) return null;
   context.imageSmoothingQuality = scale <= MOST_INTERPOLATED ? "low" : "medium";
   context.drawImage(frame, left, top, right - left, bottom - top, 0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   // Leaves the canvas black.

@@ -63,6 +63,8 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
       }
       const bent = cameraForImage({ ...cameraOfClip, distortion: [0.1, 0, 0, 0, 0] }, whole.width, whole.height);
       measured.bent = canonicalFrame(whole, bent);
+      const little = await createImageBitmap(whole, { resizeWidth: 480, resizeHeight: 270 });
+      measured.little = canonicalFrame(little, cameraForImage(cameraOfClip, 480, 270));
       sft.close();
       return measured;
     }, [clip.frames[0].png.toString("base64"), clip.camera]);
@@ -73,6 +75,7 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
     }
     assert.equal(found.shifted.corner, 0, "beyond the frame both are black");
     assert.equal(found.bent, null, "a lens that distorts takes the engine's warp");
+    assert.equal(found.little, null, "and so does a frame that is no larger");
   }),
 );
 

@@ -11,6 +11,6 @@ export declare const CANONICAL_INTRINSICS: readonly [380, 380, number, number, 0
  *
  * @param {ImageBitmap} frame
  * @param {SourcedCamera} camera of the frame
- * @returns {ImageBitmap | null} null where the lens distorts, which takes the engine's warp
+ * @returns {ImageBitmap | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
 export declare function canonicalFrame(frame: ImageBitmap, camera: SourcedCamera): ImageBitmap | null;
