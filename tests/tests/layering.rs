@@ -9,7 +9,16 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft-geometry", &[]),
     ("deepsft-finding", &["deepsft-geometry"]),
     ("deepsft-formats", &["deepsft-geometry"]),
-    ("deepsft", &["deepsft-finding", "deepsft-formats", "deepsft-geometry"]),
+    ("deepsft-inference", &["deepsft-geometry"]),
+    (
+        "deepsft",
+        &[
+            "deepsft-finding",
+            "deepsft-formats",
+            "deepsft-geometry",
+            "deepsft-inference",
+        ],
+    ),
     ("deepsft-synth", &["deepsft-formats", "deepsft-geometry"]),
     (
         "deepsft-train",

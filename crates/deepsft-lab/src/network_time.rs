@@ -3,9 +3,9 @@
 use crate::measuring::{Times, cores};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, start_device};
+use deepsft::{DeviceKind, Stage, start_device};
 use deepsft_cli::network_choice;
-use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Picture};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps, Picture};
 use std::fs;
 use std::time::Instant;
 
@@ -25,7 +25,8 @@ pub struct NetworkTimeArguments {
     passes: u32,
 }
 
-/// Runs images through the network and prints the median time and the peak memory of this process.
+/// Runs images through the network, by burn and by the executor if it has one, and prints median times and the peak memory of
+/// this process. Operations are those of plain convolutions, also where the executor saves some.
 pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
     let passes = arguments.passes;
     let network = network_choice::named(&arguments.network)?.fold();
@@ -33,27 +34,41 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
     let image = Picture::from_fn(CANONICAL_WIDTH, CANONICAL_HEIGHT, |x, y| {
         [(x % 256) as u8, (y % 256) as u8, (x * y % 251) as u8]
     });
-    let mut milliseconds = Vec::new();
-    // The first pass fills caches and thread pools.
-    for pass in 0..=passes {
-        let start = Instant::now();
-        pollster::block_on(network.infer(&[&image], &device))?;
-        if pass > 0 {
-            milliseconds.push(start.elapsed().as_secs_f64() * 1e3);
-        }
-    }
-    let threads = cores();
     let flops: u64 = network.describe().iter().map(|layer| layer.executed_flops).sum();
-    let times = Times::of(milliseconds).context("nothing was measured")?;
-    println!(
-        "{}: forward pass on {}, {threads} threads: {:.3} s (median of {passes}, {:.3} to {:.3}), {:.1} GFLOP/s",
-        arguments.network,
-        description.adapter_name,
-        times.median_ms / 1e3,
-        times.least_ms / 1e3,
-        times.most_ms / 1e3,
-        flops as f64 / times.median_ms / 1e6
-    );
+    let measured = |way: &str, pass: &mut dyn FnMut() -> Result<()>| -> Result<()> {
+        let mut milliseconds = Vec::new();
+        // The first pass fills caches and thread pools.
+        for number in 0..=passes {
+            let start = Instant::now();
+            pass()?;
+            if number > 0 {
+                milliseconds.push(start.elapsed().as_secs_f64() * 1e3);
+            }
+        }
+        let times = Times::of(milliseconds).context("nothing was measured")?;
+        println!(
+            "{}: forward pass by {way} on the {}, {} threads: {:.4} s (median of {passes}, {:.4} to {:.4}), {:.1} GFLOP/s",
+            arguments.network,
+            description.adapter_name,
+            cores(),
+            times.median_ms / 1e3,
+            times.least_ms / 1e3,
+            times.most_ms / 1e3,
+            flops as f64 / times.median_ms / 1e6
+        );
+        Ok(())
+    };
+    measured("burn", &mut || {
+        pollster::block_on(network.infer(&[&image], &device))?;
+        Ok(())
+    })?;
+    if let Some(mut executor) = network.executor(CANONICAL_WIDTH, CANONICAL_HEIGHT)? {
+        let mut maps = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+        measured("our executor", &mut || {
+            executor.run(&image)?;
+            Ok(executor.read(Stage::RegistrationRefinement, None, &mut maps)?)
+        })?;
+    }
     match peak_bytes() {
         Some(bytes) => println!("peak memory of this process: {:.0} MB", bytes as f64 / 1e6),
         None => println!("peak memory of this process: this system does not report it"),

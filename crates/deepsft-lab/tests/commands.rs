@@ -180,7 +180,7 @@ fn a_forward_pass_is_timed() {
     let run = deepsft_lab(folder.path(), &["network-time", &shipped_model(), "--passes", "1"]);
     let text = &run.succeeds().stdout;
     assert!(
-        text.contains("forward pass on CPU") && text.contains("peak memory"),
+        text.contains("by burn") && text.contains("by our executor") && text.contains("peak memory"),
         "{text}"
     );
     deepsft_lab(folder.path(), &["network-time", "vgg"]).fails(3, &["vgg", "no such folder"]);

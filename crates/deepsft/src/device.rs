@@ -10,8 +10,8 @@ use burn::tensor::{DeviceType, wgpu::WgpuBackend};
 use std::fmt;
 use std::str::FromStr;
 
-/// Name of the CPU's engine where a GPU would have an adapter's name.
-const CPU_NAME: &str = "CPU (burn flex)";
+/// What stands where a GPU would have its adapter's name.
+const CPU_NAME: &str = "processor";
 
 impl FromStr for DeviceKind {
     type Err = DeepSftError;

@@ -1,14 +1,16 @@
 //! The estimator: one image and its camera in, maps and a judgement of them out.
 
-use crate::bundle::{FoundRule, MODEL_FILE, ModelBundle};
+use crate::bundle::{FoundRule, MODEL_FILE, ModelBundle, WEIGHTS_FILE};
 use crate::error::DeepSftError;
-use crate::network::{Network, Stage};
+use crate::network::Network;
 use crate::photo_consistency::TemplateLuminance;
 use burn::module::Module;
 use burn::tensor::Device;
 use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, check_size, remove_islands,
 };
+use deepsft_inference::{CompactExecutor, Stage};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
@@ -45,9 +47,66 @@ pub struct Estimate {
 pub struct Estimator {
     network: Network,
     device: Device,
+    /// Of the networks that the processor runs without burn.
+    executors: Option<Arc<Executors>>,
     canonical: Camera,
     found: FoundRule,
     template: TemplateLuminance,
+}
+
+/// Executors of one network, one for each caller at a time.
+#[derive(Debug)]
+struct Executors(Mutex<Vec<CompactExecutor>>);
+
+impl Executors {
+    /// `None` for networks that only burn runs.
+    fn of(network: &Network) -> Result<Option<Self>, DeepSftError> {
+        let first = Self::new_executor(network)?;
+        Ok(first.map(|executor| Self(Mutex::new(vec![executor]))))
+    }
+
+    fn new_executor(network: &Network) -> Result<Option<CompactExecutor>, DeepSftError> {
+        let made = network.executor(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+        made.map_err(|error| DeepSftError::BundleContent {
+            file: WEIGHTS_FILE.to_owned(),
+            reason: error.to_string(),
+        })
+    }
+
+    /// The maps of each of `stages`.
+    fn infer(
+        &self,
+        network: &Network,
+        canonical: &Picture,
+        stages: &[Stage],
+        seen: Option<&[bool]>,
+    ) -> Result<Vec<Maps>, DeepSftError> {
+        let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let free = idle().pop();
+        let Some(mut executor) = free.map_or_else(|| Self::new_executor(network), |free| Ok(Some(free)))? else {
+            return Ok(Vec::new());
+        };
+        executor.run(canonical)?;
+        let mut read = Vec::with_capacity(stages.len());
+        for &stage in stages {
+            let mut maps = Maps::empty(canonical.width(), canonical.height());
+            executor.read(stage, seen, &mut maps)?;
+            read.push(maps);
+        }
+        idle().push(executor);
+        Ok(read)
+    }
+
+    fn infer_stages(
+        &self,
+        network: &Network,
+        canonical: &Picture,
+        seen: Option<&[bool]>,
+    ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        let stages = network.stages();
+        let maps = self.infer(network, canonical, stages, seen)?;
+        Ok(stages.iter().copied().zip(maps).collect())
+    }
 }
 
 impl Estimator {
@@ -64,9 +123,16 @@ impl Estimator {
                 reason,
             });
         }
+        let network = bundle.network();
+        let executors = if *device == Device::flex() {
+            Executors::of(network)?.map(Arc::new)
+        } else {
+            None
+        };
         Ok(Self {
-            network: bundle.network().clone().fork(device),
+            network: network.clone().fork(device),
             device: device.clone(),
+            executors,
             canonical: *bundle.camera(),
             found: bundle.card().found,
             template: TemplateLuminance::new(bundle.template().texture()),
@@ -98,7 +164,10 @@ impl Estimator {
     /// device fails.
     pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
         self.check_canonical(canonical)?;
-        let mut maps = self.network.infer(&[canonical], &self.device).await?;
+        let mut maps = match &self.executors {
+            Some(executors) => executors.infer(&self.network, canonical, &[Stage::RegistrationRefinement], None)?,
+            None => self.network.infer(&[canonical], &self.device).await?,
+        };
         let mut maps = maps
             .pop()
             .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
@@ -113,7 +182,10 @@ impl Estimator {
     /// As [`Estimator::infer`].
     pub async fn infer_stages(&self, canonical: &Picture) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         self.check_canonical(canonical)?;
-        let mut stages = self.network.infer_stages(canonical, &self.device).await?;
+        let mut stages = match &self.executors {
+            Some(executors) => executors.infer_stages(&self.network, canonical, None)?,
+            None => self.network.infer_stages(canonical, &self.device).await?,
+        };
         for (_, maps) in &mut stages {
             remove_islands(maps, LEAST_PIECE);
         }
@@ -131,7 +203,10 @@ impl Estimator {
         seen: &[bool],
     ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         self.check_canonical(canonical)?;
-        self.network.infer_stages_where(canonical, seen, &self.device).await
+        match &self.executors {
+            Some(executors) => executors.infer_stages(&self.network, canonical, Some(seen)),
+            None => self.network.infer_stages_where(canonical, seen, &self.device).await,
+        }
     }
 
     /// The stages of [`Estimator::infer_stages`].

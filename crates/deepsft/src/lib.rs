@@ -24,6 +24,7 @@ pub use deepsft_formats::{
     mesh_to_obj, parse_camera, template_to_files,
 };
 pub use deepsft_geometry as geometry;
+pub use deepsft_inference::{CompactExecutor, PlanError, Stage};
 pub use device::{DeviceDescription, start_device, start_devices};
 pub use device_kind::DeviceKind;
 pub use error::DeepSftError;
@@ -35,7 +36,7 @@ pub use finding::{
 pub use network::{
     Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork,
     INPUT_MULTIPLE, LayerDescription, Network, NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL,
-    PaperConfig, PaperNetwork, R50FConfig, R50FNetwork, SEAM_JUMP, Stage, WeightArray, cross_entropy, images_to_tensor,
+    PaperConfig, PaperNetwork, R50FConfig, R50FNetwork, SEAM_JUMP, WeightArray, cross_entropy, images_to_tensor,
     layer_table, pictures_to_tensor,
 };
 pub use photo_consistency::TemplateLuminance;

@@ -5,9 +5,9 @@
 use super::workload;
 use crate::measuring::{Process, Rival, Times, timed};
 use anyhow::{Context, Result, bail};
-use deepsft::{CompactNetwork, DeviceKind, ModelBundle, encode_png, images_to_tensor, start_device};
+use deepsft::{DeviceKind, ModelBundle, Stage, encode_png};
 use deepsft_cli::input;
-use deepsft_geometry::Picture;
+use deepsft_geometry::{Maps, Picture};
 use serde::{Deserialize, Serialize};
 use std::io::{Write, stdin, stdout};
 use std::path::Path;
@@ -20,7 +20,7 @@ const WARM_UP_ROUNDS: u32 = 3;
 /// Asks for a camera frame's maps with all stages; answered by [`Stages`].
 const WHOLE_FRAME: &str = "frame";
 
-/// Asks for the network alone, from the input tensor to the values that maps are read from.
+/// Asks for the network alone, from the canonical image to the values of all pixels.
 const NETWORK_ALONE: &str = "network";
 
 /// Inference on a number of threads.
@@ -161,10 +161,11 @@ impl<'a> Player<'a> {
 pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let camera = workload::camera(bundle)?;
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
-    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let canonical = estimator.canonical_image(image, &camera)?;
-    let tensor = images_to_tensor(&[&canonical], &device);
-    let network = workload::compact_network(bundle)?;
+    let (width, height) = canonical.size();
+    let executor = bundle.network().executor(width, height)?;
+    let mut executor = executor.context("only compact networks are compared with other programs")?;
+    let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     for question in stdin().lines() {
         let answer = match question?.as_str() {
             WHOLE_FRAME => {
@@ -181,12 +182,9 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
             NETWORK_ALONE => {
                 let mut ms = 0.0;
                 timed(&mut ms, || {
-                    let output = network.forward(tensor.clone());
-                    (
-                        CompactNetwork::at_pixels(output.refined).into_data(),
-                        output.mask.into_data(),
-                    )
-                });
+                    executor.run(&canonical)?;
+                    executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)
+                })?;
                 ms.to_string()
             }
             other => bail!("there is nothing called {other:?} to measure"),

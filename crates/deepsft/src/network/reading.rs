@@ -6,6 +6,7 @@ use super::maps::NetworkMaps;
 use crate::error::DeepSftError;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_inference::Stage;
 
 /// Pictures as the compact network's input, [N, 3, H, W] with values 0..=1: H and W are the pictures' sides
 /// (all the same) rounded up to multiples of 16, black below and to the right.
@@ -31,28 +32,6 @@ fn padded_to_tensor(pictures: &[&Picture], multiple: usize, device: &Device) -> 
         }
     }
     Tensor::from_data(TensorData::new(values, [pictures.len(), 3, h, w]), device)
-}
-
-/// How far along a network's blocks its maps are read: the rows of an ablation of the refinement blocks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// What the main block says.
-    Main,
-    /// The main block's registration with the depth of the depth refinement block.
-    DepthRefinement,
-    /// Depth and registration of the refinement blocks: the network's answer.
-    RegistrationRefinement,
-}
-
-impl Stage {
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Main => "main block only",
-            Self::DepthRefinement => "+ depth refinement",
-            Self::RegistrationRefinement => "+ registration refinement",
-        }
-    }
 }
 
 impl Network {

@@ -4,6 +4,7 @@
 
 mod architecture_bundles;
 mod architectures;
+mod executor;
 mod layer_table;
 mod network_golden;
 mod resnet_golden;

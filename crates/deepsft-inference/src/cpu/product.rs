@@ -1,0 +1,129 @@
+//! The one kernel: a few rows of numbers times a packed matrix, all sums in registers.
+
+use super::buffer::{BLOCK, Buffer};
+use pulp::Simd;
+
+/// Vectors of outputs that are summed at once, for vectors of `lanes` numbers: 32 outputs where they are long, 16 elsewhere.
+const fn vectors(lanes: usize) -> usize {
+    match lanes {
+        8.. => 2,
+        _ => BLOCK / lanes,
+    }
+}
+
+/// Outputs that are summed at once.
+fn group(lanes: usize) -> usize {
+    vectors(lanes) * lanes
+}
+
+/// A matrix [inner, outputs] in the order in which the kernel reads it: groups of outputs, in a group the outputs of one inner index
+/// side by side.
+pub(crate) struct Packed {
+    values: Buffer,
+    inner: usize,
+    outputs: usize,
+    group: usize,
+}
+
+impl Packed {
+    /// A matrix of zeros; `outputs` is a multiple of [`BLOCK`].
+    pub(crate) fn new(inner: usize, outputs: usize, lanes: usize) -> Self {
+        Self {
+            values: Buffer::new(inner * outputs),
+            inner,
+            outputs,
+            group: group(lanes),
+        }
+    }
+
+    pub(crate) fn set(&mut self, k: usize, output: usize, value: f32) {
+        let first = output / self.group * self.group;
+        let width = self.group.min(self.outputs - first);
+        self.values.values_mut()[first * self.inner + k * width + output - first] = value;
+    }
+}
+
+/// The rows of a product lie in `values` as places of an image do.
+pub(crate) struct Rows<'a> {
+    pub(crate) values: &'a [f32],
+    pub(crate) count: usize,
+    /// Rows side by side before the next line begins.
+    pub(crate) across: usize,
+    /// From one row to the next, and from one line to the next.
+    pub(crate) step: usize,
+    pub(crate) line: usize,
+    /// A row has this many parts, `pitch` apart; together they are as long as the matrix's inner side.
+    pub(crate) parts: usize,
+    pub(crate) pitch: usize,
+}
+
+impl Rows<'_> {
+    #[inline(always)]
+    fn start(&self, row: usize) -> usize {
+        row / self.across * self.line + row % self.across * self.step
+    }
+}
+
+/// Takes the sums of a row: vectors from `output` on. No closure: those are not compiled for the processor's vectors.
+pub(crate) trait Sink<S: Simd> {
+    fn store(&mut self, simd: S, row: usize, output: usize, sums: &[S::f32s]);
+}
+
+/// The product of `rows` and `matrix`. `RELU` reads negative numbers of the rows as zero.
+#[inline(always)]
+pub(crate) fn multiply<S: Simd, const RELU: bool>(simd: S, rows: &Rows<'_>, matrix: &Packed, sink: &mut impl Sink<S>) {
+    let lanes = S::F32_LANES;
+    for first in (0..matrix.outputs).step_by(matrix.group) {
+        let width = matrix.group.min(matrix.outputs - first);
+        let packed = &matrix.values.values()[first * matrix.inner..][..width * matrix.inner];
+        let (packed, _) = S::as_simd_f32s(packed);
+        // The sums, the vectors of the matrix and one number of a row have to fit into the registers: 32 of them, or 16.
+        match (lanes, width / lanes) {
+            (16.., 2) => tiles::<S, RELU, 8, 2>(simd, rows, packed, first, sink),
+            (16.., _) => tiles::<S, RELU, 8, 1>(simd, rows, packed, first, sink),
+            (8, _) => tiles::<S, RELU, 6, 2>(simd, rows, packed, first, sink),
+            (4, _) if S::REGISTER_COUNT >= 32 => tiles::<S, RELU, 6, 4>(simd, rows, packed, first, sink),
+            (4, _) => tiles::<S, RELU, 2, 4>(simd, rows, packed, first, sink),
+            (2, _) => tiles::<S, RELU, 2, 8>(simd, rows, packed, first, sink),
+            _ => tiles::<S, RELU, 1, 16>(simd, rows, packed, first, sink),
+        }
+    }
+}
+
+#[inline(always)]
+fn tiles<S: Simd, const RELU: bool, const ROWS: usize, const VECTORS: usize>(
+    simd: S,
+    rows: &Rows<'_>,
+    packed: &[S::f32s],
+    output: usize,
+    sink: &mut impl Sink<S>,
+) {
+    let part = packed.len() / VECTORS / rows.parts;
+    for first in (0..rows.count).step_by(ROWS) {
+        // The last rows are done twice rather than by a kernel of their own.
+        let mut starts = [0; ROWS];
+        for (r, start) in starts.iter_mut().enumerate() {
+            *start = rows.start((first + r).min(rows.count - 1));
+        }
+        let mut sums = [[simd.splat_f32s(0.0); VECTORS]; ROWS];
+        for (p, packed) in packed.chunks_exact(part * VECTORS).enumerate() {
+            let mut row: [&[f32]; ROWS] = [&[]; ROWS];
+            for (row, start) in row.iter_mut().zip(starts) {
+                *row = &rows.values[start + p * rows.pitch..][..part];
+            }
+            for (k, weights) in packed.chunks_exact(VECTORS).enumerate() {
+                for (sums, row) in sums.iter_mut().zip(row) {
+                    // Not `max`: that is a call in WebAssembly.
+                    let number = if RELU && row[k] < 0.0 { 0.0 } else { row[k] };
+                    let number = simd.splat_f32s(number);
+                    for (sum, &weight) in sums.iter_mut().zip(weights) {
+                        *sum = simd.mul_add_e_f32s(number, weight, *sum);
+                    }
+                }
+            }
+        }
+        for (r, sums) in sums.iter().enumerate().take(rows.count - first) {
+            sink.store(simd, first + r, output, sums);
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Finished networks at the processor's speed.
+//!
+//! Training wants a tensor library that differentiates; a frame wants the shortest way through fixed arithmetic. Here a folded
+//! network is taken to a [`Plan`] once: which convolution reads which maps. [`CpuPlan`] packs its filters as the kernels want
+//! them, gives every map its memory, and then runs without allocating. [`CompactExecutor`] puts the compact network's own
+//! arithmetic around it: positions from bins, depths from the registration, maps at pixels.
+//!
+//! Nothing here knows burn, files or training.
+#![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod compact;
+mod cpu;
+mod plan;
+mod stage;
+
+pub use compact::{CompactExecutor, CompactShape, Weights};
+pub use cpu::CpuPlan;
+pub use plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
+pub use stage::Stage;

@@ -1,0 +1,122 @@
+//! The executor says what burn's own path says.
+
+use deepsft::{
+    Architecture, CompactConfig, CompactNetwork, DeviceKind, MODEL_FILE, ModelBundle, Network, NetworkConfig, Stage,
+    images_to_tensor, start_device,
+};
+use deepsft_geometry::{Maps, Picture, training_camera};
+use std::path::Path;
+
+/// Something with edges, waves and flat parts.
+fn picture(width: usize, height: usize, seed: usize) -> Picture {
+    Picture::from_fn(width, height, |x, y| {
+        let wave = ((x * x + 3 * y * y + seed * x * y) as f64 / 9000.0).sin();
+        let tile = ((x / 23 + y / 17 + seed) * 2_654_435_761) >> 7;
+        match (x / 80 + y / 60) % 3 {
+            0 => [(128.0 + 120.0 * wave) as u8; 3],
+            1 => [tile as u8, (tile >> 8) as u8, (tile >> 4) as u8],
+            _ => [200, 190, 170],
+        }
+    })
+}
+
+/// The largest differences: in (u, v, d) of the main block and after refinement, and in the mask's logits.
+fn differences(network: &Network, image: &Picture) -> [f32; 3] {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let compact: &CompactNetwork = network.as_compact().unwrap();
+    let expected = compact.forward(images_to_tensor(&[image], &device));
+    let mut executor = network.executor(image.width(), image.height()).unwrap().unwrap();
+    // Twice: nothing of the first image may be left.
+    executor.run(&picture(image.width(), image.height(), 99)).unwrap();
+    executor.run(image).unwrap();
+    let cells = [
+        (Stage::Main, expected.main.clone()),
+        (Stage::RegistrationRefinement, expected.refined.clone()),
+    ];
+    let [main, refined] = cells.map(|(stage, tensor)| {
+        let ours = executor.cells(stage).concat();
+        let theirs = tensor.into_data().try_to_vec::<f32>().unwrap();
+        assert_eq!(ours.len(), theirs.len());
+        let off = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs());
+        off.fold(0.0, f32::max)
+    });
+    let columns = expected.mask.dims()[3];
+    let mask = expected.mask.into_data().try_to_vec::<f32>().unwrap();
+    let pixels = (0..image.height()).flat_map(|y| (0..image.width()).map(move |x| (x, y)));
+    let logits = pixels.map(|(x, y)| (executor.mask_logit(x, y) - mask[y * columns + x]).abs());
+    [main, refined, logits.fold(0.0, f32::max)]
+}
+
+fn shipped(name: &str) -> ModelBundle {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(name);
+    let read = |name: String| (name.clone(), std::fs::read(folder.join(name)).unwrap());
+    let listed = ModelBundle::file_names(&std::fs::read(folder.join(MODEL_FILE)).unwrap()).unwrap();
+    let names = listed.into_iter().map(|(name, _)| name);
+    let files = names.chain([MODEL_FILE.to_owned()]).map(read).collect();
+    ModelBundle::from_files(&files).unwrap()
+}
+
+#[test]
+fn the_shipped_model_says_the_same_to_a_ten_thousandth() {
+    let bundle = shipped("poster-a4");
+    for seed in 0..3 {
+        let [main, refined, logits] = differences(bundle.network(), &picture(480, 270, seed));
+        assert!(
+            main < 1e-4 && refined < 1e-4 && logits < 1e-3,
+            "{main} {refined} {logits}"
+        );
+    }
+}
+
+#[test]
+fn networks_of_other_widths_sizes_and_with_seams_say_the_same() {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let shape = |channels, blocks_at_32, seams| CompactConfig {
+        channels,
+        blocks_at_32,
+        bins: [7, 33, 12],
+        refinement_channels: 20,
+        mask_channels: 9,
+        seams,
+    };
+    for (shape, [width, height]) in [
+        (shape([5, 12, 37, 50], 1, false), [200, 130]),
+        (shape([16, 48, 33, 18], 0, true), [96, 64]),
+        (shape([40, 16, 80, 16], 3, true), [481, 271]),
+    ] {
+        let config = NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera());
+        let network = config.init(&device).fold();
+        let [main, refined, logits] = differences(&network, &picture(width, height, 5));
+        // What is no surface has no planes: measuring them multiplies rounding errors.
+        assert!(
+            main < 1e-5 && refined < 5e-3 && logits < 1e-3,
+            "{main} {refined} {logits}"
+        );
+    }
+}
+
+#[test]
+fn maps_at_pixels_are_those_of_the_network() {
+    let bundle = shipped("poster-a4");
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let (image, network) = (picture(480, 270, 1), bundle.network());
+    let mut executor = network.executor(480, 270).unwrap().unwrap();
+    executor.run(&image).unwrap();
+    let seen = vec![true; 480 * 270];
+    let expected = pollster::block_on(network.infer_stages_where(&image, &seen, &device)).unwrap();
+    assert_eq!(expected.len(), 3);
+    for (stage, expected) in expected {
+        let mut maps = Maps::empty(480, 270);
+        executor.read(stage, Some(&seen), &mut maps).unwrap();
+        for pixel in 0..480 * 270 {
+            let off = (maps.uv(pixel) - expected.uv(pixel)).length();
+            let ratio = maps.depth()[pixel] / expected.depth()[pixel];
+            assert!(
+                off < 2e-4 && (ratio - 1.0).abs() < 2e-4,
+                "{stage:?} {pixel}: {off} {ratio}"
+            );
+        }
+    }
+    assert!(executor.run(&picture(470, 270, 1)).is_err());
+    assert!(executor.read(Stage::Main, None, &mut Maps::empty(3, 3)).is_err());
+}
