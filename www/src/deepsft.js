@@ -397,9 +397,15 @@ export class DeepSft {
     const intrinsics = canonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(camera);
     let isKept = false;
     try {
-      const { answers, estimate: raw } = await this.#engine.run(async (worker) =>
-        worker.find({ ids, estimated, frame: await createImageBitmap(canonical ?? frame), intrinsics }),
-      );
+      const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
+        const copy = await createImageBitmap(canonical ?? frame);
+        try {
+          return await worker.find({ ids, estimated, frame: copy, intrinsics });
+        } catch (error) {
+          copy.close();
+          throw error;
+        }
+      });
       if (!raw) return { answers, estimate: null };
       const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
       isKept = true;

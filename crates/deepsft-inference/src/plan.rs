@@ -7,7 +7,7 @@ pub struct MapId(pub(crate) usize);
 /// Size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MapShape {
-    /// Numbers per place.
+    /// Values per position.
     pub channels: usize,
     /// Rows.
     pub height: usize,
@@ -118,6 +118,9 @@ impl Plan {
     }
 
     /// Size of a map.
+    ///
+    /// # Panics
+    /// May panic for a map of another plan.
     pub fn shape(&self, map: MapId) -> MapShape {
         self.maps[map.0]
     }

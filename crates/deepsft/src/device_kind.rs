@@ -6,8 +6,8 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum DeviceKind {
-    /// The processor: burn's `flex`, in every build. One thread in a browser; natively as many as burn's
-    /// `rayon` feature gives it.
+    /// The processor, in every build: our executor for compact networks, burn's `flex` for the others and for training. One thread in a
+    /// browser.
     Cpu,
     /// A GPU through wgpu: the browser's WebGPU, natively what the platform offers best. Builds with the
     /// feature `webgpu`.

@@ -54,6 +54,9 @@ pub struct Estimator {
     template: TemplateLuminance,
 }
 
+/// Executors that wait for the next frame; each holds some 25 MB.
+const MOST_IDLE: usize = 2;
+
 /// Executors of one network, one for each caller at a time.
 #[derive(Debug)]
 struct Executors(Mutex<Vec<CompactExecutor>>);
@@ -83,18 +86,31 @@ impl Executors {
     ) -> Result<Vec<Maps>, DeepSftError> {
         let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let free = idle().pop();
-        let Some(mut executor) = free.map_or_else(|| Self::new_executor(network), |free| Ok(Some(free)))? else {
-            return Ok(Vec::new());
-        };
+        let executor = free.map_or_else(|| Self::new_executor(network), |free| Ok(Some(free)))?;
+        let mut executor = executor.ok_or_else(|| DeepSftError::Execution {
+            reason: "the network has no executor".to_owned(),
+        })?;
+        let read = Self::run(&mut executor, canonical, stages, seen);
+        let mut idle = idle();
+        if idle.len() < MOST_IDLE {
+            idle.push(executor);
+        }
+        read
+    }
+
+    fn run(
+        executor: &mut CompactExecutor,
+        canonical: &Picture,
+        stages: &[Stage],
+        seen: Option<&[bool]>,
+    ) -> Result<Vec<Maps>, DeepSftError> {
         executor.run(canonical)?;
-        let mut read = Vec::with_capacity(stages.len());
-        for &stage in stages {
+        let read = |&stage: &Stage| {
             let mut maps = Maps::empty(canonical.width(), canonical.height());
             executor.read(stage, seen, &mut maps)?;
-            read.push(maps);
-        }
-        idle().push(executor);
-        Ok(read)
+            Ok(maps)
+        };
+        stages.iter().map(read).collect()
     }
 
     fn infer_stages(

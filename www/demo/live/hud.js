@@ -101,7 +101,7 @@ export class Hud {
     this.#engine = info;
     const name = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
     element("#device").textContent = name;
-    element("#adapter").textContent = info.adapterName.replace(/^CPU \((.*)\)$/, "$1");
+    element("#adapter").textContent = info.device === "cpu" ? "" : info.adapterName;
     element("#fallback").textContent = info.fallback ? info.fallback.message : "";
     element("#fallback-row").hidden = !info.fallback;
   }

@@ -265,7 +265,10 @@ export class MeshTracking {
    */
   async #ask(number, question) {
     const { tracker, find, onEstimate } = this.#parts;
-    if (this.#stopped) return question.frame.close();
+    if (this.#stopped) {
+      question.canonical?.close();
+      return question.frame.close();
+    }
     this.#findersBusy = true;
     const began = performance.now();
     try {

@@ -7,7 +7,7 @@ mod shape;
 
 pub use shape::{CompactShape, Weights};
 
-use crate::cpu::CpuPlan;
+use crate::cpu::{CpuPlan, awake};
 use crate::plan::{MapShape, PlanError};
 use crate::stage::Stage;
 use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
@@ -20,7 +20,7 @@ use std::fmt;
 /// Cells beside one another whose u or v differ by more than this belong to different charts.
 const SEAM_JUMP: f32 = 0.12;
 
-/// A compact network on the processor, for images of one size. It allocates nothing after it was made.
+/// A compact network on the processor, for images of one size. On one thread it allocates nothing after it was made.
 pub struct CompactExecutor {
     network: CompactPlan,
     cpu: CpuPlan,
@@ -54,8 +54,17 @@ impl CompactExecutor {
     /// Gets a network ready for this processor and `threads` threads (in a browser always one).
     ///
     /// # Errors
-    /// [`PlanError`] when `weights` are not those of `shape`.
+    /// [`PlanError`] when `weights` are not those of `shape`, for an image without pixels, and for fewer than 2 bins.
     pub fn new(shape: CompactShape, weights: &Weights, threads: usize) -> Result<Self, PlanError> {
+        for (what, sides, least) in [("image", &shape.image[..], 1), ("bins", &shape.bins, 2)] {
+            if sides.iter().any(|&side| side < least) {
+                return Err(PlanError::Shape {
+                    what: what.to_owned(),
+                    actual: sides.to_vec(),
+                    expected: vec![least; sides.len()],
+                });
+            }
+        }
         let mut network = CompactPlan::new(&shape, weights)?;
         let kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
         let cpu = CpuPlan::new(std::mem::take(&mut network.plan), &kept, threads);
@@ -85,6 +94,11 @@ impl CompactExecutor {
     pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
         let [width, height] = self.shape.image;
         check_size(image.size(), (width, height))?;
+        awake(self.cpu.threads(), || self.run_through(image));
+        Ok(())
+    }
+
+    fn run_through(&mut self, image: &Picture) {
         self.write_patches(image);
         let [depth, registration] = self.network.marks;
         self.cpu.run(0..depth);
@@ -96,7 +110,6 @@ impl CompactExecutor {
         let last = self.cpu.steps();
         self.cpu.run(registration..last);
         self.refine_registration();
-        Ok(())
     }
 
     /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.
@@ -109,7 +122,10 @@ impl CompactExecutor {
         }
     }
 
-    /// Logit of "the object is seen here" at a pixel.
+    /// Logit of "the object is seen here" at a pixel of the last image.
+    ///
+    /// # Panics
+    /// May panic for a pixel outside of the image.
     pub fn mask_logit(&self, x: usize, y: usize) -> f32 {
         let columns = self.pixels_from_cells[1].len() / PATCH;
         let patch = y / PATCH * columns + x / PATCH;
@@ -164,10 +180,10 @@ impl CompactExecutor {
 
     /// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
     fn write_patches(&mut self, image: &Picture) {
-        let MapShape { channels, width, .. } = self.cpu.shape(self.network.image);
+        let (MapShape { width, .. }, pitch) = (self.cpu.shape(self.network.image), self.cpu.pitch(self.network.image));
         let values = self.cpu.values_mut(self.network.image);
         let line = 3 * image.width();
-        for (index, patch) in values.chunks_exact_mut(channels).enumerate() {
+        for (index, patch) in values.chunks_exact_mut(pitch).enumerate() {
             let (left, top) = (PATCH * (index % width), PATCH * (index / width));
             for row in 0..PATCH {
                 let known = image.rgb().get((top + row) * line..).unwrap_or_default();
@@ -241,8 +257,8 @@ impl CompactExecutor {
         let (said, pitch) = (self.cpu.values(map), self.cpu.pitch(map));
         for (cell, depth) in self.refined[2].iter_mut().enumerate() {
             let said = &said[cell * pitch..][..4];
-            let [_, _, near, far] = self.measured[cell];
-            *depth = weighed([self.main[2][cell], near, far], &said[1..]) + said[0];
+            let [_, _, narrow, wide] = self.measured[cell];
+            *depth = weighed([self.main[2][cell], narrow, wide], &said[1..]) + said[0];
         }
     }
 

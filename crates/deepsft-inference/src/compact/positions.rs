@@ -35,7 +35,8 @@ pub(super) fn upsampled(length: usize, factor: usize) -> Vec<Between> {
         let at = ((i as f32 + 0.5) / factor as f32 - 0.5).clamp(0.0, (length - 1) as f32);
         let low = at as usize;
         Between {
-            cells: [low, (low + 1).min(length - 1)],
+            // Beyond the outermost centres there is one cell, not two.
+            cells: [low, low + usize::from(at > low as f32)],
             fraction: at - low as f32,
         }
     };

@@ -1,9 +1,11 @@
 //! Work shared among threads: each makes a band of a map's rows.
 
 use std::ops::Range;
+#[cfg(not(target_family = "wasm"))]
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Calls `work` with a scratch, the units `units` of it and their part of `out`, on as many threads as there are scratches. A unit is
-/// `length` numbers of `out`, the last may be shorter.
+/// Divides the units `units` among as many threads as there are scratches: `work` gets a scratch, some of the units and their part of
+/// `out`, of which a unit has `length` values, the last perhaps fewer.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn in_bands<T: Send>(
     scratches: &mut [T],
@@ -14,6 +16,7 @@ pub(crate) fn in_bands<T: Send>(
 ) {
     match scratches {
         [] => {}
+        [_] if units.is_empty() => {}
         [scratch] => work(scratch, units, out),
         _ => {
             let (few, rest) = scratches.split_at_mut(scratches.len() / 2);
@@ -29,7 +32,46 @@ pub(crate) fn in_bands<T: Send>(
     }
 }
 
-/// As everywhere, on one thread.
+/// Does `work` in rayon's pool and keeps `threads` of its threads awake meanwhile: what is shared in bands takes less time than
+/// a thread needs to wake up.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    /// Says so when it is dropped, also after a panic.
+    struct Done<'a>(&'a AtomicBool);
+    impl Drop for Done<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Release);
+        }
+    }
+    fn wait(threads: usize, done: &AtomicBool) {
+        if threads > 1 {
+            rayon::join(|| wait(1, done), || wait(threads - 1, done));
+            return;
+        }
+        while !done.load(Ordering::Acquire) {
+            if rayon::yield_now() != Some(rayon::Yield::Executed) {
+                std::hint::spin_loop();
+            }
+        }
+    }
+    if threads <= 1 {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    let work = || {
+        let _done = Done(&done);
+        work()
+    };
+    rayon::join(work, || wait(threads - 1, &done)).0
+}
+
+/// There is one thread.
+#[cfg(target_family = "wasm")]
+pub(crate) fn awake<R>(_threads: usize, work: impl FnOnce() -> R) -> R {
+    work()
+}
+
+/// WebAssembly has one thread here: it does all units.
 #[cfg(target_family = "wasm")]
 pub(crate) fn in_bands<T>(
     scratches: &mut [T],

@@ -155,7 +155,7 @@ impl Direct {
                     let (to, _) = S::as_mut_simd_f32s(&mut to[first_channel..first_channel + pitch]);
                     for (to, &from) in to.iter_mut().zip(S::as_simd_f32s(from).0) {
                         *to = if input.rectified {
-                            simd.max_f32s(from, zero)
+                            simd.max_f32s(zero, from)
                         } else {
                             from
                         };

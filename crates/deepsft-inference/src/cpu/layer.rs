@@ -110,7 +110,7 @@ impl Layer {
         });
     }
 
-    /// What belongs to the vector of outputs from `channel` on at a place beside the sums: bias and what is added.
+    /// The vector of outputs from `channel` on at a position: `sums`, the biases and what is added.
     #[inline(always)]
     pub(crate) fn finished<S: Simd>(
         &self,

@@ -8,18 +8,22 @@ mod product;
 mod winograd;
 
 use crate::plan::{Added, MapId, MapShape, Operation, Plan};
+pub(crate) use bands::awake;
 use bands::in_bands;
 use buffer::{Buffer, padded};
 use layer::{Layer, Maps, Scratch};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
+/// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
+const MOST_THREADS: usize = 8;
+
 enum Work {
     Layer(Box<Layer>),
     Add(MapId, Added),
 }
 
-/// A plan with packed filters and the memory of its maps. It runs without allocating.
+/// A plan with packed filters and the memory of its maps. On one thread it runs without allocating; rayon's queues allocate now and then.
 pub struct CpuPlan {
     arch: Arch,
     shapes: Vec<MapShape>,
@@ -32,7 +36,7 @@ pub struct CpuPlan {
 }
 
 impl CpuPlan {
-    /// Gets `plan` ready for this processor and `threads` threads (one in a browser). The maps `kept` can be read after the last step,
+    /// Gets `plan` ready for this processor and `threads` threads (at most 8; one in a browser). The maps `kept` can be read after the last step,
     /// as can those that the caller writes; the others may be overwritten by then.
     pub fn new(plan: Plan, kept: &[MapId], threads: usize) -> Self {
         Self::with_arch(Arch::new(), plan, kept, threads)
@@ -45,7 +49,7 @@ impl CpuPlan {
         let threads = if cfg!(target_family = "wasm") {
             1
         } else {
-            threads.max(1)
+            threads.clamp(1, MOST_THREADS)
         };
         let (mut work, mut scratch) = (Vec::new(), [0, 0]);
         for step in steps {
@@ -82,19 +86,31 @@ impl CpuPlan {
         self.shapes[map.0]
     }
 
-    /// Numbers of a place in [`CpuPlan::values`]: the channels, padded.
+    /// Values of one position in [`CpuPlan::values`]: the channels, padded.
     pub fn pitch(&self, map: MapId) -> usize {
         padded(self.shapes[map.0].channels)
     }
 
-    /// A map: rows of places, the channels of a place side by side and padded.
+    /// A map that the caller wrote or had kept; others may have been overwritten. Rows of positions, the channels of a position side by
+    /// side and padded.
     pub fn values(&self, map: MapId) -> &[f32] {
-        self.buffers[self.slots[map.0]].values()
+        &self.buffers[self.slots[map.0]].values()[..self.length(map)]
+    }
+
+    fn length(&self, map: MapId) -> usize {
+        let MapShape { height, width, .. } = self.shapes[map.0];
+        height * width * self.pitch(map)
     }
 
     /// A map to write. The padding of channels is zero and has to stay so.
     pub fn values_mut(&mut self, map: MapId) -> &mut [f32] {
-        self.buffers[self.slots[map.0]].values_mut()
+        let length = self.length(map);
+        &mut self.buffers[self.slots[map.0]].values_mut()[..length]
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.scratches.len()
     }
 
     /// Number of steps.
@@ -103,16 +119,10 @@ impl CpuPlan {
     }
 
     /// Runs the steps `steps`.
+    ///
+    /// # Panics
+    /// When the plan has fewer steps.
     pub fn run(&mut self, steps: Range<usize>) {
-        #[cfg(not(target_family = "wasm"))]
-        if self.scratches.len() > 1 {
-            // Within the pool its threads hand work to one another without going to sleep between the steps.
-            return rayon::scope(|_| self.run_here(steps));
-        }
-        self.run_here(steps);
-    }
-
-    fn run_here(&mut self, steps: Range<usize>) {
         for step in steps {
             let (work, output) = &self.work[step];
             let (output, shape) = (self.slots[output.0], self.shapes[output.0]);
@@ -378,7 +388,7 @@ mod tests {
             let output = plan.convolve(convolution.clone()).unwrap();
             let plain_added = added.as_ref().map(|(_, (_, plain))| plain);
             let expected = expected(&convolution, &inputs, plain_added, plan.shape(output));
-            for (arch, threads) in archs().into_iter().flat_map(|arch| [(arch, 1), (arch, 3)]) {
+            for (arch, threads) in archs().into_iter().flat_map(|arch| [(arch, 1), (arch, 3), (arch, 8)]) {
                 let mut cpu = CpuPlan::with_arch(arch, plan.clone(), &[output], threads);
                 maps.iter()
                     .zip(&inputs)

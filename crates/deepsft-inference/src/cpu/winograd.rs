@@ -129,7 +129,7 @@ impl Winograd {
                                 let at = (y * width + x) * pitch + channel;
                                 let value = vector::<S>(map.values, at);
                                 *number = if input.rectified {
-                                    simd.max_f32s(value, zero)
+                                    simd.max_f32s(zero, value)
                                 } else {
                                     value
                                 };

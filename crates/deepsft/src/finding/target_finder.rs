@@ -152,6 +152,7 @@ impl TargetFinder {
 
     async fn find_and_fit(&mut self, view: &mut View<'_>, fits_all: bool) -> Result<Vec<Sighting>, DeepSftError> {
         let camera = self.canonical;
+        let least = TrackingOptions::default().start_agreement;
         let mut sightings = Vec::new();
         for k in 0..self.finders.len() {
             let Some(sighting) = self.finders[k].find(view, &camera).await? else {
@@ -161,14 +162,16 @@ impl TargetFinder {
             if by == FinderKind::Network {
                 sightings.push(sighting);
             } else if self.can_slip() {
-                let estimate = self.judged(view.canonical(&camera)?, sighting)?;
-                let maps = estimate.maps;
-                sightings.extend(estimate.judgement.found.then_some(Sighting { by, maps, is_sure }));
+                let TargetEstimate {
+                    maps, judgement, fit, ..
+                } = self.judged(view.canonical(&camera)?, sighting)?;
+                let counts = judgement.found && (!fits_all || fit.is_some_and(|fit| fit.agreement >= least));
+                sightings.extend(counts.then_some(Sighting { by, maps, is_sure }));
             } else if fits_all {
                 let fit = self
                     .fitter()?
                     .fit(view.canonical(&camera)?, &camera, &sighting.maps, None)?;
-                let confirmed = fit.filter(|fit| fit.agreement >= TrackingOptions::default().start_agreement);
+                let confirmed = fit.filter(|fit| fit.agreement >= least);
                 sightings.extend(confirmed.map(|FrameFit { maps, .. }| Sighting { by, maps, is_sure }));
             } else {
                 sightings.push(sighting);

@@ -8,7 +8,8 @@ impl Network {
     /// The network for the processor alone, for images of `width` x `height` pixels: the same function, several times as fast as on
     /// burn's CPU device. `None` for architectures that have no such executor (the paper's network, R50F).
     ///
-    /// The network is folded; it runs on as many threads as rayon's pool has, in a browser on one.
+    /// The network is folded; it runs on as many threads as rayon's pool has, at most 8, in a browser on one. Its weights are read at once:
+    /// native only, or a network on the CPU.
     ///
     /// # Errors
     /// [`PlanError`] for a network whose weights do not fit its description.

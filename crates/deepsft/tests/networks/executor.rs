@@ -1,8 +1,8 @@
 //! The executor says what burn's own path says.
 
 use deepsft::{
-    Architecture, CompactConfig, CompactNetwork, DeviceKind, MODEL_FILE, ModelBundle, Network, NetworkConfig, Stage,
-    images_to_tensor, start_device,
+    Architecture, CompactConfig, CompactNetwork, DeviceKind, MODEL_FILE, ModelBundle, Network, NetworkConfig,
+    SEAM_JUMP, Stage, images_to_tensor, start_device,
 };
 use deepsft_geometry::{Maps, Picture, training_camera};
 use std::path::Path;
@@ -95,28 +95,71 @@ fn networks_of_other_widths_sizes_and_with_seams_say_the_same() {
     }
 }
 
+/// Compares the maps of all stages, at all pixels and in the mask.
+fn compare_maps(network: &Network, image: &Picture) {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let (width, height) = image.size();
+    let mut executor = network.executor(width, height).unwrap().unwrap();
+    executor.run(image).unwrap();
+    let all = vec![true; width * height];
+    for seen in [None, Some(&all[..])] {
+        let expected = match seen {
+            None => pollster::block_on(network.infer_stages(image, &device)).unwrap(),
+            Some(seen) => pollster::block_on(network.infer_stages_where(image, seen, &device)).unwrap(),
+        };
+        assert_eq!(expected.len(), 3);
+        for (stage, expected) in expected {
+            let mut maps = Maps::empty(width, height);
+            executor.read(stage, seen, &mut maps).unwrap();
+            let mut outvoted = 0;
+            for pixel in 0..width * height {
+                if maps.inside(pixel) != expected.inside(pixel) {
+                    outvoted += 1;
+                } else if maps.inside(pixel) {
+                    let off = (maps.uv(pixel) - expected.uv(pixel)).length();
+                    let ratio = maps.depth()[pixel] / expected.depth()[pixel];
+                    assert!(
+                        off < 2e-4 && (ratio - 1.0).abs() < 2e-3,
+                        "{stage:?} {pixel}: {off} {ratio}"
+                    );
+                }
+            }
+            // Where the logit is nothing but rounding.
+            assert!(outvoted < 10, "{stage:?}: {outvoted}");
+        }
+    }
+}
+
 #[test]
 fn maps_at_pixels_are_those_of_the_network() {
     let bundle = shipped("poster-a4");
-    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
-    let (image, network) = (picture(480, 270, 1), bundle.network());
-    let mut executor = network.executor(480, 270).unwrap().unwrap();
-    executor.run(&image).unwrap();
-    let seen = vec![true; 480 * 270];
-    let expected = pollster::block_on(network.infer_stages_where(&image, &seen, &device)).unwrap();
-    assert_eq!(expected.len(), 3);
-    for (stage, expected) in expected {
-        let mut maps = Maps::empty(480, 270);
-        executor.read(stage, Some(&seen), &mut maps).unwrap();
-        for pixel in 0..480 * 270 {
-            let off = (maps.uv(pixel) - expected.uv(pixel)).length();
-            let ratio = maps.depth()[pixel] / expected.depth()[pixel];
-            assert!(
-                off < 2e-4 && (ratio - 1.0).abs() < 2e-4,
-                "{stage:?} {pixel}: {off} {ratio}"
-            );
-        }
-    }
+    compare_maps(bundle.network(), &picture(480, 270, 1));
+    let mut executor = bundle.network().executor(480, 270).unwrap().unwrap();
     assert!(executor.run(&picture(470, 270, 1)).is_err());
     assert!(executor.read(Stage::Main, None, &mut Maps::empty(3, 3)).is_err());
+}
+
+#[test]
+fn across_seams_maps_at_pixels_are_those_of_the_network() {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let shape = CompactConfig {
+        channels: [8, 12, 16, 20],
+        // An untrained network says any of the bins: neighbouring cells are of any chart.
+        bins: [40, 30, 10],
+        seams: true,
+        ..CompactConfig::default()
+    };
+    let config = NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera());
+    let image = picture(96, 64, 2);
+    let has_seam_at_the_border = |network: &Network| {
+        let mut executor = network.executor(96, 64).unwrap().unwrap();
+        executor.run(&image).unwrap();
+        let [u, v, _] = executor.cells(Stage::Main);
+        [u, v]
+            .iter()
+            .any(|map| map.chunks(12).any(|row| (row[0] - row[1]).abs() > SEAM_JUMP))
+    };
+    let mut drawn = (0..100).map(|_| config.init(&device).fold());
+    let network = drawn.find(has_seam_at_the_border).unwrap();
+    compare_maps(&network, &image);
 }
