@@ -411,6 +411,39 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_number_stays_none() {
+        for (kernel, stride) in [(3, 1), (3, 2), (1, 1)] {
+            for arch in archs().into_iter().filter(|arch| !matches!(arch, Arch::Scalar)) {
+                let mut plan = Plan::default();
+                let map = plan.input(MapShape {
+                    channels: 1,
+                    height: 6,
+                    width: 6,
+                });
+                let convolution = Convolution {
+                    inputs: vec![Input { map, rectified: true }],
+                    filters: Filters {
+                        weights: vec![1.0; kernel * kernel],
+                        biases: vec![0.0],
+                        inputs: 1,
+                        kernel,
+                    },
+                    stride,
+                    added: None,
+                };
+                let output = plan.convolve(convolution).unwrap();
+                let mut cpu = CpuPlan::with_arch(arch, plan, &[output], 1);
+                cpu.values_mut(map)[0] = f32::NAN;
+                cpu.run(0..1);
+                assert!(
+                    cpu.values(output)[0].is_nan(),
+                    "{arch:?}, {kernel} x {kernel} / {stride}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn maps_that_are_needed_at_the_same_time_do_not_share_memory() {
         // x, a = f(x), b = f(a), c = b + a, d = f(c), e = d + a: `a` lives until the end.
         let mut plan = Plan::default();
