@@ -15,6 +15,6 @@ mod plan;
 mod stage;
 
 pub use compact::{CompactExecutor, CompactShape, Weights};
-pub use cpu::CpuPlan;
+pub use cpu::{CpuPlan, available_threads};
 pub use plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
 pub use stage::Stage;

@@ -4,6 +4,18 @@ use std::ops::Range;
 #[cfg(not(target_family = "wasm"))]
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Threads that a network can use: as many as rayon's pool has, at most 8; one in a browser.
+#[cfg(not(target_family = "wasm"))]
+pub fn available_threads() -> usize {
+    rayon::current_num_threads().min(super::MOST_THREADS)
+}
+
+/// Threads that a network can use: one.
+#[cfg(target_family = "wasm")]
+pub fn available_threads() -> usize {
+    1
+}
+
 /// Divides the units `units` among as many threads as there are scratches: `work` gets a scratch, some of the units and their part of
 /// `out`, of which a unit has `length` values, the last perhaps fewer.
 #[cfg(not(target_family = "wasm"))]

@@ -8,6 +8,7 @@ mod product;
 mod winograd;
 
 use crate::plan::{Added, MapId, MapShape, Operation, Plan};
+pub use bands::available_threads;
 pub(crate) use bands::awake;
 use bands::in_bands;
 use buffer::{Buffer, padded};
@@ -36,7 +37,7 @@ pub struct CpuPlan {
 }
 
 impl CpuPlan {
-    /// Gets `plan` ready for this processor and `threads` threads (at most 8; one in a browser). The maps `kept` can be read after the last step,
+    /// Gets `plan` ready for this processor and `threads` threads (at most 8). The maps `kept` can be read after the last step,
     /// as can those that the caller writes; the others may be overwritten by then.
     pub fn new(plan: Plan, kept: &[MapId], threads: usize) -> Self {
         Self::with_arch(Arch::new(), plan, kept, threads)
@@ -46,11 +47,7 @@ impl CpuPlan {
         let lanes = arch.dispatch(Lanes);
         let (slots, sizes) = shared_buffers(&plan, kept);
         let Plan { maps: shapes, steps } = plan;
-        let threads = if cfg!(target_family = "wasm") {
-            1
-        } else {
-            threads.clamp(1, MOST_THREADS)
-        };
+        let threads = threads.clamp(1, MOST_THREADS);
         let (mut work, mut scratch) = (Vec::new(), [0, 0]);
         for step in steps {
             let output = shapes[step.output.0];

@@ -2,13 +2,13 @@
 
 use super::any_network::Network;
 use super::config::Architecture;
-use deepsft_inference::{CompactExecutor, CompactShape, PlanError};
+use deepsft_inference::{CompactExecutor, CompactShape, PlanError, available_threads};
 
 impl Network {
     /// The network for the processor alone, for images of `width` x `height` pixels: the same function, several times as fast as on
     /// burn's CPU device. `None` for architectures that have no such executor (the paper's network, R50F).
     ///
-    /// The network is folded; it runs on as many threads as rayon's pool has, at most 8, in a browser on one. Its weights are read at once:
+    /// The network is folded; it runs on [`available_threads`]. Its weights are read at once:
     /// native only, or a network on the CPU.
     ///
     /// # Errors
@@ -33,16 +33,6 @@ impl Network {
         };
         let arrays = self.clone().fold().weight_arrays().into_iter();
         let weights = arrays.map(|array| (array.name, array.values)).collect();
-        CompactExecutor::new(shape, &weights, threads()).map(Some)
+        CompactExecutor::new(shape, &weights, available_threads()).map(Some)
     }
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn threads() -> usize {
-    rayon::current_num_threads()
-}
-
-#[cfg(target_family = "wasm")]
-fn threads() -> usize {
-    1
 }
