@@ -44,5 +44,5 @@ pub fn named(name: &str) -> Result<Network> {
     };
     let config = choice.config(1, TEMPLATE_SIZE_MM, &training_camera())?;
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-    Ok(config.init(&device))
+    Ok(Network::new(&config, &device))
 }

@@ -1,4 +1,4 @@
-//! Finished networks at the processor's speed.
+//! What a network is, and finished networks at the processor's speed.
 //!
 //! Training wants a tensor library that differentiates; a frame wants the shortest way through fixed arithmetic. Here a folded
 //! network is taken to a [`Plan`] once: which convolution reads which maps. [`CpuPlan`] packs its filters as the kernels want
@@ -10,11 +10,16 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod compact;
+mod config;
 mod cpu;
 mod plan;
 mod stage;
 
-pub use compact::{CompactExecutor, CompactShape, Weights};
+pub use compact::{CompactExecutor, Weights};
+pub use config::{
+    Architecture, CompactConfig, DepthRange, ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, PaperConfig,
+    R50FConfig,
+};
 pub use cpu::{CpuPlan, available_threads};
 pub use plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
 pub use stage::Stage;

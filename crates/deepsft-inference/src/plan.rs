@@ -88,6 +88,9 @@ impl Step {
 /// Why something cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
+    /// A network of another architecture.
+    #[error("no plan is made of a network of the architecture {0}")]
+    Architecture(&'static str),
     /// Weights are absent.
     #[error("the network has no weights {0}")]
     Missing(String),

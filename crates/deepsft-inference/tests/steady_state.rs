@@ -3,25 +3,30 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::{Maps, Picture};
-use deepsft_inference::{CompactExecutor, CompactShape, PlanError, Stage, Weights};
+use deepsft_inference::{
+    Architecture, CompactConfig, CompactExecutor, DepthRange, NetworkConfig, PlanError, Stage, Weights,
+};
 
-fn shape() -> CompactShape {
-    CompactShape {
-        image: [100, 70],
-        channels: [8, 12, 16, 20],
-        blocks_at_32: 1,
-        bins: [6, 7, 8],
-        refinement_channels: 9,
-        mask_channels: 5,
-        seams: false,
+const IMAGE: [usize; 2] = [100, 70];
+
+fn config() -> NetworkConfig {
+    NetworkConfig {
+        architecture: Architecture::Compact(CompactConfig {
+            channels: [8, 12, 16, 20],
+            blocks_at_32: 1,
+            bins: [6, 7, 8],
+            refinement_channels: 9,
+            mask_channels: 5,
+            seams: false,
+        }),
         template_size_mm: [200.0, 150.0],
         focal: 380.0,
         principal_point: [50.0, 35.0],
-        depth_range_mm: [150.0, 1500.0],
+        depth_range: DepthRange::default(),
     }
 }
 
-/// Weights of [`shape`]: small numbers without a pattern.
+/// Weights of [`config`]: small numbers without a pattern.
 fn weights() -> Weights {
     let mut state = 1_u64;
     let mut some = |count: usize| -> Vec<f32> {
@@ -79,7 +84,7 @@ fn weights() -> Weights {
 #[test]
 fn a_frame_allocates_nothing() {
     let image = Picture::from_fn(100, 70, |x, y| [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]);
-    let mut executor = CompactExecutor::new(shape(), &weights(), 1).unwrap();
+    let mut executor = CompactExecutor::new(&config(), IMAGE, &weights(), 1).unwrap();
     let mut maps = Maps::empty(100, 70);
     let counted = allocation_counter::measure(|| {
         executor.run(&image).unwrap();
@@ -96,7 +101,7 @@ fn weights_that_are_absent_or_of_another_shape_are_refused_by_name() {
     let made = |change: &dyn Fn(&mut Weights)| {
         let mut weights = weights();
         change(&mut weights);
-        CompactExecutor::new(shape(), &weights, 1).err().unwrap()
+        CompactExecutor::new(&config(), IMAGE, &weights, 1).err().unwrap()
     };
     let absent = made(&|weights| drop(weights.remove("mask_mix.bias")));
     assert_eq!(absent, PlanError::Missing("mask_mix.bias".to_owned()));

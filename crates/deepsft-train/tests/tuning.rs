@@ -27,7 +27,7 @@ static NETWORKS: LazyLock<Mutex<[Network; 3]>> = LazyLock::new(|| {
     let drawn = [(5, config.clone()), (6, config.clone()), (5, config.with_seams())].map(|(seed, config)| {
         let device = Device::flex();
         device.seed(seed);
-        config.init(&device).fold()
+        Network::new(&config, &device).fold()
     });
     Mutex::new(drawn)
 });
@@ -496,7 +496,10 @@ fn narrow_paper() -> (Network, TrainingFrame, Template) {
     let device = Device::flex();
     device.seed(5);
     let architecture = Architecture::Paper(PaperConfig::narrow(16));
-    let network = NetworkConfig::new(architecture, [180.0, 120.0], &training_camera()).init(&device);
+    let network = Network::new(
+        &NetworkConfig::new(architecture, [180.0, 120.0], &training_camera()),
+        &device,
+    );
     let frame = TrainingFrame {
         index: 0,
         image,

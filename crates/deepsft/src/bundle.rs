@@ -152,7 +152,7 @@ impl ModelBundle {
         check_weights(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
         let bytes = Bytes::from_bytes_vec(weights.to_vec());
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
-        let network = manifest.network.init_folded(&Device::flex());
+        let network = Network::new_folded(&manifest.network, &Device::flex());
         let network = network
             .try_load_record(record.cast_to_module_dtype())
             .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;

@@ -103,7 +103,7 @@ fn networks(device: &Device) -> Vec<Network> {
             ..R50FConfig::narrow(32)
         })),
     ]
-    .map(|config| config.init(device))
+    .map(|config| Network::new(&config, device))
     .into()
 }
 

@@ -1,8 +1,8 @@
 //! What the tests of the command share: running it, and inputs for it.
 
 use deepsft::{
-    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance,
-    encode_png, start_device, template_to_files,
+    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig,
+    Provenance, encode_png, start_device, template_to_files,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::collections::BTreeMap;
@@ -105,9 +105,7 @@ pub fn write_bundle(folder: &Path, name: &str) {
 pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let camera = training_camera();
-    let network = NetworkConfig::new(architecture, [200.0, 150.0], &camera)
-        .init(&device)
-        .fold();
+    let network = Network::new(&NetworkConfig::new(architecture, [200.0, 150.0], &camera), &device).fold();
     let card = ModelCard {
         name: "untrained".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

@@ -3,7 +3,8 @@
 //! The same arithmetic as the network's in training, in the same precision: see `isometric_depth` and `planar_depth` of the crate
 //! `deepsft` for where it comes from.
 
-use super::shape::CompactShape;
+use super::shape::cells;
+use crate::config::{DepthRange, NetworkConfig};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Side of a cell, pixels.
@@ -56,19 +57,19 @@ pub(super) struct DepthMeasure {
 }
 
 impl DepthMeasure {
-    pub(super) fn new(shape: &CompactShape) -> Self {
-        let [rows, columns] = shape.cells();
+    pub(super) fn new(image: [usize; 2], shape: &NetworkConfig) -> Self {
+        let [rows, columns] = cells(image);
         let [cx, cy] = shape.principal_point;
         let along = |cell: usize, c: f64| (((cell as f64 + 0.5) * PIXELS_PER_CELL as f64 - c) / shape.focal) as f32;
-        let [near, far] = shape.depth_range_mm;
+        let DepthRange { near_mm, far_mm } = shape.depth_range;
         let numbers = vec![0.0; rows * columns * MOMENTS];
         Self {
             rows,
             columns,
             size_mm: shape.template_size_mm.map(|side| side as f32),
             focal: shape.focal as f32,
-            near_mm: near as f32,
-            span: (far / near).ln() as f32,
+            near_mm: near_mm as f32,
+            span: (far_mm / near_mm).ln() as f32,
             rays: (0..rows * columns)
                 .map(|cell| [along(cell % columns, cx), along(cell / columns, cy)])
                 .collect(),

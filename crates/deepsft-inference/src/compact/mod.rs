@@ -5,8 +5,9 @@ mod network;
 mod positions;
 mod shape;
 
-pub use shape::{CompactShape, Weights};
+pub use shape::Weights;
 
+use crate::config::{Architecture, NetworkConfig};
 use crate::cpu::{CpuPlan, awake};
 use crate::plan::{MapShape, PlanError};
 use crate::stage::Stage;
@@ -15,6 +16,7 @@ use depths::{DepthMeasure, MEASURED, PIXELS_PER_CELL, departures, weighed};
 use network::{CompactPlan, PATCH};
 use positions::{Between, expected_coordinate, interpolated, upsampled};
 use pulp::Arch;
+use shape::cells;
 use std::fmt;
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts.
@@ -25,7 +27,10 @@ pub struct CompactExecutor {
     network: CompactPlan,
     cpu: CpuPlan,
     arch: Arch,
-    shape: CompactShape,
+    config: NetworkConfig,
+    image: [usize; 2],
+    bins: [usize; 3],
+    seams: bool,
     measure: DepthMeasure,
     /// Probability that a cell shows the object.
     seen: Vec<f32>,
@@ -45,18 +50,27 @@ pub struct CompactExecutor {
 impl fmt::Debug for CompactExecutor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("CompactExecutor")
-            .field("shape", &self.shape)
+            .field("config", &self.config)
             .finish_non_exhaustive()
     }
 }
 
 impl CompactExecutor {
-    /// Gets a network ready for this processor and `threads` threads (in a browser always one).
+    /// Gets a network ready for images of `image` (columns, rows) pixels and `threads` threads, see [`crate::available_threads`].
     ///
     /// # Errors
-    /// [`PlanError`] when `weights` are not those of `shape`, for an image without pixels, and for fewer than 2 bins.
-    pub fn new(shape: CompactShape, weights: &Weights, threads: usize) -> Result<Self, PlanError> {
-        for (what, sides, least) in [("image", &shape.image[..], 1), ("bins", &shape.bins, 2)] {
+    /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture, for an image without
+    /// pixels, and for fewer than 2 bins.
+    pub fn new(
+        config: &NetworkConfig,
+        image: [usize; 2],
+        weights: &Weights,
+        threads: usize,
+    ) -> Result<Self, PlanError> {
+        let Architecture::Compact(layers) = &config.architecture else {
+            return Err(PlanError::Architecture(config.architecture.name()));
+        };
+        for (what, sides, least) in [("image", &image[..], 1), ("bins", &layers.bins, 2)] {
             if sides.iter().any(|&side| side < least) {
                 return Err(PlanError::Shape {
                     what: what.to_owned(),
@@ -65,13 +79,13 @@ impl CompactExecutor {
                 });
             }
         }
-        let mut network = CompactPlan::new(&shape, weights)?;
+        let mut network = CompactPlan::new(image, layers, weights)?;
         let kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
         let cpu = CpuPlan::new(std::mem::take(&mut network.plan), &kept, threads);
-        let [rows, columns] = shape.cells();
+        let [rows, columns] = cells(image);
         let three = || [(); 3].map(|()| vec![0.0; rows * columns]);
         Ok(Self {
-            measure: DepthMeasure::new(&shape),
+            measure: DepthMeasure::new(image, config),
             seen: vec![0.0; rows * columns],
             measured: vec![[0.0; MEASURED]; rows * columns],
             main: three(),
@@ -83,7 +97,10 @@ impl CompactExecutor {
             arch: Arch::new(),
             network,
             cpu,
-            shape,
+            image,
+            bins: layers.bins,
+            seams: layers.seams,
+            config: config.clone(),
         })
     }
 
@@ -92,7 +109,7 @@ impl CompactExecutor {
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
-        let [width, height] = self.shape.image;
+        let [width, height] = self.image;
         check_size(image.size(), (width, height))?;
         awake(self.cpu.threads(), || self.run_through(image));
         Ok(())
@@ -139,14 +156,14 @@ impl CompactExecutor {
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        let [width, height] = self.shape.image;
+        let [width, height] = self.image;
         check_size(maps.size(), (width, height))?;
         if let Some(seen) = seen {
             check_size((seen.len(), 1), (width * height, 1))?;
         }
         let mut line = std::mem::take(&mut self.line);
-        let [near, far] = self.shape.depth_range_mm;
-        let (near, span) = (near as f32, (far / near).ln() as f32);
+        let range = self.config.depth_range;
+        let (near, span) = (range.near_mm as f32, (range.far_mm / range.near_mm).ln() as f32);
         let cells = self.cells(stage);
         let columns = self.pixels_from_cells[1].len() / PIXELS_PER_CELL;
         for y in 0..height {
@@ -167,7 +184,7 @@ impl CompactExecutor {
                     let [a, b] = column.cells.map(|c| line[k][c]);
                     a + (b - a) * column.fraction
                 });
-                if self.shape.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
+                if self.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
                     let cell = y / PIXELS_PER_CELL * columns + x / PIXELS_PER_CELL;
                     (u, v) = (cells[0][cell], cells[1][cell]);
                 }
@@ -204,7 +221,7 @@ impl CompactExecutor {
         let (cpu, network) = (&self.cpu, &self.network);
         let (logits, pitch) = (cpu.values(network.bins), cpu.pitch(network.bins));
         let mut first = 0;
-        for (coarse, bins) in self.coarse.iter_mut().zip(self.shape.bins) {
+        for (coarse, bins) in self.coarse.iter_mut().zip(self.bins) {
             for (coordinate, logits) in coarse.iter_mut().zip(logits.chunks_exact(pitch)) {
                 *coordinate = expected_coordinate(&logits[first..first + bins]);
             }
@@ -229,7 +246,7 @@ impl CompactExecutor {
             *seen = 1.0 / (1.0 + (-logit).exp());
         }
         let [u, v, d] = &self.main;
-        if self.shape.seams {
+        if self.seams {
             // Nothing is measured: what was found stands in its place.
             self.measured
                 .iter_mut()

@@ -1,6 +1,7 @@
 //! The compact network as a plan.
 
-use super::shape::{CompactShape, Weights};
+use super::shape::{Weights, cells};
+use crate::config::CompactConfig;
 use crate::plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
 
 /// Side of a patch, pixels.
@@ -38,12 +39,12 @@ struct Builder<'a> {
 }
 
 impl CompactPlan {
-    pub(super) fn new(shape: &CompactShape, weights: &Weights) -> Result<Self, PlanError> {
+    pub(super) fn new(image: [usize; 2], shape: &CompactConfig, weights: &Weights) -> Result<Self, PlanError> {
         let mut builder = Builder {
             plan: Plan::default(),
             weights,
         };
-        let [rows, columns] = shape.cells();
+        let [rows, columns] = cells(image);
         let patches = MapShape {
             channels: 3 * PATCH * PATCH,
             height: 2 * rows,

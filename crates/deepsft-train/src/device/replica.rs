@@ -101,7 +101,10 @@ mod tests {
 
     fn network(device: &Device) -> Network {
         let r50f = Architecture::R50F(R50FConfig::narrow(64));
-        NetworkConfig::new(r50f, [297.0, 210.0], &deepsft_geometry::training_camera()).init(device)
+        Network::new(
+            &NetworkConfig::new(r50f, [297.0, 210.0], &deepsft_geometry::training_camera()),
+            device,
+        )
     }
 
     #[test]

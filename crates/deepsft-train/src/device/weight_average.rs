@@ -83,7 +83,10 @@ mod tests {
     use burn::tensor::Device;
 
     fn network() -> Network {
-        deepsft::NetworkConfig::compact([297.0, 210.0], &deepsft_geometry::training_camera()).init(&Device::flex())
+        Network::new(
+            &deepsft::NetworkConfig::compact([297.0, 210.0], &deepsft_geometry::training_camera()),
+            &Device::flex(),
+        )
     }
 
     #[test]

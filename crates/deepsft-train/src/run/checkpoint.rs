@@ -334,7 +334,10 @@ mod tests {
 
     fn network() -> Network {
         let camera = deepsft_geometry::training_camera();
-        deepsft::NetworkConfig::compact([297.0, 210.0], &camera).init(&burn::tensor::Device::flex())
+        Network::new(
+            &deepsft::NetworkConfig::compact([297.0, 210.0], &camera),
+            &burn::tensor::Device::flex(),
+        )
     }
 
     #[test]

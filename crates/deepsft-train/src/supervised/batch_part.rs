@@ -150,7 +150,7 @@ mod tests {
         let Targets::Cells(targets) = Targets::of(&config) else {
             panic!()
         };
-        check(&config.init(&device), || {
+        check(&Network::new(&config, &device), || {
             let shape = BatchShape {
                 frames: samples.len(),
                 width: 128,
@@ -162,7 +162,7 @@ mod tests {
         });
         // Folded: what batch normalisation does to a part is not what it does to the whole.
         let config = NetworkConfig::new(Architecture::R50F(R50FConfig::narrow(32)), SIZE_MM, &training_camera());
-        check(&config.init(&device).fold(), || {
+        check(&Network::new(&config, &device).fold(), || {
             let mut batch = MapBatch::new(samples.len(), config.depth_range);
             samples.iter().for_each(|sample| batch.push(sample));
             TrainingBatch::Maps(batch)

@@ -122,7 +122,7 @@ impl TrainingStep for StepOne<'_> {
     type Metrics = Vec<FrameMetrics>;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let network = self.network_config.init(&self.device.clone().autodiff());
+        let network = Network::new(&self.network_config, &self.device.clone().autodiff());
         match self.trunk {
             Some(Trunk { path, weights }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
             None => Ok(network),

@@ -180,6 +180,6 @@ fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
         .into_bytes()
         .map_err(|e| failure(e.to_string()))?;
     let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| failure(e.to_string()))?;
-    let fresh = network.config().init(device).fold();
+    let fresh = Network::new(&network.config(), device).fold();
     Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
 }

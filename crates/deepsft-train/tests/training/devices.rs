@@ -2,7 +2,7 @@
 
 use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::tensor::Device;
-use deepsft::{Architecture, NetworkConfig, R50FConfig};
+use deepsft::{Architecture, Network, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
@@ -43,7 +43,7 @@ fn a_step_of_steps_two_and_three_is_that_of_one_device_also_with_seven_frames_on
     let _alone = alone();
     let camera = small_camera();
     Device::flex().seed(5);
-    let network = small_compact(&camera).init(&Device::flex()).fold();
+    let network = Network::new(&small_compact(&camera), &Device::flex()).fold();
     let frames = RecordedFrames {
         training: (0..7).map(frame).collect(),
         held_out: vec![frame(1)],

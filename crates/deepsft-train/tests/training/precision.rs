@@ -3,7 +3,7 @@
 use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, NetworkConfig, R50FConfig};
+use deepsft::{Architecture, Network, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
@@ -156,7 +156,7 @@ fn steps_two_and_three_in_half_precision_learn_as_in_single_precision() {
     let _alone = alone();
     let camera = small_camera();
     Device::flex().seed(5);
-    let network = small_compact(&camera).init(&Device::flex()).fold();
+    let network = Network::new(&small_compact(&camera), &Device::flex()).fold();
     let frames = RecordedFrames {
         training: (0..3)
             .map(|index| frame_of(index, &plane(0.02 * index as f32, [0; 2])))
@@ -248,7 +248,7 @@ fn the_curve_has_no_loss_where_every_step_overflowed() {
     let _alone = alone();
     let camera = small_camera();
     Device::flex().seed(5);
-    let network = small_compact(&camera).init(&Device::flex()).fold();
+    let network = Network::new(&small_compact(&camera), &Device::flex()).fold();
     let network = network.map(&mut Enlarged::default());
     let frames = RecordedFrames {
         training: vec![frame_of(0, &plane(0.0, [0; 2]))],

@@ -4,7 +4,7 @@ use crate::common::{alone, small_compact, weights};
 use crate::resume::{config, synthesizer};
 use burn::module::Module;
 use burn::tensor::Device;
-use deepsft::{NetworkConfig, WEIGHTS_FILE};
+use deepsft::{Network, NetworkConfig, WEIGHTS_FILE};
 use deepsft_geometry::training_camera;
 use deepsft_train::{Progress, TrainConfig, TrainError, Trained, train};
 use std::fs;
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Writes the weights of a new small network into `folder`, as a model bundle has them, and returns them by their names.
 fn write_weights(folder: &Path) -> Vec<deepsft::WeightArray> {
-    let network = small_compact(&training_camera()).init(&Device::flex()).fold();
+    let network = Network::new(&small_compact(&training_camera()), &Device::flex()).fold();
     fs::create_dir_all(folder).unwrap();
     let bytes = network.clone().into_record().into_bytes().unwrap();
     fs::write(folder.join(WEIGHTS_FILE), &bytes[..]).unwrap();

@@ -108,7 +108,7 @@ fn a_network_without_refinement_blocks_has_one_row() {
     let device = device();
     let architecture = Architecture::R50F(R50FConfig::narrow(16));
     let network = NetworkConfig::new(architecture, bundle.template().size_mm().to_array(), bundle.camera());
-    let network = network.init(&device);
+    let network = Network::new(&network, &device);
     assert_eq!(network.stages(), [Stage::Main]);
     let image = &samples(&bundle, 1)[0].image;
     let stages = pollster::block_on(network.infer_stages(image, &device)).unwrap();

@@ -1,7 +1,8 @@
 //! Estimates against exact and against measured truth.
 
 use deepsft::{
-    Accuracy, DeviceKind, Estimator, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, start_device,
+    Accuracy, DeviceKind, Estimator, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig, Provenance,
+    start_device,
 };
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::FrameMetrics;
@@ -88,7 +89,7 @@ fn every_model_is_compared_at_all_pixels_that_the_recording_offers_whatever_its_
         100.0,
     );
     let template = template.unwrap();
-    let network = NetworkConfig::compact([200.0, 100.0], &training_camera()).init(&device);
+    let network = Network::new(&NetworkConfig::compact([200.0, 100.0], &training_camera()), &device);
     let card = ModelCard {
         name: "untrained".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

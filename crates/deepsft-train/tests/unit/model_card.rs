@@ -1,7 +1,8 @@
 //! What a bundle tells people, and its curve as a table.
 
 use deepsft::{
-    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, R50FConfig, start_device,
+    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig, Provenance, R50FConfig,
+    start_device,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_synth::capsule;
@@ -30,7 +31,7 @@ fn card(template: Template, curve: &[CurvePoint]) -> String {
         tuning: None,
         measured_images: Default::default(),
     };
-    let bundle = ModelBundle::new(network.init(&device), template, training_camera(), card);
+    let bundle = ModelBundle::new(Network::new(&network, &device), template, training_camera(), card);
     model_card(&bundle, &course)
 }
 

@@ -2,7 +2,6 @@
 
 use super::block::Block;
 use super::compact::CompactNetwork;
-use super::config::{Architecture, NetworkConfig};
 use super::description::{LayerDescription, LayerTable};
 use super::fold::Fold;
 use super::maps::NetworkMaps;
@@ -10,6 +9,7 @@ use super::paper::PaperNetwork;
 use super::r50f::R50FNetwork;
 use super::resnet::WeightInit;
 use burn::tensor::{Device, Tensor};
+use deepsft_inference::{Architecture, NetworkConfig};
 
 /// A value of the network in `$network`, whichever it is.
 macro_rules! any {
@@ -119,33 +119,33 @@ impl Network {
     }
 }
 
-impl NetworkConfig {
-    /// A randomly initialised network.
-    pub fn init(&self, device: &Device) -> Network {
-        match &self.architecture {
-            Architecture::Compact(shape) => Network::Compact(CompactNetwork::new(shape, self, device)),
+impl Network {
+    /// A randomly initialised network of `config`.
+    pub fn new(config: &NetworkConfig, device: &Device) -> Self {
+        match &config.architecture {
+            Architecture::Compact(shape) => Self::Compact(CompactNetwork::new(shape, config, device)),
             Architecture::Paper(shape) => {
                 let init = WeightInit::drawn(device, shape.momentum);
-                Network::Paper(PaperNetwork::new(shape, self, init))
+                Self::Paper(PaperNetwork::new(shape, config, init))
             }
             Architecture::R50F(shape) => {
                 let init = WeightInit::drawn(device, shape.momentum);
-                Network::R50F(R50FNetwork::new(shape, self, init))
+                Self::R50F(R50FNetwork::new(shape, config, init))
             }
         }
     }
 
-    /// A folded network whose weights are still to be loaded.
-    pub(crate) fn init_folded(&self, device: &Device) -> Network {
-        match &self.architecture {
-            Architecture::Compact(_) => self.init(device).fold(),
+    /// A folded network of `config` whose weights are still to be loaded.
+    pub(crate) fn new_folded(config: &NetworkConfig, device: &Device) -> Self {
+        match &config.architecture {
+            Architecture::Compact(_) => Self::new(config, device).fold(),
             Architecture::Paper(shape) => {
                 let init = WeightInit::empty(device, shape.momentum);
-                Network::Paper(PaperNetwork::new(shape, self, init))
+                Self::Paper(PaperNetwork::new(shape, config, init))
             }
             Architecture::R50F(shape) => {
                 let init = WeightInit::empty(device, shape.momentum);
-                Network::R50F(R50FNetwork::new(shape, self, init))
+                Self::R50F(R50FNetwork::new(shape, config, init))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What every architecture says of an image, at every pixel.
 
-use super::config::DepthRange;
 use burn::tensor::Tensor;
+use deepsft_inference::DepthRange;
 
 /// Full-resolution maps of B images of H x W pixels, differentiable with respect to all weights that are trained.
 ///

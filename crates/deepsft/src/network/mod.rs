@@ -6,7 +6,6 @@
 mod any_network;
 mod block;
 mod compact;
-mod config;
 mod description;
 mod execution;
 mod fold;
@@ -28,7 +27,7 @@ pub use compact::{
     CompactNetwork, DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP,
     cross_entropy,
 };
-pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
+pub use deepsft_inference::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
 pub use description::LayerDescription;
 pub(crate) use half_precision::Half;
 pub use layer_table::layer_table;

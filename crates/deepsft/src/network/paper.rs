@@ -10,7 +10,6 @@ mod main_block;
 mod refinement_block;
 
 use super::block::{Block, train_if_listed};
-use super::config::{NetworkConfig, PaperConfig};
 use super::description::LayerTable;
 use super::fold::{Fold, folded};
 use super::half_precision::widened;
@@ -19,6 +18,7 @@ use super::resnet::WeightInit;
 use burn::module::Module;
 use burn::tensor::Tensor;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
+use deepsft_inference::{NetworkConfig, PaperConfig};
 use main_block::PaperMainBlock;
 use refinement_block::PaperRefinementBlock;
 

@@ -7,7 +7,6 @@
 //! [`crate::DepthRange`]. There is no refinement.
 
 use super::block::{Block, train_if_listed};
-use super::config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, R50FConfig};
 use super::description::{Cost, LayerTable};
 use super::fold::{Fold, folded};
 use super::half_precision::widened;
@@ -16,6 +15,7 @@ use super::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
+use deepsft_inference::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, R50FConfig};
 
 /// y = x w + b.
 #[derive(Module, Debug)]

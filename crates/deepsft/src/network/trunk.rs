@@ -220,7 +220,7 @@ mod tests {
     fn an_unfolded_trunk_is_the_folded_one_up_to_a_factor_and_its_filters_have_length_one() {
         let device = Device::flex();
         let images = Tensor::random([2, 3, 96, 64], Distribution::Uniform(0.0, 1.0), &device);
-        let fresh = config([8, 12, 16, 20], 2).init(&device);
+        let fresh = Network::new(&config([8, 12, 16, 20], 2), &device);
         let trained = fresh.clone().map(&mut Noise::default());
         let begun = fresh.clone().with_trunk("w", &file(trained.clone())).unwrap();
         // New heads have no biases: the logits of their bins tell the features, up to the factor.
@@ -251,7 +251,7 @@ mod tests {
     fn the_trunk_of_the_descriptor_network_fits_the_default_network() {
         let device = Device::flex();
         let bytes = DescriptorNetwork::new(&device).to_bytes().unwrap();
-        let network = NetworkConfig::compact([200.0, 150.0], &training_camera()).init(&device);
+        let network = Network::new(&NetworkConfig::compact([200.0, 150.0], &training_camera()), &device);
         let before = network.clone();
         let begun = network.with_trunk("w", &bytes).unwrap();
         assert_ne!(begun.weight_arrays()[0], before.weight_arrays()[0]);
@@ -260,22 +260,25 @@ mod tests {
     #[test]
     fn files_without_this_trunk_are_refused() {
         let device = Device::flex();
-        let network = || config([8, 12, 16, 20], 2).init(&device);
+        let network = || Network::new(&config([8, 12, 16, 20], 2), &device);
         let r50f = || {
             let architecture = Architecture::R50F(R50FConfig::narrow(32));
-            NetworkConfig::new(architecture, [200.0, 150.0], &training_camera()).init(&device)
+            Network::new(
+                &NetworkConfig::new(architecture, [200.0, 150.0], &training_camera()),
+                &device,
+            )
         };
         for (network, bytes, part) in [
             (network(), b"nothing".to_vec(), "w "),
             (network(), file(r50f()), "no main.patch.weight"),
             (
                 network(),
-                file(config([8, 12, 16, 24], 2).init(&device)),
+                file(Network::new(&config([8, 12, 16, 24], 2), &device)),
                 "main.down32.weight has the shape [24, 16, 3, 3]",
             ),
             (
                 network(),
-                file(config([8, 12, 16, 20], 3).init(&device)),
+                file(Network::new(&config([8, 12, 16, 20], 3), &device)),
                 "main.encode32.2.",
             ),
             (r50f(), file(network()), "only a compact network"),

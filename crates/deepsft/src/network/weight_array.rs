@@ -23,7 +23,7 @@ impl Network {
     /// use deepsft::{DeviceKind, NetworkConfig, start_device};
     /// use deepsft_geometry::training_camera;
     /// let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-    /// let arrays = NetworkConfig::compact([297.0, 210.0], &training_camera()).init(&device).fold().weight_arrays();
+    /// let arrays = Network::new(&NetworkConfig::compact([297.0, 210.0], &training_camera()), &device).fold().weight_arrays();
     /// assert_eq!((arrays[0].name.as_str(), &arrays[0].shape[..]), ("main.patch.weight", &[32, 48, 1, 1][..]));
     /// # Ok::<(), deepsft::DeepSftError>(())
     /// ```

@@ -3,8 +3,8 @@
 use burn::module::Module;
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{
-    Accuracy, Architecture, CompactConfig, Estimator, FoundRule, MODEL_FILE, ModelBundle, ModelCard, NetworkConfig,
-    PaperConfig, Provenance, R50FConfig,
+    Accuracy, Architecture, CompactConfig, Estimator, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Network,
+    NetworkConfig, PaperConfig, Provenance, R50FConfig,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ fn template() -> Template {
 
 fn bundle(architecture: Architecture) -> ModelBundle {
     let camera = training_camera();
-    let network = NetworkConfig::new(architecture, SIZE_MM, &camera).init(&Device::flex());
+    let network = Network::new(&NetworkConfig::new(architecture, SIZE_MM, &camera), &Device::flex());
     let card = ModelCard {
         name: "narrow".to_owned(),
         licence: "MIT OR Apache-2.0".to_owned(),

@@ -62,7 +62,7 @@ impl ModuleMapper for Disturb {
 fn every_architecture_hands_out_maps_of_the_image_s_size() {
     let device = Device::flex();
     for config in narrow() {
-        let network = config.init(&device).fold();
+        let network = Network::new(&config, &device).fold();
         let maps = network.forward_maps(image(&device));
         for (name, map, channels) in all(&maps) {
             assert_eq!(
@@ -84,7 +84,7 @@ fn folded_networks_say_the_same_as_those_with_running_statistics() {
             path: Vec::new(),
             seen: 0,
         };
-        let network = config.init(&device).map(&mut disturb);
+        let network = Network::new(&config, &device).map(&mut disturb);
         assert!(disturb.seen >= 4 * 50, "{} values of batch normalisation", disturb.seen);
         let images = image(&device);
         let before = network.forward_maps(images.clone());
@@ -165,7 +165,7 @@ fn only_the_chosen_blocks_get_gradients_and_all_of_their_weights_do() {
                 .reduce(|a, b| a + b)
                 .unwrap()
         };
-        let network = config.init(&device);
+        let network = Network::new(&config, &device);
         let everything = trained(&network, sum(&network));
         assert!(everything.values().all(|&t| t), "{everything:?}");
         if matches!(network, Network::R50F(_)) {
@@ -175,7 +175,7 @@ fn only_the_chosen_blocks_get_gradients_and_all_of_their_weights_do() {
             (Block::DepthRefinement, "depth_refinement"),
             (Block::RegistrationRefinement, "registration_refinement"),
         ] {
-            let network = config.init(&device).train_only(&[block]);
+            let network = Network::new(&config, &device).train_only(&[block]);
             for (name, is_trained) in trained(&network, sum(&network)) {
                 assert_eq!(is_trained, name == part, "{name}");
             }
@@ -202,7 +202,7 @@ fn frozen_blocks_keep_their_running_statistics_and_trained_ones_move_them() {
     }
     let device = Device::flex().autodiff();
     let [_, config, _] = narrow();
-    let network = config.init(&device).train_only(&[Block::DepthRefinement]);
+    let network = Network::new(&config, &device).train_only(&[Block::DepthRefinement]);
     network.forward_maps(image(&device));
     let mut means = Means(Vec::new(), Vec::new());
     network.valid().visit(&mut means);
@@ -215,7 +215,7 @@ fn frozen_blocks_keep_their_running_statistics_and_trained_ones_move_them() {
 #[test]
 fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
     let device = Device::flex();
-    let paper = NetworkConfig::paper(SIZE_MM, &training_camera()).init(&device);
+    let paper = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &device);
     // Printed in the paper: 13,618,689 for a refinement block with one output; a second output is another filter of
     // 3 x 3 x 64 with bias. The main block is 250 below the printed 81,664,765.
     assert_eq!(paper.block_parameters(Block::DepthRefinement), 13_618_689);
@@ -223,7 +223,7 @@ fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
     assert_eq!(paper.block_parameters(Block::Main), 81_664_515);
     assert_eq!(paper.num_params(), 81_664_515 + 2 * 13_618_689 + 577);
     drop(paper);
-    let r50f = NetworkConfig::r50f(SIZE_MM, &training_camera()).init(&device);
+    let r50f = Network::new(&NetworkConfig::r50f(SIZE_MM, &training_camera()), &device);
     // Keras' ResNet-50 without its top, 9 x 15 x 2048 values to 200 neurons, those to 3 x 270 x 480 values.
     let dense = (9 * 15 * 2048 + 1) * 200 + (200 + 1) * 3 * 270 * 480;
     assert_eq!(r50f.num_params(), 23_587_712 + dense);
@@ -234,7 +234,7 @@ fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
 #[test]
 fn blocks_together_are_the_network() {
     for config in narrow() {
-        let network = config.init(&Device::flex());
+        let network = Network::new(&config, &Device::flex());
         let blocks: usize = Block::ALL.map(|block| network.block_parameters(block)).iter().sum();
         assert_eq!(blocks, network.num_params(), "{}", config.architecture.name());
     }
@@ -245,7 +245,7 @@ fn blocks_together_are_the_network() {
 fn weights_are_drawn_as_glorot_and_bengio_say() {
     let camera = training_camera();
     let network = NetworkConfig::new(Architecture::Paper(PaperConfig::narrow(4)), SIZE_MM, &camera);
-    let arrays = network.init(&Device::flex()).weight_arrays();
+    let arrays = Network::new(&network, &Device::flex()).weight_arrays();
     let filters = arrays
         .iter()
         .find(|array| array.name == "main.decode5.first.spatial.weight")
@@ -265,7 +265,7 @@ fn maps_at_given_pixels_are_the_network_s_own_there_and_nothing_elsewhere() {
     device.seed(3);
     let picture = Picture::from_fn(480, 270, |x, y| [(x / 2) as u8, (y % 256) as u8, ((x * y) % 251) as u8]);
     for config in narrow() {
-        let network = config.init(&device).fold();
+        let network = Network::new(&config, &device).fold();
         let own = pollster::block_on(network.infer(&[&picture], &device))
             .unwrap()
             .pop()

@@ -52,7 +52,7 @@ impl ModuleMapper for Drawn {
 fn drawn(shape: CompactConfig, seed: u64) -> Network {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let config = NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera());
-    config.init(&device).fold().map(&mut Drawn(seed))
+    Network::new(&config, &device).fold().map(&mut Drawn(seed))
 }
 
 /// The largest differences: in (u, v, d) of the main block and after refinement, and in the mask's logits.

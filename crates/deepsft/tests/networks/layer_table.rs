@@ -2,7 +2,7 @@
 
 use burn::module::Module;
 use burn::tensor::Device;
-use deepsft::{Architecture, Block, LayerDescription, NetworkConfig, PaperConfig, R50FConfig};
+use deepsft::{Architecture, Block, LayerDescription, Network, NetworkConfig, PaperConfig, R50FConfig};
 use deepsft_geometry::training_camera;
 
 const SIZE_MM: [f64; 2] = [297.0, 210.0];
@@ -36,9 +36,7 @@ fn operations(inputs: usize, [a, b, c]: [usize; 3], shortcut: bool) -> usize {
 
 #[test]
 fn the_paper_s_main_block_row_by_row() {
-    let layers = NetworkConfig::paper(SIZE_MM, &training_camera())
-        .init(&Device::flex())
-        .describe();
+    let layers = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &Device::flex()).describe();
     let expected = [
         ([64, 135, 240], 9_728),
         ([256, 45, 80], 76_928),
@@ -82,9 +80,7 @@ fn the_paper_s_main_block_row_by_row() {
 
 #[test]
 fn the_paper_s_refinement_blocks_row_by_row() {
-    let layers = NetworkConfig::paper(SIZE_MM, &training_camera())
-        .init(&Device::flex())
-        .describe();
+    let layers = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &Device::flex()).describe();
     for (block, outputs, last) in [
         (Block::DepthRefinement, 1, 577),
         (Block::RegistrationRefinement, 2, 1_154),
@@ -125,7 +121,7 @@ fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
         Architecture::Paper(PaperConfig::narrow(8)),
         Architecture::R50F(R50FConfig::narrow(8)),
     ] {
-        let network = NetworkConfig::new(architecture, SIZE_MM, &camera).init(&Device::flex());
+        let network = Network::new(&NetworkConfig::new(architecture, SIZE_MM, &camera), &Device::flex());
         for network in [network.clone(), network.fold()] {
             let layers = network.describe();
             for block in Block::ALL {
@@ -154,7 +150,7 @@ fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_op
         NetworkConfig::compact(SIZE_MM, &camera),
         NetworkConfig::paper(SIZE_MM, &camera),
     ]
-    .map(|config| config.init(&Device::flex()).describe());
+    .map(|config| Network::new(&config, &Device::flex()).describe());
     let ratio =
         |of: fn(&LayerDescription) -> f64| paper.iter().map(of).sum::<f64>() / compact.iter().map(of).sum::<f64>();
     assert_eq!(ratio(|layer| layer.parameters as f64).round(), 67.0);
@@ -166,9 +162,7 @@ fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_op
 /// 1x1, as in Keras, 3.9). Ours sees 2.58 times as many pixels, its sides rounded up at each stride.
 #[test]
 fn r50f_costs_what_a_resnet_50_of_its_size_costs() {
-    let layers = NetworkConfig::r50f(SIZE_MM, &training_camera())
-        .init(&Device::flex())
-        .describe();
+    let layers = Network::new(&NetworkConfig::r50f(SIZE_MM, &training_camera()), &Device::flex()).describe();
     let (encoder, dense): (Vec<_>, Vec<_>) = layers.iter().partition(|layer| !layer.name.starts_with("dense"));
     let encoder = encoder.iter().map(|layer| layer.flops).sum::<u64>() as f64 / 2e9;
     let expected = 3.86 * (270.0 * 480.0) / (224.0 * 224.0);

@@ -81,7 +81,7 @@ fn golden() -> (Network, Tensor<4>, Arrays) {
         arrays: arrays(&description.weights),
         path: Vec::new(),
     };
-    let network = description.config.init(&device).fold().map(&mut load);
+    let network = Network::new(&description.config, &device).fold().map(&mut load);
     assert!(load.arrays.0.is_empty(), "weights that the network does not have");
     let (shape, image) = arrays(&description.inputs).0.remove("images").unwrap();
     let image = Tensor::from_data(TensorData::new(image, shape), &device);

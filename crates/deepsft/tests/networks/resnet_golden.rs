@@ -82,7 +82,7 @@ impl ModuleMapper for Formula {
 
 fn network(architecture: Architecture) -> Network {
     let config = NetworkConfig::new(architecture, [297.0, 210.0], &training_camera());
-    config.init(&Device::flex()).map(&mut Formula(Vec::new()))
+    Network::new(&config, &Device::flex()).map(&mut Formula(Vec::new()))
 }
 
 /// A map's name in the file and where it is found.

@@ -2,8 +2,8 @@
 
 use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
 use deepsft::{
-    Accuracy, DeviceKind, Finder, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, Target, TargetFinder,
-    View, start_device,
+    Accuracy, DeviceKind, Finder, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig, Provenance, Target,
+    TargetFinder, View, start_device,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::cell::Cell;
@@ -20,7 +20,7 @@ fn bundle() -> ModelBundle {
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),
     };
-    let network = NetworkConfig::compact([200.0, 150.0], &camera).init(&device);
+    let network = Network::new(&NetworkConfig::compact([200.0, 150.0], &camera), &device);
     ModelBundle::new(
         network,
         Template::thin_shell(texture, 200.0, 150.0).unwrap(),

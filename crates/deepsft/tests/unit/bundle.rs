@@ -2,7 +2,7 @@
 
 use burn::store::burn_pack::Reader;
 use burn::tensor::{Bytes, Device, Tensor};
-use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, NetworkConfig, Provenance};
+use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Network, NetworkConfig, Provenance};
 use deepsft_formats::sha256;
 use deepsft_geometry::{Picture, Template, training_camera};
 use std::collections::BTreeMap;
@@ -12,7 +12,10 @@ type Files = BTreeMap<String, Vec<u8>>;
 const WEIGHTS_FILE: &str = "weights.bpk";
 
 fn files() -> Files {
-    let network = NetworkConfig::compact([297.0, 210.0], &training_camera()).init(&Device::flex());
+    let network = Network::new(
+        &NetworkConfig::compact([297.0, 210.0], &training_camera()),
+        &Device::flex(),
+    );
     let template = Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
     let card = ModelCard {
         name: "test".to_owned(),

@@ -9,7 +9,7 @@ fn charts_are_not_mixed_and_one_chart_is_as_smooth_as_without_seams() {
     // u = 0.1, 0.14, 0.8, 0.84 along x: a seam between the second and the third cell; v and d rise evenly.
     let device = Device::flex();
     let config = NetworkConfig::compact([200.0, 100.0], &training_camera()).with_seams();
-    let Network::Compact(network) = config.init(&device) else {
+    let Network::Compact(network) = Network::new(&config, &device) else {
         panic!("not a compact network")
     };
     let u = [0.1, 0.14, 0.8, 0.84];

@@ -11,7 +11,6 @@ use super::planar::{PLANAR_CUES, planar_depth};
 use super::refinement::{ISOMETRIC_CUES, RefinementBlock, departures, isometric_depth, weighed};
 use super::seams::upsample_across_seams;
 use crate::network::block::{Block, train_if_listed};
-use crate::network::config::{CompactConfig, DepthRange, NetworkConfig};
 use crate::network::description::LayerTable;
 use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
@@ -19,6 +18,7 @@ use crate::network::maps::NetworkMaps;
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
+use deepsft_inference::{CompactConfig, DepthRange, NetworkConfig};
 
 /// Largest normalised log depth that is turned into millimetres: keeps maps and gradients finite where an untrained
 /// network says anything at all.

@@ -3,12 +3,12 @@
 use super::layers::{Convolution, scaled_relu};
 use super::main_block::MainBlock;
 use crate::error::DeepSftError;
-use crate::network::config::CompactConfig;
 use crate::network::fold::Fold;
 use crate::network::half_precision::Half;
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
+use deepsft_inference::CompactConfig;
 
 /// Numbers in a descriptor.
 pub const DESCRIPTOR_LENGTH: usize = 64;

@@ -3,13 +3,13 @@
 use super::bins::expected_coordinate;
 use super::cells::PATCH;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
-use crate::network::config::CompactConfig;
 use crate::network::description::{Cost, LayerTable};
 use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
 use crate::network::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
+use deepsft_inference::CompactConfig;
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
 /// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and

@@ -4,8 +4,8 @@
 //! distance it hardly reaches; what they imply is known in closed form, so it is computed.
 
 use super::cells::PIXELS_PER_CELL;
-use crate::network::config::{DepthRange, NetworkConfig};
 use burn::tensor::{Device, Tensor};
+use deepsft_inference::{DepthRange, NetworkConfig};
 
 /// Standard deviations of the Gaussian windows, cells: one that follows a bend, one that is steady.
 const REACHES: [f64; PLANAR_CUES] = [5.0, 10.0];

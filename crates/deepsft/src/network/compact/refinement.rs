@@ -12,12 +12,12 @@
 use super::cells::PIXELS_PER_CELL;
 use super::layers::{Convolution, scaled_relu};
 use super::planar::{PLANAR_CUES, normalise_depth};
-use crate::network::config::{CompactConfig, NetworkConfig};
 use crate::network::description::LayerTable;
 use crate::network::fold::{Fold, folded};
 use crate::network::half_precision::widened;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
+use deepsft_inference::{CompactConfig, NetworkConfig};
 
 /// Channels of the cues a refinement block reads beside the features: u, v, d and what
 /// [`departures`] gives.

@@ -5,16 +5,16 @@ use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
 /// Rows and columns of the encoder's last map, stride 32.
-pub(in crate::network) const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
+pub const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
 
 /// Channels of that map in full width.
-pub(in crate::network) const ENCODED_WIDTH: usize = 2048;
+pub const ENCODED_WIDTH: usize = 2048;
 
 /// Maps of the last dense layer: depth, u, v.
-pub(in crate::network) const MAPS: usize = 3;
+pub const MAPS: usize = 3;
 
 /// Values of these maps.
-pub(in crate::network) const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
+pub const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
 
 /// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
 /// gained by many more neurons (our choice).

@@ -13,4 +13,4 @@ pub use network_config::{Architecture, NetworkConfig};
 pub use paper_config::PaperConfig;
 pub use r50f_config::R50FConfig;
 
-pub(super) use r50f_config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};
+pub use r50f_config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};

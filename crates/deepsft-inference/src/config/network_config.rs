@@ -14,7 +14,6 @@ const ROUNDING: f64 = 1e-6;
 /// Layers of a network.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "architecture", rename_all = "lowercase")]
-#[non_exhaustive]
 pub enum Architecture {
     /// The network that ships: the paper's structure with a 67th of its parameters and a 250th of its operations.
     Compact(CompactConfig),
