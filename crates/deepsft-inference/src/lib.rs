@@ -21,5 +21,5 @@ pub use config::{
     R50FConfig,
 };
 pub use cpu::{CpuPlan, available_threads};
-pub use plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
+pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
 pub use stage::Stage;

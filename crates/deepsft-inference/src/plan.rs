@@ -28,13 +28,30 @@ pub struct Filters {
     pub kernel: usize,
 }
 
-/// What is added to a convolution's result.
+/// What is added to a result: its place (y, x) gets the map's ((y + top) / factor, x / factor). What the map has beyond the result
+/// is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Added {
+pub struct Added {
+    /// The map.
+    pub map: MapId,
+    /// How often each of its places counts, across and down.
+    pub factor: usize,
+    /// Rows of the map, taken so often, above the result's first.
+    pub top: usize,
+}
+
+impl Added {
     /// A map of the same size.
-    Same(MapId),
-    /// A map of half the size, rounded up; each of its places counts for two by two.
-    Doubled(MapId),
+    pub fn same(map: MapId) -> Self {
+        let (factor, top) = (1, 0);
+        Self { map, factor, top }
+    }
+
+    /// A map of half the size, rounded up.
+    pub fn doubled(map: MapId) -> Self {
+        let (factor, top) = (2, 0);
+        Self { map, factor, top }
+    }
 }
 
 /// A map that a convolution reads.
@@ -44,6 +61,40 @@ pub struct Input {
     pub map: MapId,
     /// Whether its negative values are read as zero (relu).
     pub rectified: bool,
+    /// How often each of its places is read, across and down (nearest up-sampling).
+    pub factor: usize,
+    /// Rows of what is read so that are left out: at the top and at the bottom.
+    pub cropped: [usize; 2],
+}
+
+impl Input {
+    /// Rows and columns that are read of a map of this size.
+    pub(crate) fn size(&self, shape: MapShape) -> [usize; 2] {
+        let [top, bottom] = self.cropped;
+        [
+            (self.factor * shape.height).saturating_sub(top + bottom),
+            self.factor * shape.width,
+        ]
+    }
+}
+
+/// `map` as it is.
+pub(crate) fn plain(map: MapId) -> Input {
+    Input {
+        map,
+        rectified: false,
+        factor: 1,
+        cropped: [0, 0],
+    }
+}
+
+/// `map` with relu.
+pub(crate) fn relu(map: MapId) -> Input {
+    let rectified = true;
+    Input {
+        rectified,
+        ..plain(map)
+    }
 }
 
 /// A convolution.
@@ -57,6 +108,32 @@ pub struct Convolution {
     pub stride: usize,
     /// What is added to the result.
     pub added: Option<Added>,
+    /// Whether negative sums are written as zero (relu).
+    pub rectified: bool,
+}
+
+/// The largest values of windows of 3 x 3 places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pool {
+    /// What it reads.
+    pub map: MapId,
+    /// Distance of the windows.
+    pub stride: usize,
+    /// Places by which the first window lies outside, above and to the left: 0 or 1. They never win.
+    pub border: usize,
+}
+
+/// Every output from all values of a map.
+#[derive(Clone, Debug)]
+pub struct Dense {
+    /// What it reads.
+    pub map: MapId,
+    /// Row-major [channel, row, column, output].
+    pub weights: Vec<f32>,
+    /// One per output.
+    pub biases: Vec<f32>,
+    /// Whether negative sums are written as zero (relu).
+    pub rectified: bool,
 }
 
 /// What a step does.
@@ -64,6 +141,8 @@ pub struct Convolution {
 pub(crate) enum Operation {
     Convolve(Convolution),
     Add(MapId, Added),
+    Pool(Pool),
+    Dense(Dense),
 }
 
 /// A step of a plan: makes a map.
@@ -79,8 +158,9 @@ impl Step {
         let (inputs, map, added) = match &self.operation {
             Operation::Convolve(convolution) => (convolution.inputs.as_slice(), None, convolution.added),
             Operation::Add(map, added) => (&[][..], Some(*map), Some(*added)),
+            Operation::Pool(Pool { map, .. }) | Operation::Dense(Dense { map, .. }) => (&[][..], Some(*map), None),
         };
-        let added = added.map(|(Added::Same(map) | Added::Doubled(map))| map);
+        let added = added.map(|added| added.map);
         inputs.iter().map(|input| input.map).chain(map).chain(added)
     }
 }
@@ -144,8 +224,8 @@ impl Plan {
             inputs,
             kernel,
         } = &convolution.filters;
-        let shapes: Vec<MapShape> = convolution.inputs.iter().map(|input| self.shape(input.map)).collect();
-        let channels: usize = shapes.iter().map(|shape| shape.channels).sum();
+        let shapes = convolution.inputs.iter().map(|input| self.shape(input.map));
+        let channels: usize = shapes.clone().map(|shape| shape.channels).sum();
         if channels != *inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
             return Err(misfit("a convolution's input", vec![channels], vec![*inputs]));
         }
@@ -153,18 +233,15 @@ impl Plan {
         if weights.len() != biases.len() * fan_in || biases.is_empty() {
             return Err(misfit("filters", vec![weights.len()], vec![biases.len(), fan_in]));
         }
-        let MapShape { height, width, .. } = shapes[0];
-        if let Some(other) = shapes.iter().find(|s| (s.height, s.width) != (height, width)) {
-            return Err(misfit(
-                "a second input",
-                vec![other.height, other.width],
-                vec![height, width],
-            ));
+        let sizes: Vec<[usize; 2]> = convolution.inputs.iter().zip(shapes).map(|(i, s)| i.size(s)).collect();
+        if let Some(other) = sizes.iter().find(|size| **size != sizes[0] || size.contains(&0)) {
+            return Err(misfit("an input", other.to_vec(), sizes[0].to_vec()));
         }
+        let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
         let output = MapShape {
             channels: biases.len(),
-            height: height.div_ceil(convolution.stride),
-            width: width.div_ceil(convolution.stride),
+            height,
+            width,
         };
         self.check_added(convolution.added, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
@@ -180,6 +257,44 @@ impl Plan {
         Ok(self.step(Operation::Add(map, added), shape))
     }
 
+    /// Adds a pooling; its result is a new map of floor((size + 2 border - 3) / stride) + 1.
+    ///
+    /// # Errors
+    /// [`PlanError::Shape`] for a map that is smaller than a window, and for a border of more than 1.
+    pub fn pool(&mut self, pool: Pool) -> Result<MapId, PlanError> {
+        let shape = self.shape(pool.map);
+        let sides = [shape.height, shape.width].map(|side| side + 2 * pool.border);
+        if sides.iter().any(|&side| side < 3) || pool.border > 1 || pool.stride == 0 {
+            return Err(misfit("what is pooled", sides.to_vec(), vec![3, 3]));
+        }
+        let [height, width] = sides.map(|side| (side - 3) / pool.stride + 1);
+        Ok(self.step(Operation::Pool(pool), MapShape { height, width, ..shape }))
+    }
+
+    /// Adds a dense layer; its result is a new map of one place.
+    ///
+    /// # Errors
+    /// [`PlanError::Shape`] when map and weights do not fit each other.
+    pub fn dense(&mut self, dense: Dense) -> Result<MapId, PlanError> {
+        let shape = self.shape(dense.map);
+        let inputs = shape.channels * shape.height * shape.width;
+        let channels = dense.biases.len();
+        if dense.weights.len() != inputs * channels || dense.weights.is_empty() {
+            return Err(misfit(
+                "dense weights",
+                vec![dense.weights.len()],
+                vec![inputs, channels],
+            ));
+        }
+        let (height, width) = (1, 1);
+        let output = MapShape {
+            channels,
+            height,
+            width,
+        };
+        Ok(self.step(Operation::Dense(dense), output))
+    }
+
     fn step(&mut self, operation: Operation, output: MapShape) -> MapId {
         let output = self.input(output);
         self.steps.push(Step { operation, output });
@@ -187,26 +302,16 @@ impl Plan {
     }
 
     fn check_added(&self, added: Option<Added>, output: MapShape) -> Result<(), PlanError> {
-        let (actual, expected) = match added {
-            None => return Ok(()),
-            Some(Added::Same(map)) => (self.shape(map), output),
-            Some(Added::Doubled(map)) => {
-                let (height, width) = (output.height.div_ceil(2), output.width.div_ceil(2));
-                (
-                    self.shape(map),
-                    MapShape {
-                        height,
-                        width,
-                        ..output
-                    },
-                )
-            }
+        let Some(Added { map, factor, top }) = added else {
+            return Ok(());
         };
-        let sizes = |s: MapShape| vec![s.channels, s.height, s.width];
-        if actual == expected {
+        let map = self.shape(map);
+        let fits = factor > 0 && factor * map.height >= output.height + top;
+        if fits && map.width == output.width.div_ceil(factor) && map.channels == output.channels {
             return Ok(());
         }
-        Err(misfit("what is added", sizes(actual), sizes(expected)))
+        let sizes = |s: MapShape| vec![s.channels, s.height, s.width];
+        Err(misfit("what is added", sizes(map), sizes(output)))
     }
 }
 

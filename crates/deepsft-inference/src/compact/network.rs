@@ -2,7 +2,7 @@
 
 use super::shape::{Weights, cells};
 use crate::config::CompactConfig;
-use crate::plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError};
+use crate::plan::{Added, Convolution, Filters, Input, MapId, MapShape, Plan, PlanError, plain, relu};
 
 /// Side of a patch, pixels.
 pub(super) const PATCH: usize = 4;
@@ -63,7 +63,7 @@ impl CompactPlan {
             at32 = builder.block(at32, &format!("main.encode32.{k}"), c32)?;
         }
         let lateral = builder.layer(&[relu(at32)], "main.lateral16", c16, 1, 1, None)?;
-        let at16 = builder.plan.add(at16, Added::Doubled(lateral))?;
+        let at16 = builder.plan.add(at16, Added::doubled(lateral))?;
         let at16 = builder.block(at16, "main.decode16", c16)?;
         let bins = builder.stacked(
             &[relu(at16)],
@@ -71,14 +71,14 @@ impl CompactPlan {
             &shape.bins,
         )?;
         let lateral = builder.layer(&[relu(at16)], "main.lateral8", c8, 1, 1, None)?;
-        let at8 = builder.plan.add(at8, Added::Doubled(lateral))?;
+        let at8 = builder.plan.add(at8, Added::doubled(lateral))?;
         let at8 = builder.block(at8, "main.decode8", c8)?;
         let offset = builder.layer(&[relu(at8)], "main.offset", 3, 1, 1, None)?;
 
         let width = shape.mask_channels;
         let coarse = builder.layer(&[relu(at8)], "mask_coarse", width, 1, 1, None)?;
-        let mask = builder.layer(&[relu(patches)], "mask_fine", width, 1, 1, Some(Added::Doubled(coarse)))?;
-        let mask = builder.layer(&[relu(mask)], "mask_mix", width, 3, 1, Some(Added::Same(mask)))?;
+        let mask = builder.layer(&[relu(patches)], "mask_fine", width, 1, 1, Some(Added::doubled(coarse)))?;
+        let mask = builder.layer(&[relu(mask)], "mask_mix", width, 3, 1, Some(Added::same(mask)))?;
         let mask = builder.layer(&[relu(mask)], "mask", PATCH * PATCH, 1, 1, None)?;
 
         let cells = MapShape {
@@ -107,14 +107,6 @@ impl CompactPlan {
             marks: [depth.0, registration.0],
         })
     }
-}
-
-fn plain(map: MapId) -> Input {
-    Input { map, rectified: false }
-}
-
-fn relu(map: MapId) -> Input {
-    Input { map, rectified: true }
 }
 
 impl Builder<'_> {
@@ -148,6 +140,7 @@ impl Builder<'_> {
             filters,
             stride,
             added,
+            rectified: false,
         })
     }
 
@@ -159,6 +152,7 @@ impl Builder<'_> {
             filters,
             stride: 1,
             added: None,
+            rectified: false,
         })
     }
 
@@ -208,7 +202,7 @@ impl Builder<'_> {
             channels,
             3,
             1,
-            Some(Added::Same(x)),
+            Some(Added::same(x)),
         )
     }
 }

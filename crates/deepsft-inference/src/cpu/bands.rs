@@ -17,13 +17,13 @@ pub fn available_threads() -> usize {
 }
 
 /// Divides the units `units` among as many threads as there are scratches: `work` gets a scratch, some of the units and their part of
-/// `out`, of which a unit has `length` values, the last perhaps fewer.
+/// `out`, of which a unit has `length` values, the first `missing` fewer, the last perhaps fewer, too.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn in_bands<T: Send>(
     scratches: &mut [T],
     units: Range<usize>,
     out: &mut [f32],
-    length: usize,
+    [length, missing]: [usize; 2],
     work: &(impl Fn(&mut T, Range<usize>, &mut [f32]) + Sync),
 ) {
     match scratches {
@@ -34,11 +34,12 @@ pub(crate) fn in_bands<T: Send>(
             let (few, rest) = scratches.split_at_mut(scratches.len() / 2);
             let all = few.len() + rest.len();
             let middle = units.start + (units.len() * few.len()).div_ceil(all);
-            let at = (length * (middle - units.start)).min(out.len());
-            let (above, below) = out.split_at_mut(at);
+            let missing_below = if middle > units.start { 0 } else { missing };
+            let at = length * (middle - units.start) - (missing - missing_below);
+            let (above, below) = out.split_at_mut(at.min(out.len()));
             rayon::join(
-                || in_bands(few, units.start..middle, above, length, work),
-                || in_bands(rest, middle..units.end, below, length, work),
+                || in_bands(few, units.start..middle, above, [length, missing], work),
+                || in_bands(rest, middle..units.end, below, [length, missing_below], work),
             );
         }
     }
@@ -89,7 +90,7 @@ pub(crate) fn in_bands<T>(
     scratches: &mut [T],
     units: Range<usize>,
     out: &mut [f32],
-    _length: usize,
+    _lengths: [usize; 2],
     work: &impl Fn(&mut T, Range<usize>, &mut [f32]),
 ) {
     if let Some(scratch) = scratches.first_mut() {

@@ -1,9 +1,10 @@
 //! A convolution with its packed filters.
 
+use super::bands::in_bands;
 use super::buffer::{Buffer, MapView, padded};
 use super::direct::Direct;
 use super::winograd::Winograd;
-use crate::plan::{Added, Convolution, MapId, MapShape};
+use crate::plan::{Convolution, MapId, MapShape};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
@@ -17,9 +18,11 @@ pub(crate) struct Maps<'a> {
 
 impl<'a> Maps<'a> {
     pub(crate) fn view(&self, map: MapId) -> MapView<'a> {
+        let shape = self.shapes[map.0];
+        let length = shape.height * shape.width * padded(shape.channels);
         MapView {
-            shape: self.shapes[map.0],
-            values: self.buffers[self.slots[map.0]].values(),
+            shape,
+            values: &self.buffers[self.slots[map.0]].values()[..length],
         }
     }
 }
@@ -28,26 +31,6 @@ impl<'a> Maps<'a> {
 pub(crate) struct Scratch {
     pub(crate) read: Buffer,
     pub(crate) products: Buffer,
-}
-
-/// Where the input channels of a convolution lie when they are padded map by map.
-pub(crate) struct Channels {
-    /// Number of input channels with their padding.
-    pub(crate) padded: usize,
-    /// The padded channels of the filters' channels.
-    pub(crate) places: Vec<usize>,
-}
-
-impl Channels {
-    fn new(convolution: &Convolution, shapes: &[MapShape]) -> Self {
-        let (mut places, mut first) = (Vec::new(), 0);
-        for input in &convolution.inputs {
-            let channels = shapes[input.map.0].channels;
-            places.extend(first..first + channels);
-            first += padded(channels);
-        }
-        Self { padded: first, places }
-    }
 }
 
 enum Method {
@@ -59,77 +42,108 @@ enum Method {
 pub(crate) struct Layer {
     pub(crate) convolution: Convolution,
     pub(crate) output: MapShape,
-    pub(crate) biases: Buffer,
+    biases: Buffer,
     method: Method,
+    /// What Winograd's method cannot do: the rows whose filters reach rows that are cropped.
+    borders: Option<Direct>,
 }
 
 impl Layer {
     /// Packs `convolution` for vectors of `lanes` numbers; its weights are not kept beside the packed ones.
     pub(crate) fn new(mut convolution: Convolution, output: MapShape, shapes: &[MapShape], lanes: usize) -> Self {
-        let channels = Channels::new(&convolution, shapes);
-        let filters = &mut convolution.filters;
         let mut biases = Buffer::new(padded(output.channels));
-        biases.values_mut()[..output.channels].copy_from_slice(&filters.biases);
-        let method = match (filters.kernel, convolution.stride) {
-            (3, 1) => Method::Winograd(Winograd::new(filters, &channels, lanes)),
-            _ => Method::Direct(Direct::new(filters, &channels, lanes)),
+        biases.values_mut()[..output.channels].copy_from_slice(&convolution.filters.biases);
+        let direct = || Direct::new(&convolution, shapes, lanes);
+        let (method, borders) = match Winograd::new(&convolution, shapes, lanes) {
+            Some(winograd) => {
+                let reaches_cropped = winograd.factor > 1 && convolution.inputs[0].cropped != [0, 0];
+                let borders = reaches_cropped.then(direct);
+                (Method::Winograd(winograd), borders)
+            }
+            None => (Method::Direct(direct()), None),
         };
-        filters.weights = Vec::new();
+        convolution.filters.weights = Vec::new();
         Self {
             convolution,
             output,
             biases,
             method,
+            borders,
         }
     }
 
-    /// Rows of the output that are made together.
-    pub(crate) fn rows_of_unit(&self) -> usize {
-        match self.method {
-            Method::Winograd(_) => super::winograd::TILE,
-            Method::Direct(_) => 1,
-        }
-    }
-
-    /// Lengths of the scratch's buffers for a band of `units` units.
-    pub(crate) fn scratch(&self, input: MapShape, units: usize) -> [usize; 2] {
+    /// Rows of the output that are made together, and by how many rows the first of these units is shorter.
+    fn rows_of_unit(&self) -> (usize, usize) {
         match &self.method {
-            Method::Winograd(winograd) => winograd.scratch(),
-            Method::Direct(direct) => [direct.scratch(&self.convolution, input, units), 0],
+            Method::Winograd(winograd) => winograd.rows_of_unit(&self.convolution),
+            Method::Direct(_) => (1, 0),
         }
     }
 
-    /// Makes the units `units` of the output, `out`.
-    pub(crate) fn run(&self, arch: Arch, maps: Maps<'_>, scratch: &mut Scratch, units: Range<usize>, out: &mut [f32]) {
-        arch.dispatch(Band {
-            layer: self,
-            maps,
-            scratch,
-            units,
-            out,
+    fn units(&self) -> usize {
+        let (rows, missing) = self.rows_of_unit();
+        (self.output.height + missing).div_ceil(rows)
+    }
+
+    /// Lengths of the buffers of each of `threads` scratches.
+    pub(crate) fn scratch(&self, shapes: &[MapShape], threads: usize) -> [usize; 2] {
+        let first = self.convolution.inputs[0];
+        let [_, width] = first.size(shapes[first.map.0]);
+        let border = self.convolution.filters.kernel / 2;
+        let mut lengths = match &self.method {
+            Method::Winograd(winograd) => winograd.scratch(),
+            Method::Direct(direct) => [
+                direct.scratch(&self.convolution, width, self.units().div_ceil(threads)),
+                0,
+            ],
+        };
+        if let Some(direct) = &self.borders {
+            lengths[0] = lengths[0].max(direct.scratch(&self.convolution, width, border));
+        }
+        lengths
+    }
+
+    /// Makes the output, `out`.
+    pub(crate) fn run(&self, arch: Arch, maps: Maps<'_>, scratches: &mut [Scratch], out: &mut [f32]) {
+        let (rows, missing) = self.rows_of_unit();
+        let row = self.output.width * padded(self.output.channels);
+        let lengths = [rows * row, missing * row];
+        in_bands(scratches, 0..self.units(), out, lengths, &|scratch, units, out| {
+            arch.dispatch(Band {
+                layer: self,
+                maps,
+                scratch,
+                units,
+                out,
+            });
         });
     }
 
-    /// The vector of outputs from `channel` on at a position: `sums`, the biases and what is added.
+    /// What is added at a place and right of it; nothing where nothing is.
     #[inline(always)]
-    pub(crate) fn finished<S: Simd>(
-        &self,
-        simd: S,
-        maps: &Maps<'_>,
-        sums: S::f32s,
-        [row, column, channel]: [usize; 3],
-    ) -> S::f32s {
-        let sums = simd.add_f32s(sums, vector::<S>(self.biases.values(), channel));
+    pub(crate) fn added<'a>(&self, maps: &Maps<'a>, row: usize, column: usize) -> &'a [f32] {
         let Some(added) = self.convolution.added else {
-            return sums;
+            return &[];
         };
-        let (map, row, column) = match added {
-            Added::Same(map) => (map, row, column),
-            Added::Doubled(map) => (map, row / 2, column / 2),
+        let map = maps.view(added.map);
+        let place = match added.factor {
+            1 => (row + added.top) * map.shape.width + column,
+            factor => (row + added.top) / factor * map.shape.width + column / factor,
         };
-        let map = maps.view(map);
-        let at = (row * map.shape.width + column) * map.pitch() + channel;
-        simd.add_f32s(sums, vector::<S>(map.values, at))
+        &map.values[place * map.pitch()..]
+    }
+
+    /// The vector of outputs from `channel` on at a place: `sums`, the biases and what is added.
+    #[inline(always)]
+    pub(crate) fn finished<S: Simd>(&self, simd: S, sums: S::f32s, added: &[f32], channel: usize) -> S::f32s {
+        let mut sums = simd.add_f32s(sums, vector::<S>(self.biases.values(), channel));
+        if !added.is_empty() {
+            sums = simd.add_f32s(sums, vector::<S>(added, channel));
+        }
+        if self.convolution.rectified {
+            sums = simd.max_f32s(simd.splat_f32s(0.0), sums);
+        }
+        sums
     }
 }
 
@@ -159,9 +173,24 @@ impl WithSimd for Band<'_> {
             units,
             out,
         } = self;
-        match &layer.method {
-            Method::Winograd(winograd) => winograd.run(simd, layer, &maps, scratch, units, out),
-            Method::Direct(direct) => direct.run(simd, layer, &maps, scratch, units, out),
+        let (direct, rows) = match &layer.method {
+            Method::Direct(direct) => (Some(direct), [units.clone(), 0..0]),
+            Method::Winograd(winograd) => {
+                winograd.run(simd, layer, &maps, scratch, units.clone(), out);
+                let made = winograd.rows_made(layer, units);
+                let border = layer.convolution.filters.kernel / 2;
+                let below = layer.output.height.saturating_sub(border);
+                let ranges = [made.start..made.end.min(border), made.start.max(below)..made.end];
+                (layer.borders.as_ref(), ranges)
+            }
+        };
+        let row = layer.output.width * padded(layer.output.channels);
+        let first = rows[0].start;
+        for rows in rows {
+            if let Some(direct) = direct.filter(|_| !rows.is_empty()) {
+                let out = &mut out[(rows.start - first) * row..];
+                direct.run(simd, layer, &maps, scratch, rows, out);
+            }
         }
     }
 }

@@ -4,11 +4,15 @@
 //! places. Each reads 6 x 6; a linear map B takes them to 36 numbers, at each of which the convolution is a product of matrices
 //! over the channels, and a linear map A takes the sums back. In single precision the results differ from direct sums by about 1e-6
 //! of the largest number read.
+//!
+//! A convolution of an up-sampled map is done before the up-sampling: there are `factor` x `factor` kinds of places, and each kind's
+//! filters, summed over the places that share a number, are again 3 x 3.
 
 use super::buffer::padded;
-use super::layer::{Channels, Layer, Maps, Scratch, vector};
+use super::direct::channels;
+use super::layer::{Layer, Maps, Scratch, vector};
 use super::product::{Packed, Rows, Sink, multiply};
-use crate::plan::Filters;
+use crate::plan::{Convolution, Input, MapShape};
 use pulp::Simd;
 use std::ops::Range;
 
@@ -32,40 +36,87 @@ const G: [[f64; 3]; READ] = [
     [0.0, 0.0, 1.0],
 ];
 
+/// Filters at all points that are worth it to sum for each kind of place, numbers: what fits into a processor's cache.
+const MOST_SUMMED: usize = 1 << 21;
+
 pub(crate) struct Winograd {
     /// Filters at each point.
     filters: Vec<Packed>,
     inputs: usize,
+    /// Outputs of all kinds of places.
     outputs: usize,
+    /// Up-sampling that comes after the products.
+    pub(crate) factor: usize,
 }
 
 impl Winograd {
-    pub(crate) fn new(filters: &Filters, channels: &Channels, lanes: usize) -> Self {
-        let (inputs, outputs) = (channels.padded, padded(filters.biases.len()));
+    /// `None` for convolutions that are not of this kind.
+    pub(crate) fn new(convolution: &Convolution, shapes: &[MapShape], lanes: usize) -> Option<Self> {
+        let (filters, first) = (&convolution.filters, convolution.inputs[0]);
+        let (kernel, border, pitch) = (filters.kernel, filters.kernel / 2, padded(filters.biases.len()));
+        let (places, inputs) = channels(convolution, shapes);
+        let is_alike = |input: &Input| (input.factor, input.cropped) == (first.factor, first.cropped);
+        let summed = POINTS * inputs * pitch * first.factor * first.factor;
+        let is_summed =
+            convolution.inputs.iter().all(is_alike) && summed <= MOST_SUMMED && first.cropped[0] < first.factor;
+        let factor = if is_summed { first.factor } else { 1 };
+        if convolution.stride > 1 || kernel == 1 || border > factor {
+            return None;
+        }
+        let outputs = factor * factor * pitch;
         // The padding behind the last channel is not read.
-        let read = channels.places.last().map_or(0, |last| last + 1);
+        let read = places.last().map_or(0, |last| last + 1);
         let mut at_points: Vec<Packed> = (0..POINTS).map(|_| Packed::new(read, outputs, lanes)).collect();
-        let all = filters.weights.chunks_exact(9).enumerate();
-        for (index, filter) in all {
-            let (output, input) = (index / filters.inputs, channels.places[index % filters.inputs]);
-            let filter: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(filter[3 * i + j])));
-            // G g, then (G g) G^T.
-            let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-            let columns: [[f64; READ]; 3] = std::array::from_fn(|j| G.map(|g| dot(g, filter.map(|row| row[j]))));
-            for (point, packed) in at_points.iter_mut().enumerate() {
-                let row = columns.map(|column| column[point / READ]);
-                packed.set(input, output, dot(G[point % READ], row) as f32);
+        for (index, weights) in filters.weights.chunks_exact(kernel * kernel).enumerate() {
+            let (output, input) = (index / filters.inputs, places[index % filters.inputs]);
+            for kind in 0..factor * factor {
+                let mut filter = [[0.0; 3]; 3];
+                for (place, &weight) in weights.iter().enumerate() {
+                    let (i, j) = (kind / factor + place / kernel, kind % factor + place % kernel);
+                    let [i, j] = [i, j].map(|at| (at + factor - border) / factor);
+                    filter[i][j] += f64::from(weight);
+                }
+                // G g, then (G g) G^T.
+                let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+                let columns: [[f64; READ]; 3] = std::array::from_fn(|j| G.map(|g| dot(g, filter.map(|row| row[j]))));
+                for (point, packed) in at_points.iter_mut().enumerate() {
+                    let row = columns.map(|column| column[point / READ]);
+                    packed.set(input, kind * pitch + output, dot(G[point % READ], row) as f32);
+                }
             }
         }
-        Self {
+        Some(Self {
             filters: at_points,
             inputs,
             outputs,
-        }
+            factor,
+        })
     }
 
     pub(crate) fn scratch(&self) -> [usize; 2] {
         [self.inputs, self.outputs].map(|channels| POINTS * CHUNK * channels)
+    }
+
+    /// Rows of the output that a row of tiles makes, and how many of them the first row of tiles lacks.
+    pub(crate) fn rows_of_unit(&self, convolution: &Convolution) -> (usize, usize) {
+        let cropped = if self.factor > 1 {
+            convolution.inputs[0].cropped[0]
+        } else {
+            0
+        };
+        (TILE * self.factor, cropped)
+    }
+
+    /// The rows of the output that the units `units` make.
+    pub(crate) fn rows_made(&self, layer: &Layer, units: Range<usize>) -> Range<usize> {
+        let (rows, missing) = self.rows_of_unit(&layer.convolution);
+        let [start, end] = [units.start, units.end].map(|unit| (rows * unit).saturating_sub(missing));
+        start..end.min(layer.output.height)
+    }
+
+    /// Tiles beside one another.
+    fn across(&self, layer: &Layer) -> usize {
+        (layer.output.width / self.factor).div_ceil(TILE)
     }
 
     #[inline(always)]
@@ -78,8 +129,9 @@ impl Winograd {
         units: Range<usize>,
         out: &mut [f32],
     ) {
-        let across = layer.output.width.div_ceil(TILE);
+        let across = self.across(layer);
         let tiles = units.start * across..units.end * across;
+        let first_row = self.rows_made(layer, units).start;
         for first in tiles.clone().step_by(CHUNK) {
             let chunk = first..tiles.end.min(first + CHUNK);
             self.read(simd, layer, maps, chunk.clone(), scratch.read.values_mut());
@@ -100,7 +152,7 @@ impl Winograd {
                 };
                 multiply::<S, false>(simd, &rows, filters, &mut products);
             }
-            self.write(simd, layer, maps, (chunk, units.start), scratch.products.values(), out);
+            self.write(simd, layer, maps, (chunk, first_row), scratch.products.values(), out);
         }
     }
 
@@ -108,26 +160,34 @@ impl Winograd {
     #[inline(always)]
     fn read<S: Simd>(&self, simd: S, layer: &Layer, maps: &Maps<'_>, chunk: Range<usize>, read: &mut [f32]) {
         let zero = simd.splat_f32s(0.0);
-        let across = layer.output.width.div_ceil(TILE);
+        let across = self.across(layer);
         let mut first_channel = 0;
         for input in &layer.convolution.inputs {
             let map = maps.view(input.map);
-            let (pitch, height, width) = (map.pitch(), map.shape.height, map.shape.width);
+            let pitch = map.pitch();
+            // Where the up-sampling comes later, rows that are cropped are read too.
+            let ([height, width], factor, top) = match self.factor {
+                1 => (input.size(map.shape), input.factor, input.cropped[0]),
+                _ => ([map.shape.height, map.shape.width], 1, 0),
+            };
             for (t, tile) in chunk.clone().enumerate() {
-                // Rows and columns before the tile's first are those of the border.
-                let (top, left) = (TILE * (tile / across), TILE * (tile % across));
+                // Where the tile's numbers lie; the border has none. Its first row and column are before the tile's first.
+                let mut places = [[None; READ]; READ];
+                for (i, places) in places.iter_mut().enumerate() {
+                    let y = (TILE * (tile / across) + i).wrapping_sub(1);
+                    for (j, place) in places.iter_mut().enumerate() {
+                        let x = (TILE * (tile % across) + j).wrapping_sub(1);
+                        if y < height && x < width {
+                            *place = Some(((y + top) / factor * map.shape.width + x / factor) * pitch);
+                        }
+                    }
+                }
                 for channel in (0..pitch).step_by(S::F32_LANES) {
                     let mut rows = [[zero; READ]; READ];
-                    for (i, row) in rows.iter_mut().enumerate() {
-                        let y = (top + i).wrapping_sub(1);
-                        if y >= height {
-                            continue;
-                        }
-                        for (j, number) in row.iter_mut().enumerate() {
-                            let x = (left + j).wrapping_sub(1);
-                            if x < width {
-                                let at = (y * width + x) * pitch + channel;
-                                let value = vector::<S>(map.values, at);
+                    for (row, places) in rows.iter_mut().zip(&places) {
+                        for (number, place) in row.iter_mut().zip(places) {
+                            if let Some(place) = place {
+                                let value = vector::<S>(map.values, place + channel);
                                 *number = if input.rectified {
                                     simd.max_f32s(zero, value)
                                 } else {
@@ -153,39 +213,55 @@ impl Winograd {
         }
     }
 
-    /// Takes the sums at the points back to the tiles' places and finishes them; `out` begins with the unit `first_unit`.
+    /// Takes the sums at the points back to the tiles' places and finishes them; `out` begins with the row `first_row`.
     #[inline(always)]
     fn write<S: Simd>(
         &self,
         simd: S,
         layer: &Layer,
         maps: &Maps<'_>,
-        (chunk, first_unit): (Range<usize>, usize),
+        (chunk, first_row): (Range<usize>, usize),
         products: &[f32],
         out: &mut [f32],
     ) {
-        let (height, width) = (layer.output.height, layer.output.width);
-        let across = width.div_ceil(TILE);
+        let MapShape {
+            channels,
+            height,
+            width,
+        } = layer.output;
+        let (across, factor, pitch) = (self.across(layer), self.factor, padded(channels));
+        let (_, top) = self.rows_of_unit(&layer.convolution);
         let zero = simd.splat_f32s(0.0);
         for (t, tile) in chunk.enumerate() {
-            let (top, left) = (TILE * (tile / across), TILE * (tile % across));
-            for channel in (0..self.outputs).step_by(S::F32_LANES) {
-                let mut rows = [[zero; READ]; TILE];
-                for j in 0..READ {
-                    let mut column = [zero; READ];
-                    for (i, number) in column.iter_mut().enumerate() {
-                        let at = ((i * READ + j) * CHUNK + t) * self.outputs + channel;
-                        *number = vector::<S>(products, at);
+            let (tile_row, tile_column) = (TILE * (tile / across), TILE * (tile % across));
+            for kind in 0..factor * factor {
+                for channel in (0..pitch).step_by(S::F32_LANES) {
+                    let mut rows = [[zero; READ]; TILE];
+                    for j in 0..READ {
+                        let mut column = [zero; READ];
+                        for (i, number) in column.iter_mut().enumerate() {
+                            let at = ((i * READ + j) * CHUNK + t) * self.outputs + kind * pitch + channel;
+                            *number = vector::<S>(products, at);
+                        }
+                        for (row, value) in rows.iter_mut().zip(to_places(simd, column)) {
+                            row[j] = value;
+                        }
                     }
-                    for (row, value) in rows.iter_mut().zip(to_places(simd, column)) {
-                        row[j] = value;
-                    }
-                }
-                for (y, row) in (top..height).zip(rows) {
-                    for (x, sums) in (left..width).zip(to_places(simd, row)) {
-                        let value = layer.finished(simd, maps, sums, [y, x, channel]);
-                        let at = ((y - TILE * first_unit) * width + x) * self.outputs + channel;
-                        S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
+                    for (i, row) in rows.into_iter().enumerate() {
+                        let Some(y) = (factor * (tile_row + i) + kind / factor)
+                            .checked_sub(top)
+                            .filter(|&y| y < height)
+                        else {
+                            continue;
+                        };
+                        for (j, sums) in to_places(simd, row).into_iter().enumerate() {
+                            let x = factor * (tile_column + j) + kind % factor;
+                            if x < width {
+                                let value = layer.finished(simd, sums, layer.added(maps, y, x), channel);
+                                let at = ((y - first_row) * width + x) * pitch + channel;
+                                S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
+                            }
+                        }
                     }
                 }
             }

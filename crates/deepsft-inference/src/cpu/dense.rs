@@ -1,0 +1,119 @@
+//! Dense layers: a matrix and one row of numbers. Each weight is read once, so memory sets the pace.
+
+use super::buffer::{BLOCK, Buffer, padded};
+use crate::plan::{self, MapShape};
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
+
+/// A dense layer that is ready to run.
+pub(crate) struct Dense {
+    pub(crate) map: plan::MapId,
+    /// [block of outputs][place, padded channel][output]
+    weights: Buffer,
+    biases: Buffer,
+    rectified: bool,
+}
+
+impl Dense {
+    /// Packs `dense`, which reads a map of the size `shape`.
+    pub(crate) fn new(dense: plan::Dense, shape: MapShape) -> Self {
+        let (pitch, places) = (padded(shape.channels), shape.height * shape.width);
+        let outputs = dense.biases.len();
+        let mut biases = Buffer::new(padded(outputs));
+        biases.values_mut()[..outputs].copy_from_slice(&dense.biases);
+        let inputs = pitch * places;
+        let mut weights = Buffer::new(inputs * padded(outputs));
+        let packed = weights.values_mut();
+        for (index, row) in dense.weights.chunks_exact(outputs).enumerate() {
+            let input = index % places * pitch + index / places;
+            for (block, row) in row.chunks(BLOCK).enumerate() {
+                packed[(block * inputs + input) * BLOCK..][..row.len()].copy_from_slice(row);
+            }
+        }
+        Self {
+            map: dense.map,
+            weights,
+            biases,
+            rectified: dense.rectified,
+        }
+    }
+
+    /// Blocks of outputs.
+    pub(crate) fn blocks(&self) -> usize {
+        self.biases.values().len() / BLOCK
+    }
+
+    /// Makes the blocks `blocks` of the output from the map's values, `read`.
+    pub(crate) fn run(&self, arch: Arch, read: &[f32], blocks: Range<usize>, out: &mut [f32]) {
+        let dense = self;
+        arch.dispatch(Blocks {
+            dense,
+            read,
+            blocks,
+            out,
+        });
+    }
+}
+
+struct Blocks<'a> {
+    dense: &'a Dense,
+    read: &'a [f32],
+    blocks: Range<usize>,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Blocks<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        // Rows of weights that are summed apart, so that no sum waits for the one before.
+        match S::F32_LANES {
+            16.. => self.sum::<S, 1, 8>(simd),
+            8 => self.sum::<S, 2, 4>(simd),
+            4 => self.sum::<S, 4, 2>(simd),
+            2 => self.sum::<S, 8, 1>(simd),
+            _ => self.sum::<S, 16, 1>(simd),
+        }
+    }
+}
+
+impl Blocks<'_> {
+    #[inline(always)]
+    fn sum<S: Simd, const VECTORS: usize, const ROWS: usize>(self, simd: S) {
+        let Self {
+            dense,
+            read,
+            blocks,
+            out,
+        } = self;
+        let zero = simd.splat_f32s(0.0);
+        for (out, block) in out.chunks_exact_mut(BLOCK).zip(blocks) {
+            let weights = &dense.weights.values()[block * read.len() * BLOCK..][..read.len() * BLOCK];
+            let (weights, _) = S::as_simd_f32s(weights);
+            let mut sums = [[zero; VECTORS]; ROWS];
+            // A place has a multiple of `BLOCK` numbers.
+            for (numbers, weights) in read.chunks_exact(ROWS).zip(weights.chunks_exact(ROWS * VECTORS)) {
+                for (row, sums) in sums.iter_mut().enumerate() {
+                    let number = simd.splat_f32s(numbers[row]);
+                    for (v, sum) in sums.iter_mut().enumerate() {
+                        *sum = simd.mul_add_e_f32s(number, weights[row * VECTORS + v], *sum);
+                    }
+                }
+            }
+            let (biases, _) = S::as_simd_f32s(&dense.biases.values()[block * BLOCK..][..BLOCK]);
+            let (out, _) = S::as_mut_simd_f32s(out);
+            for (v, (out, &bias)) in out.iter_mut().zip(biases).enumerate() {
+                let mut value = bias;
+                for sums in &sums {
+                    value = simd.add_f32s(value, sums[v]);
+                }
+                *out = if dense.rectified {
+                    simd.max_f32s(zero, value)
+                } else {
+                    value
+                };
+            }
+        }
+    }
+}
