@@ -2,8 +2,8 @@
 //!
 //! Training wants a tensor library that differentiates; a frame wants the shortest way through fixed arithmetic. Here a folded
 //! network is taken to a [`Plan`] once: which convolution reads which maps. [`CpuPlan`] packs its filters as the kernels want
-//! them, gives every map its memory, and then runs without allocating. [`CompactExecutor`] puts the compact network's own
-//! arithmetic around it: positions from bins, depths from the registration, maps at pixels.
+//! them, gives every map its memory, and then runs without allocating. An [`Executor`] runs a network of any architecture: for the
+//! compact one it puts that network's own arithmetic around the plan (positions from bins, depths from the registration).
 //!
 //! Nothing here knows burn, files or training.
 #![forbid(unsafe_code)]
@@ -12,14 +12,20 @@
 mod compact;
 mod config;
 mod cpu;
+mod executor;
 mod plan;
+mod residual;
 mod stage;
+mod weights;
 
-pub use compact::{CompactExecutor, Weights};
+pub use compact::CompactExecutor;
 pub use config::{
     Architecture, CompactConfig, DepthRange, ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, PaperConfig,
     R50FConfig,
 };
 pub use cpu::{CpuPlan, available_threads};
+pub use executor::Executor;
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
+pub use residual::ResidualExecutor;
 pub use stage::Stage;
+pub use weights::Weights;

@@ -3,7 +3,7 @@
 //! The same arithmetic as the network's in training, in the same precision: see `isometric_depth` and `planar_depth` of the crate
 //! `deepsft` for where it comes from.
 
-use super::shape::cells;
+use super::positions::cells;
 use crate::config::{DepthRange, NetworkConfig};
 use pulp::{Arch, Simd, WithSimd};
 

@@ -3,20 +3,17 @@
 mod depths;
 mod network;
 mod positions;
-mod shape;
-
-pub use shape::Weights;
 
 use crate::config::{Architecture, NetworkConfig};
 use crate::cpu::{CpuPlan, awake};
 use crate::plan::{MapShape, PlanError};
 use crate::stage::Stage;
+use crate::weights::Weights;
 use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
 use depths::{DepthMeasure, MEASURED, PIXELS_PER_CELL, departures, weighed};
 use network::{CompactPlan, PATCH};
-use positions::{Between, expected_coordinate, interpolated, upsampled};
+use positions::{Between, cells, expected_coordinate, interpolated, upsampled};
 use pulp::Arch;
-use shape::cells;
 use std::fmt;
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts.

@@ -1,5 +1,12 @@
 //! Positions from classified bins.
 
+use super::depths::PIXELS_PER_CELL;
+
+/// Rows and columns of cells of an image of `width` x `height` pixels, which is padded to an even number of them.
+pub(super) fn cells([width, height]: [usize; 2]) -> [usize; 2] {
+    [height, width].map(|side| 2 * side.div_ceil(2 * PIXELS_PER_CELL))
+}
+
 /// Bins on each side of the most likely one that the expectation runs over.
 const NEIGHBOURS: usize = 2;
 

@@ -4,6 +4,7 @@ use super::compact_config::CompactConfig;
 use super::depth_range::DepthRange;
 use super::paper_config::PaperConfig;
 use super::r50f_config::R50FConfig;
+use crate::stage::Stage;
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -30,6 +31,14 @@ impl Architecture {
             Self::Compact(_) => "compact",
             Self::Paper(_) => "paper",
             Self::R50F(_) => "r50f",
+        }
+    }
+
+    /// The stages at which maps can be read, in their order; the last is the answer. R50F has no refinement blocks.
+    pub fn stages(&self) -> &'static [Stage] {
+        match self {
+            Self::R50F(_) => &[Stage::Main],
+            Self::Compact(_) | Self::Paper(_) => &[Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement],
         }
     }
 

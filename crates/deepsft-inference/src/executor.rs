@@ -1,0 +1,71 @@
+//! A network of any architecture on the processor.
+
+use crate::compact::CompactExecutor;
+use crate::config::{Architecture, NetworkConfig};
+use crate::plan::PlanError;
+use crate::residual::ResidualExecutor;
+use crate::stage::Stage;
+use crate::weights::Weights;
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, Maps, Picture};
+
+/// A network on the processor, for images of one size. On one thread it allocates nothing after it was made.
+#[derive(Debug)]
+pub enum Executor {
+    /// The compact network.
+    Compact(Box<CompactExecutor>),
+    /// The paper's network or R50F.
+    Residual(Box<ResidualExecutor>),
+}
+
+impl Executor {
+    /// Gets a network ready for images of `image` (columns, rows) pixels and `threads` threads, see [`crate::available_threads`].
+    ///
+    /// # Errors
+    /// [`PlanError`] when `weights` are not those of `config`, and for an image of a size that the network is not for: the paper's
+    /// network and R50F are for 480 x 270 pixels, the compact network for any.
+    pub fn new(
+        config: &NetworkConfig,
+        image: [usize; 2],
+        weights: &Weights,
+        threads: usize,
+    ) -> Result<Self, PlanError> {
+        if let Architecture::Compact(_) = config.architecture {
+            let executor = CompactExecutor::new(config, image, weights, threads)?;
+            return Ok(Self::Compact(Box::new(executor)));
+        }
+        let expected = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+        if image != expected {
+            return Err(PlanError::Shape {
+                what: "the image".to_owned(),
+                actual: image.to_vec(),
+                expected: expected.to_vec(),
+            });
+        }
+        let executor = ResidualExecutor::new(config, weights, threads)?;
+        Ok(Self::Residual(Box::new(executor)))
+    }
+
+    /// Takes an image of the training camera through the network.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the image has another size.
+    pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
+        match self {
+            Self::Compact(executor) => executor.run(image),
+            Self::Residual(executor) => executor.run(image),
+        }
+    }
+
+    /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else in the
+    /// network's mask. That of the compact network is where the mask's probability is at least one half; the paper's network and
+    /// R50F say a depth nearer to the range than to the -1 outside, at the stage that is read. R50F says the same at all stages.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
+    pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+        match self {
+            Self::Compact(executor) => executor.read(stage, seen, maps),
+            Self::Residual(executor) => executor.read(stage, seen, maps),
+        }
+    }
+}

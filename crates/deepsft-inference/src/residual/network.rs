@@ -1,0 +1,217 @@
+//! The paper's network and R50F as plans.
+
+use crate::config::{ENCODED_WIDTH, MAP_VALUES, PaperConfig, R50FConfig};
+use crate::plan::{Added, Dense, Input, MapId, MapShape, Plan, PlanError, Pool, plain};
+use crate::weights::{Builder, Shape, Weights};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
+
+/// A plan and where it is written and read.
+pub(super) struct ResidualPlan {
+    pub(super) plan: Plan,
+    /// The image, the caller's: values -1..=1.
+    pub(super) image: MapId,
+    pub(super) said: Said,
+}
+
+/// What a network says of the pixels.
+#[derive(Clone, Copy)]
+pub(super) enum Said {
+    /// The paper's network: depth, u and v of the main block, the refined depth, corrections of u and v.
+    Blocks {
+        main: MapId,
+        depth: MapId,
+        correction: MapId,
+    },
+    /// R50F: a map of depths, one of u, one of v, row after row.
+    Planes(MapId),
+}
+
+/// What the first block of a stack does to the size: a stride, up-sampling.
+#[derive(Clone, Copy)]
+enum Resizing {
+    Kept,
+    Stride,
+    UpSampling,
+}
+
+/// Layers whose widths are divided.
+struct Residual<'a> {
+    builder: Builder<'a>,
+    divisor: usize,
+}
+
+impl ResidualPlan {
+    pub(super) fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
+        let mut network = Residual::new(config.width_divisor, weights);
+        let image = network.image();
+        let main = network.main_block(image)?;
+        let seen = [plain(image), plain(main)];
+        let depth = network.refinement_block("depth_refinement", &seen, 1)?;
+        let correction = network.refinement_block("registration_refinement", &seen, 2)?;
+        let said = Said::Blocks {
+            main,
+            depth,
+            correction,
+        };
+        let plan = network.builder.plan;
+        Ok(Self { plan, image, said })
+    }
+
+    pub(super) fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
+        use Resizing::{Kept, Stride};
+        let mut network = Residual::new(config.width_divisor, weights);
+        let image = network.image();
+        let x = network.entry("", &[plain(image)], (2, 1))?;
+        let x = network.stack("encode2", x, [64, 64, 256], Kept, 2)?;
+        let x = network.stack("encode3", x, [128, 128, 512], Stride, 3)?;
+        let x = network.stack("encode4", x, [256, 256, 1024], Stride, 5)?;
+        let x = network.stack("encode5", x, [512, 512, ENCODED_WIDTH], Stride, 2)?;
+        let neurons = config.neurons / config.width_divisor;
+        let x = network.dense("neurons", x.map, neurons, true)?;
+        let said = Said::Planes(network.dense("maps", x, MAP_VALUES, false)?);
+        let plan = network.builder.plan;
+        Ok(Self { plan, image, said })
+    }
+}
+
+impl<'a> Residual<'a> {
+    fn new(divisor: usize, weights: &'a Weights) -> Self {
+        let builder = Builder::new(weights, 1.0);
+        Self { builder, divisor }
+    }
+
+    fn image(&mut self) -> MapId {
+        self.builder.plan.input(MapShape {
+            channels: 3,
+            height: CANONICAL_HEIGHT,
+            width: CANONICAL_WIDTH,
+        })
+    }
+
+    /// Image -> depth, u, v.
+    fn main_block(&mut self, image: MapId) -> Result<MapId, PlanError> {
+        use Resizing::{Kept, Stride, UpSampling};
+        let x = self.entry("main.", &[plain(image)], (3, 0))?;
+        let x = self.stack("main.encode2", x, [64, 64, 256], Kept, 2)?;
+        let x = self.stack("main.encode3", x, [128, 128, 512], Stride, 3)?;
+        let x = self.stack("main.encode4", x, [256, 256, 1024], Stride, 5)?;
+        let x = self.stack("main.decode5", x, [1024, 1024, 256], Kept, 5)?;
+        let x = self.cropped_stack("main.decode6", x, [512, 512, 128], UpSampling, 3, [0, 1])?;
+        let x = self.stack("main.decode7", x, [256, 256, 64], UpSampling, 2)?;
+        let shape = [64 / self.divisor, 7, 1];
+        let x = self
+            .builder
+            .relu_layer(&[upsampled(x, 3, [1, 1])], "main.smooth", shape, None)?;
+        self.builder
+            .layer(&[upsampled(plain(x), 2, [1, 1])], "main.output", [3, 3, 1], None)
+    }
+
+    /// Image, depth, u and v -> `outputs` values of each pixel.
+    fn refinement_block(&mut self, name: &str, seen: &[Input], outputs: usize) -> Result<MapId, PlanError> {
+        use Resizing::{Kept, Stride, UpSampling};
+        let x = self.entry(&format!("{name}."), seen, (3, 0))?;
+        let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], Kept, 2)?;
+        let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], Stride, 3)?;
+        let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UpSampling, 3)?;
+        let x = self.cropped_stack(&format!("{name}.decode7"), x, [256, 256, 64], UpSampling, 2, [1, 1])?;
+        let shape = [outputs, 3, 1];
+        self.builder
+            .layer(&[upsampled(x, 3, [0, 0])], &format!("{name}.output"), shape, None)
+    }
+
+    /// A 7 x 7 convolution and a pooling of this stride and border.
+    fn entry(&mut self, path: &str, seen: &[Input], (stride, border): (usize, usize)) -> Result<Input, PlanError> {
+        let shape = [64 / self.divisor, 7, 2];
+        let map = self.builder.relu_layer(seen, &format!("{path}entry"), shape, None)?;
+        Ok(plain(self.builder.plan.pool(Pool { map, stride, border })?))
+    }
+
+    fn stack(
+        &mut self,
+        name: &str,
+        x: Input,
+        widths: [usize; 3],
+        resizing: Resizing,
+        identities: usize,
+    ) -> Result<Input, PlanError> {
+        self.cropped_stack(name, x, widths, resizing, identities, [0, 0])
+    }
+
+    /// A first block, whose result is read with `cropped` rows left out, and identity blocks.
+    fn cropped_stack(
+        &mut self,
+        name: &str,
+        x: Input,
+        widths: [usize; 3],
+        resizing: Resizing,
+        identities: usize,
+        cropped: [usize; 2],
+    ) -> Result<Input, PlanError> {
+        let widths = widths.map(|width| width / self.divisor);
+        let mut x = self.bottleneck(&format!("{name}.first"), x, widths, Some(resizing))?;
+        x.cropped = cropped;
+        for k in 0..identities {
+            x = self.bottleneck(&format!("{name}.identities.{k}"), x, widths, None)?;
+        }
+        Ok(x)
+    }
+
+    /// 1 x 1, 3 x 3 and 1 x 1 convolutions; what came in is added, and relu. With `resizing` it goes through a convolution before.
+    fn bottleneck(
+        &mut self,
+        name: &str,
+        x: Input,
+        [reduced, spatial, expanded]: [usize; 3],
+        resizing: Option<Resizing>,
+    ) -> Result<Input, PlanError> {
+        let (stride, factor) = match resizing {
+            Some(Resizing::Stride) => (2, 1),
+            Some(Resizing::UpSampling) => (1, 2),
+            _ => (1, 1),
+        };
+        let mut relu_layer = |x: Input, layer: &str, shape: Shape, added: Option<Added>| {
+            self.builder.relu_layer(&[x], &format!("{name}.{layer}"), shape, added)
+        };
+        let branch = relu_layer(x, "reduce", [reduced, 1, stride], None)?;
+        let branch = relu_layer(
+            upsampled(plain(branch), factor, [0, 0]),
+            "spatial",
+            [spatial, 3, 1],
+            None,
+        )?;
+        let (map, top) = match resizing {
+            Some(_) => {
+                let shape = [expanded, 1, stride];
+                (self.builder.layer(&[x], &format!("{name}.shortcut"), shape, None)?, 0)
+            }
+            None => (x.map, x.cropped[0]),
+        };
+        let added = Some(Added { map, factor, top });
+        let shape = [expanded, 1, 1];
+        let sum = self
+            .builder
+            .relu_layer(&[plain(branch)], &format!("{name}.expand"), shape, added)?;
+        Ok(plain(sum))
+    }
+
+    fn dense(&mut self, name: &str, map: MapId, outputs: usize, rectified: bool) -> Result<MapId, PlanError> {
+        let MapShape {
+            channels,
+            height,
+            width,
+        } = self.builder.plan.shape(map);
+        let length = channels * height * width * outputs;
+        let weights = self.builder.array(&format!("{name}.weight"), length)?.to_vec();
+        let biases = self.builder.array(&format!("{name}.bias"), outputs)?.to_vec();
+        self.builder.plan.dense(Dense {
+            map,
+            weights,
+            biases,
+            rectified,
+        })
+    }
+}
+
+fn upsampled(x: Input, factor: usize, cropped: [usize; 2]) -> Input {
+    Input { factor, cropped, ..x }
+}

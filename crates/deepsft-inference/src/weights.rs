@@ -1,0 +1,124 @@
+//! From a network's weights to the layers of a plan.
+
+use crate::plan::{Added, Convolution, Filters, Input, MapId, Plan, PlanError};
+use std::collections::BTreeMap;
+
+/// Folded weights by their paths (`main.encode8.first.weight`), row-major: filters [out, in, kernel, kernel], matrices of dense layers
+/// [in, out], biases [out].
+pub type Weights = BTreeMap<String, Vec<f32>>;
+
+/// A convolution's outputs, the side of its kernel, and its stride.
+pub(crate) type Shape = [usize; 3];
+
+/// A plan that grows by named layers.
+pub(crate) struct Builder<'a> {
+    pub(crate) plan: Plan,
+    weights: &'a Weights,
+    /// What relu is multiplied by; here the weights beside it are.
+    gain: f32,
+}
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(weights: &'a Weights, gain: f32) -> Self {
+        let plan = Plan::default();
+        Self { plan, weights, gain }
+    }
+
+    /// The array `name`, which has `length` values.
+    pub(crate) fn array(&self, name: &str, length: usize) -> Result<&'a [f32], PlanError> {
+        let values = self
+            .weights
+            .get(name)
+            .ok_or_else(|| PlanError::Missing(name.to_owned()))?;
+        if values.len() != length {
+            return Err(PlanError::Shape {
+                what: name.to_owned(),
+                actual: vec![values.len()],
+                expected: vec![length],
+            });
+        }
+        Ok(values)
+    }
+
+    /// The convolution `name` of `inputs`.
+    pub(crate) fn layer(
+        &mut self,
+        inputs: &[Input],
+        name: &str,
+        [outputs, kernel, stride]: Shape,
+        added: Option<Added>,
+    ) -> Result<MapId, PlanError> {
+        let filters = self.filters(inputs, &[name], &[outputs], kernel)?;
+        self.convolve(inputs, filters, stride, added, false)
+    }
+
+    /// The same with relu.
+    pub(crate) fn relu_layer(
+        &mut self,
+        inputs: &[Input],
+        name: &str,
+        [outputs, kernel, stride]: Shape,
+        added: Option<Added>,
+    ) -> Result<MapId, PlanError> {
+        let mut filters = self.filters(inputs, &[name], &[outputs], kernel)?;
+        let values = filters.weights.iter_mut().chain(&mut filters.biases);
+        values.for_each(|value| *value *= self.gain);
+        self.convolve(inputs, filters, stride, added, true)
+    }
+
+    /// Several 1 x 1 convolutions of the same maps as one.
+    pub(crate) fn stacked(&mut self, inputs: &[Input], names: &[&str], outputs: &[usize]) -> Result<MapId, PlanError> {
+        let filters = self.filters(inputs, names, outputs, 1)?;
+        self.convolve(inputs, filters, 1, None, false)
+    }
+
+    fn convolve(
+        &mut self,
+        inputs: &[Input],
+        filters: Filters,
+        stride: usize,
+        added: Option<Added>,
+        rectified: bool,
+    ) -> Result<MapId, PlanError> {
+        self.plan.convolve(Convolution {
+            inputs: inputs.to_vec(),
+            filters,
+            stride,
+            added,
+            rectified,
+        })
+    }
+
+    fn filters(
+        &self,
+        inputs: &[Input],
+        names: &[&str],
+        outputs: &[usize],
+        kernel: usize,
+    ) -> Result<Filters, PlanError> {
+        let channels = inputs.iter().map(|input| self.plan.shape(input.map).channels);
+        let fan_in: usize = channels.clone().sum::<usize>() * kernel * kernel;
+        // The factor of each of a filter's values.
+        let factors: Vec<f32> = inputs
+            .iter()
+            .zip(channels)
+            .flat_map(|(input, channels)| {
+                let factor = if input.rectified { self.gain } else { 1.0 };
+                std::iter::repeat_n(factor, channels * kernel * kernel)
+            })
+            .collect();
+        let (mut weights, mut biases) = (Vec::new(), Vec::new());
+        for (name, &outputs) in names.iter().zip(outputs) {
+            let values = self.array(&format!("{name}.weight"), outputs * fan_in)?;
+            let scaled = values.iter().zip(factors.iter().cycle());
+            weights.extend(scaled.map(|(value, factor)| value * factor));
+            biases.extend(self.array(&format!("{name}.bias"), outputs)?);
+        }
+        Ok(Filters {
+            weights,
+            biases,
+            inputs: fan_in / (kernel * kernel),
+            kernel,
+        })
+    }
+}
