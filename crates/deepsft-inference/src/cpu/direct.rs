@@ -17,7 +17,7 @@ pub(crate) struct Direct {
     unpadded: bool,
 }
 
-/// Finishes the sums of places.
+/// Adds the sums of places to what is there before: the biases and what is added.
 struct Finish<'a> {
     layer: &'a Layer,
     maps: &'a Maps<'a>,
@@ -27,14 +27,32 @@ struct Finish<'a> {
 
 impl<S: Simd> Sink<S> for Finish<'_> {
     #[inline(always)]
-    fn store(&mut self, simd: S, place: usize, output: usize, sums: &[S::f32s]) {
+    fn begin(&mut self, simd: S, places: Range<usize>) {
         let (width, pitch) = (self.layer.output.width, padded(self.layer.output.channels));
-        let added = self
-            .layer
-            .added(self.maps, self.first_row + place / width, place % width);
+        let (biases, _) = S::as_simd_f32s(self.layer.biases.values());
+        let out = &mut self.out[places.start * pitch..places.end * pitch];
+        for (place, out) in places.zip(out.chunks_exact_mut(pitch)) {
+            let (out, _) = S::as_mut_simd_f32s(out);
+            out.copy_from_slice(biases);
+            let added = self
+                .layer
+                .added(self.maps, self.first_row + place / width, place % width);
+            for (out, &added) in out.iter_mut().zip(S::as_simd_f32s(added).0) {
+                *out = simd.add_f32s(*out, added);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn store(&mut self, simd: S, place: usize, output: usize, sums: &[S::f32s]) {
+        let pitch = padded(self.layer.output.channels);
         let (to, _) = S::as_mut_simd_f32s(&mut self.out[place * pitch + output..]);
-        for (v, (to, &sums)) in to.iter_mut().zip(sums).enumerate() {
-            *to = self.layer.finished(simd, sums, added, output + v * S::F32_LANES);
+        for (to, &sums) in to.iter_mut().zip(sums) {
+            let sums = simd.add_f32s(*to, sums);
+            *to = match self.layer.convolution.rectified {
+                true => simd.max_f32s(simd.splat_f32s(0.0), sums),
+                false => sums,
+            };
         }
     }
 }

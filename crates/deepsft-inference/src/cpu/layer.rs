@@ -42,7 +42,7 @@ enum Method {
 pub(crate) struct Layer {
     pub(crate) convolution: Convolution,
     pub(crate) output: MapShape,
-    biases: Buffer,
+    pub(crate) biases: Buffer,
     method: Method,
     /// What Winograd's method cannot do: the rows whose filters reach rows that are cropped.
     borders: Option<Direct>,

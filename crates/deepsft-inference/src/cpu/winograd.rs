@@ -277,6 +277,9 @@ struct Products<'a> {
 
 impl<S: Simd> Sink<S> for Products<'_> {
     #[inline(always)]
+    fn begin(&mut self, _: S, _: Range<usize>) {}
+
+    #[inline(always)]
     fn store(&mut self, _: S, row: usize, output: usize, sums: &[S::f32s]) {
         let (to, _) = S::as_mut_simd_f32s(&mut self.values[row * self.outputs + output..]);
         for (to, &sum) in to.iter_mut().zip(sums) {
