@@ -54,7 +54,7 @@ impl Layer {
         let mut biases = Buffer::new(padded(output.channels));
         biases.values_mut()[..output.channels].copy_from_slice(&convolution.filters.biases);
         let direct = || Direct::new(&convolution, shapes, lanes);
-        let (method, borders) = match Winograd::new(&convolution, shapes, lanes) {
+        let (method, borders) = match Winograd::new(&convolution, output, shapes, lanes) {
             Some(winograd) => {
                 let reaches_cropped = winograd.factor > 1 && convolution.inputs[0].cropped != [0, 0];
                 let borders = reaches_cropped.then(direct);
@@ -72,51 +72,73 @@ impl Layer {
         }
     }
 
-    /// Rows of the output that are made together, and by how many rows the first of these units is shorter.
-    fn rows_of_unit(&self) -> (usize, usize) {
-        match &self.method {
-            Method::Winograd(winograd) => winograd.rows_of_unit(&self.convolution),
-            Method::Direct(_) => (1, 0),
-        }
-    }
-
-    fn units(&self) -> usize {
-        let (rows, missing) = self.rows_of_unit();
-        (self.output.height + missing).div_ceil(rows)
-    }
-
-    /// Lengths of the buffers of each of `threads` scratches.
-    pub(crate) fn scratch(&self, shapes: &[MapShape], threads: usize) -> [usize; 2] {
+    /// Lengths of the buffers of each of `threads` scratches, and of the one that they share.
+    pub(crate) fn scratch(&self, shapes: &[MapShape], threads: usize) -> [[usize; 2]; 2] {
         let first = self.convolution.inputs[0];
         let [_, width] = first.size(shapes[first.map.0]);
-        let border = self.convolution.filters.kernel / 2;
-        let mut lengths = match &self.method {
-            Method::Winograd(winograd) => winograd.scratch(),
-            Method::Direct(direct) => [
-                direct.scratch(&self.convolution, width, self.units().div_ceil(threads)),
-                0,
-            ],
-        };
-        if let Some(direct) = &self.borders {
-            lengths[0] = lengths[0].max(direct.scratch(&self.convolution, width, border));
+        let of_rows = |direct: &Direct, rows: usize| direct.scratch(&self.convolution, width, rows.div_ceil(threads));
+        let borders = self.borders.as_ref();
+        let borders = borders.map_or(0, |direct| of_rows(direct, self.convolution.filters.kernel / 2));
+        match &self.method {
+            Method::Direct(direct) => [[of_rows(direct, self.output.height), 0], [0, 0]],
+            Method::Winograd(winograd) => {
+                let [read, products] = winograd.scratch();
+                match winograd.is_shared {
+                    true => [[borders, 0], [read, products]],
+                    false => [[borders.max(read), products], [0, 0]],
+                }
+            }
         }
-        lengths
     }
 
     /// Makes the output, `out`.
-    pub(crate) fn run(&self, arch: Arch, maps: Maps<'_>, scratches: &mut [Scratch], out: &mut [f32]) {
-        let (rows, missing) = self.rows_of_unit();
-        let row = self.output.width * padded(self.output.channels);
-        let lengths = [rows * row, missing * row];
-        in_bands(scratches, 0..self.units(), out, lengths, &|scratch, units, out| {
+    pub(crate) fn run(
+        &self,
+        arch: Arch,
+        maps: Maps<'_>,
+        scratches: &mut [Scratch],
+        shared: &mut Scratch,
+        out: &mut [f32],
+    ) {
+        match &self.method {
+            Method::Direct(direct) => self.run_direct(direct, arch, maps, scratches, 0..self.output.height, out),
+            Method::Winograd(winograd) => winograd.run(arch, self, maps, scratches, shared, out),
+        }
+        if let Some(borders) = &self.borders {
+            let (height, border) = (self.output.height, self.convolution.filters.kernel / 2);
+            for rows in [0..border.min(height), height.saturating_sub(border)..height] {
+                self.run_direct(borders, arch, maps, scratches, rows, out);
+            }
+        }
+    }
+
+    /// Makes the rows `rows` of the output, `out`, by the sums of the definition.
+    fn run_direct(
+        &self,
+        direct: &Direct,
+        arch: Arch,
+        maps: Maps<'_>,
+        scratches: &mut [Scratch],
+        rows: Range<usize>,
+        out: &mut [f32],
+    ) {
+        let row = self.row();
+        let out = &mut out[rows.start * row..rows.end * row];
+        in_bands(scratches, rows, out, [row, 0], &|scratch, rows, out| {
             arch.dispatch(Band {
                 layer: self,
+                direct,
                 maps,
                 scratch,
-                units,
+                rows,
                 out,
             });
         });
+    }
+
+    /// Numbers of a row of the output.
+    pub(crate) fn row(&self) -> usize {
+        self.output.width * padded(self.output.channels)
     }
 
     /// What is added at a place and right of it; nothing where nothing is.
@@ -155,9 +177,10 @@ pub(crate) fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
 
 struct Band<'a> {
     layer: &'a Layer,
+    direct: &'a Direct,
     maps: Maps<'a>,
     scratch: &'a mut Scratch,
-    units: Range<usize>,
+    rows: Range<usize>,
     out: &'a mut [f32],
 }
 
@@ -168,29 +191,12 @@ impl WithSimd for Band<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self {
             layer,
+            direct,
             maps,
             scratch,
-            units,
+            rows,
             out,
         } = self;
-        let (direct, rows) = match &layer.method {
-            Method::Direct(direct) => (Some(direct), [units.clone(), 0..0]),
-            Method::Winograd(winograd) => {
-                winograd.run(simd, layer, &maps, scratch, units.clone(), out);
-                let made = winograd.rows_made(layer, units);
-                let border = layer.convolution.filters.kernel / 2;
-                let below = layer.output.height.saturating_sub(border);
-                let ranges = [made.start..made.end.min(border), made.start.max(below)..made.end];
-                (layer.borders.as_ref(), ranges)
-            }
-        };
-        let row = layer.output.width * padded(layer.output.channels);
-        let first = rows[0].start;
-        for rows in rows {
-            if let Some(direct) = direct.filter(|_| !rows.is_empty()) {
-                let out = &mut out[(rows.start - first) * row..];
-                direct.run(simd, layer, &maps, scratch, rows, out);
-            }
-        }
+        direct.run(simd, layer, &maps, scratch, rows, out);
     }
 }

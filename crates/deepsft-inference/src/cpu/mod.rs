@@ -40,8 +40,9 @@ pub struct CpuPlan {
     slots: Vec<usize>,
     buffers: Vec<Buffer>,
     work: Vec<(Work, MapId)>,
-    /// One for each thread.
+    /// One for each thread, and one that they share.
     scratches: Vec<Scratch>,
+    shared: Scratch,
 }
 
 impl CpuPlan {
@@ -56,7 +57,7 @@ impl CpuPlan {
         let (slots, sizes) = shared_buffers(&plan, kept);
         let Plan { maps: shapes, steps } = plan;
         let threads = threads.clamp(1, MOST_THREADS);
-        let (mut work, mut scratch) = (Vec::new(), [0, 0]);
+        let (mut work, mut lengths) = (Vec::new(), [[0, 0]; 2]);
         for step in steps {
             let output = shapes[step.output.0];
             let done = match step.operation {
@@ -69,15 +70,15 @@ impl CpuPlan {
                 Operation::Convolve(convolution) => {
                     let layer = Layer::new(convolution, output, &shapes, lanes);
                     let needed = layer.scratch(&shapes, threads);
-                    scratch = [0, 1].map(|k| needed[k].max(scratch[k]));
+                    lengths = [0, 1].map(|of| [0, 1].map(|k| needed[of][k].max(lengths[of][k])));
                     Work::Layer(Box::new(layer))
                 }
             };
             work.push((done, step.output));
         }
-        let new_scratch = |_| Scratch {
-            read: Buffer::new(scratch[0]),
-            products: Buffer::new(scratch[1]),
+        let scratch = |lengths: [usize; 2]| {
+            let [read, products] = lengths.map(Buffer::new);
+            Scratch { read, products }
         };
         Self {
             arch,
@@ -85,7 +86,8 @@ impl CpuPlan {
             slots,
             buffers: sizes.into_iter().map(Buffer::new).collect(),
             work,
-            scratches: (0..threads).map(new_scratch).collect(),
+            scratches: (0..threads).map(|_| scratch(lengths[0])).collect(),
+            shared: scratch(lengths[1]),
         }
     }
 
@@ -143,7 +145,7 @@ impl CpuPlan {
             let row = shape.width * padded(shape.channels);
             let values = &mut out.values_mut()[..shape.height * row];
             match work {
-                Work::Layer(layer) => layer.run(self.arch, maps, &mut self.scratches, values),
+                Work::Layer(layer) => layer.run(self.arch, maps, &mut self.scratches, &mut self.shared, values),
                 Work::Pool(pool) => {
                     let rows = 0..shape.height;
                     in_bands(&mut self.scratches, rows, values, [row, 0], &|_, rows, out| {
