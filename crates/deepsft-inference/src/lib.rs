@@ -13,6 +13,8 @@ mod compact;
 mod config;
 mod cpu;
 mod executor;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod plan;
 mod residual;
 mod stage;
@@ -25,6 +27,8 @@ pub use config::{
 };
 pub use cpu::{CpuPlan, available_threads};
 pub use executor::Executor;
+#[cfg(feature = "gpu")]
+pub use gpu::{Gpu, GpuError, GpuPlan};
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
 pub use residual::ResidualExecutor;
 pub use stage::Stage;

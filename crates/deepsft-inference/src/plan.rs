@@ -257,6 +257,48 @@ impl Plan {
         Ok(self.step(Operation::Add(map, added), shape))
     }
 
+    /// For each map its buffer, and the buffers' lengths, when maps have `padded` channels. Maps that no step makes, and those of
+    /// `kept`, have buffers of their own.
+    pub(crate) fn shared_buffers(&self, kept: &[MapId], padded: fn(usize) -> usize) -> (Vec<usize>, Vec<usize>) {
+        let length = |shape: &MapShape| shape.height * shape.width * padded(shape.channels);
+        let mut last_read = vec![0; self.maps.len()];
+        for (k, step) in self.steps.iter().enumerate() {
+            step.reads().for_each(|map| last_read[map.0] = k);
+        }
+        let is_made = |map: usize| self.steps.iter().any(|step| step.output.0 == map);
+        let (mut slots, mut sizes) = (vec![usize::MAX; self.maps.len()], Vec::new());
+        let own: Vec<bool> = (0..self.maps.len())
+            .map(|map| !is_made(map) || kept.contains(&MapId(map)))
+            .collect();
+        for map in (0..self.maps.len()).filter(|&map| own[map]) {
+            slots[map] = sizes.len();
+            sizes.push(length(&self.maps[map]));
+        }
+        let mut free: Vec<usize> = Vec::new();
+        for (k, step) in self.steps.iter().enumerate() {
+            let map = step.output.0;
+            if !own[map] {
+                let needed = length(&self.maps[map]);
+                // The free buffer whose size is nearest.
+                let best = (0..free.len()).min_by_key(|&f| sizes[free[f]].abs_diff(needed));
+                slots[map] = best.map_or_else(
+                    || {
+                        sizes.push(0);
+                        sizes.len() - 1
+                    },
+                    |f| free.swap_remove(f),
+                );
+                sizes[slots[map]] = sizes[slots[map]].max(needed);
+            }
+            let mut read: Vec<usize> = step.reads().map(|map| map.0).chain([map]).collect();
+            read.sort_unstable();
+            read.dedup();
+            let done = read.into_iter().filter(|&map| !own[map] && last_read[map] <= k);
+            free.extend(done.map(|map| slots[map]));
+        }
+        (slots, sizes)
+    }
+
     /// Adds a pooling; its result is a new map of floor((size + 2 border - 3) / stride) + 1.
     ///
     /// # Errors

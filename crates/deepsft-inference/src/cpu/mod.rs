@@ -21,6 +21,8 @@ use layer::{Layer, Maps, Scratch};
 use pool::Pooled;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
+#[cfg(feature = "gpu")]
+pub(crate) use winograd::{POINTS, READ, TILE, filter_at_points};
 
 /// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
 const MOST_THREADS: usize = 8;
@@ -54,7 +56,7 @@ impl CpuPlan {
 
     fn with_arch(arch: Arch, plan: Plan, kept: &[MapId], threads: usize) -> Self {
         let lanes = arch.dispatch(Lanes);
-        let (slots, sizes) = shared_buffers(&plan, kept);
+        let (slots, sizes) = plan.shared_buffers(kept, padded);
         let Plan { maps: shapes, steps } = plan;
         let threads = threads.clamp(1, MOST_THREADS);
         let (mut work, mut lengths) = (Vec::new(), [[0, 0]; 2]);
@@ -204,45 +206,4 @@ fn add(maps: &Maps<'_>, map: MapId, added: Added, out: &mut [f32]) {
             *out = a + b;
         }
     }
-}
-
-/// For each map its buffer, and the buffers' lengths. Maps that no step makes, and those of `kept`, have buffers of their own.
-fn shared_buffers(plan: &Plan, kept: &[MapId]) -> (Vec<usize>, Vec<usize>) {
-    let length = |shape: &MapShape| shape.height * shape.width * padded(shape.channels);
-    let mut last_read = vec![0; plan.maps.len()];
-    for (k, step) in plan.steps.iter().enumerate() {
-        step.reads().for_each(|map| last_read[map.0] = k);
-    }
-    let is_made = |map: usize| plan.steps.iter().any(|step| step.output.0 == map);
-    let (mut slots, mut sizes) = (vec![usize::MAX; plan.maps.len()], Vec::new());
-    let own: Vec<bool> = (0..plan.maps.len())
-        .map(|map| !is_made(map) || kept.contains(&MapId(map)))
-        .collect();
-    for map in (0..plan.maps.len()).filter(|&map| own[map]) {
-        slots[map] = sizes.len();
-        sizes.push(length(&plan.maps[map]));
-    }
-    let mut free: Vec<usize> = Vec::new();
-    for (k, step) in plan.steps.iter().enumerate() {
-        let map = step.output.0;
-        if !own[map] {
-            let needed = length(&plan.maps[map]);
-            // The free buffer whose size is nearest.
-            let best = (0..free.len()).min_by_key(|&f| sizes[free[f]].abs_diff(needed));
-            slots[map] = best.map_or_else(
-                || {
-                    sizes.push(0);
-                    sizes.len() - 1
-                },
-                |f| free.swap_remove(f),
-            );
-            sizes[slots[map]] = sizes[slots[map]].max(needed);
-        }
-        let mut read: Vec<usize> = step.reads().map(|map| map.0).chain([map]).collect();
-        read.sort_unstable();
-        read.dedup();
-        let done = read.into_iter().filter(|&map| !own[map] && last_read[map] <= k);
-        free.extend(done.map(|map| slots[map]));
-    }
-    (slots, sizes)
 }

@@ -9,15 +9,23 @@
 //! A convolution of an up-sampled map is done before the up-sampling: there are `factor` x `factor` kinds of places, and each kind's
 //! filters, summed over the places that share a number, are again 3 x 3.
 
+mod filters;
+mod transforms;
+
 use super::MOST_THREADS;
 use super::bands::in_bands;
 use super::buffer::{BLOCK, padded};
 use super::direct::channels;
-use super::layer::{Layer, Maps, Scratch, vector};
+use super::layer::{Layer, Maps, Scratch};
 use super::product::{Packed, Rows, Sink, multiply};
 use crate::plan::{Convolution, Input, MapShape};
+pub(crate) use filters::POINTS;
+use filters::filter_at;
+#[cfg(feature = "gpu")]
+pub(crate) use filters::{READ, TILE, filter_at_points};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
+use transforms::{ToPlaces, ToPoints};
 
 /// Tiles that are taken through all three parts together at least: what lies between them stays in the cache.
 const CHUNK: usize = 48;
@@ -34,19 +42,6 @@ const MOST_SUMMED: usize = 1 << 21;
 
 /// Rows of a product that take as long as its matrix takes to come from memory.
 const ROWS_PER_MATRIX: usize = 30;
-
-/// Takes a filter's row to the points, for tiles of 4.
-const G4: [[f64; 3]; 6] = [
-    [1.0 / 4.0, 0.0, 0.0],
-    [-1.0 / 6.0, -1.0 / 6.0, -1.0 / 6.0],
-    [-1.0 / 6.0, 1.0 / 6.0, -1.0 / 6.0],
-    [1.0 / 24.0, 1.0 / 12.0, 1.0 / 6.0],
-    [1.0 / 24.0, -1.0 / 12.0, 1.0 / 6.0],
-    [0.0, 0.0, 1.0],
-];
-
-/// The same for tiles of 2.
-const G2: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5], [0.0, 0.0, 1.0]];
 
 pub(crate) struct Winograd {
     /// Filters at each point.
@@ -66,6 +61,14 @@ pub(crate) struct Winograd {
     pub(crate) is_shared: bool,
 }
 
+/// What works on what.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    arch: Arch,
+    layer: &'a Layer,
+    maps: Maps<'a>,
+}
+
 impl Winograd {
     /// `None` for convolutions that are not of this kind.
     pub(crate) fn new(convolution: &Convolution, output: MapShape, shapes: &[MapShape], lanes: usize) -> Option<Self> {
@@ -73,7 +76,7 @@ impl Winograd {
         let (kernel, border, pitch) = (filters.kernel, filters.kernel / 2, padded(filters.biases.len()));
         let (places, inputs) = channels(convolution, shapes);
         let is_alike = |input: &Input| (input.factor, input.cropped) == (first.factor, first.cropped);
-        let summed = 36 * inputs * pitch * first.factor * first.factor;
+        let summed = POINTS * inputs * pitch * first.factor * first.factor;
         let is_summed =
             convolution.inputs.iter().all(is_alike) && summed <= MOST_SUMMED && first.cropped[0] < first.factor;
         let factor = if is_summed { first.factor } else { 1 };
@@ -93,8 +96,7 @@ impl Winograd {
             points * (height.div_ceil(tile) * width.div_ceil(tile) + waiting)
         };
         let tile = if cost(2) < cost(4) { 2 } else { 4 };
-        let g: &[[f64; 3]] = if tile == 2 { &G2 } else { &G4 };
-        let points = g.len() * g.len();
+        let points = (tile + 2) * (tile + 2);
         // The padding behind the last channel is not read.
         let read = places.last().map_or(0, |last| last + 1);
         let mut at_points: Vec<Packed> = (0..points).map(|_| Packed::new(read, outputs, lanes)).collect();
@@ -107,11 +109,8 @@ impl Winograd {
                     let [i, j] = [i, j].map(|at| (at + factor - border) / factor);
                     filter[i][j] += f64::from(weight);
                 }
-                // (g G^T)^T, then G times that.
-                let dot = |a: &[f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 for (point, packed) in at_points.iter_mut().enumerate() {
-                    let column = filter.map(|row| dot(&g[point % g.len()], row));
-                    packed.set(input, kind * pitch + output, dot(&g[point / g.len()], column) as f32);
+                    packed.set(input, kind * pitch + output, filter_at(tile, filter, point));
                 }
             }
         }
@@ -182,30 +181,23 @@ impl Winograd {
         shared: &mut Scratch,
         out: &mut [f32],
     ) {
+        let at = At { arch, layer, maps };
         let (rows, missing) = self.rows_of_unit(&layer.convolution);
         let units = 0..(layer.output.height + missing).div_ceil(rows);
         if self.is_shared {
             let mut team = [(); MOST_THREADS];
-            self.make(arch, layer, maps, &mut team[..scratches.len()], shared, units, out);
+            self.make(at, &mut team[..scratches.len()], shared, units, out);
             return;
         }
         let lengths = [rows * layer.row(), missing * layer.row()];
         in_bands(scratches, units, out, lengths, &|scratch, units, out| {
-            self.make(arch, layer, maps, &mut [()], scratch, units, out);
+            self.make(at, &mut [()], scratch, units, out);
         });
     }
 
     /// Makes the units `units` of the output, `out`, with as many threads as `team` has members.
-    fn make(
-        &self,
-        arch: Arch,
-        layer: &Layer,
-        maps: Maps<'_>,
-        team: &mut [()],
-        scratch: &mut Scratch,
-        units: Range<usize>,
-        out: &mut [f32],
-    ) {
+    fn make(&self, at: At<'_>, team: &mut [()], scratch: &mut Scratch, units: Range<usize>, out: &mut [f32]) {
+        let At { arch, layer, maps } = at;
         let row = layer.row();
         let (rows, missing) = self.rows_of_unit(&layer.convolution);
         let (read, products) = (scratch.read.values_mut(), scratch.products.values_mut());
@@ -282,82 +274,6 @@ fn odd_lines(numbers: usize) -> usize {
     (lines + 1 - lines % 2) * BLOCK
 }
 
-/// Takes what the tiles `tiles` read to the points: `read` [tile, point, channel].
-struct ToPoints<'a, const TILE: usize, const READ: usize> {
-    winograd: &'a Winograd,
-    layer: &'a Layer,
-    maps: Maps<'a>,
-    tiles: Range<usize>,
-    read: &'a mut [f32],
-}
-
-impl<const TILE: usize, const READ: usize> WithSimd for ToPoints<'_, TILE, READ> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            winograd,
-            layer,
-            maps,
-            tiles,
-            read,
-        } = self;
-        let zero = simd.splat_f32s(0.0);
-        let (across, point_pitch) = (winograd.across, winograd.input_pitch());
-        let mut first_channel = 0;
-        for input in &layer.convolution.inputs {
-            let map = maps.view(input.map);
-            let pitch = map.pitch();
-            // Where the up-sampling comes later, rows that are cropped are read too.
-            let ([height, width], factor, top) = match winograd.factor {
-                1 => (input.size(map.shape), input.factor, input.cropped[0]),
-                _ => ([map.shape.height, map.shape.width], 1, 0),
-            };
-            for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(READ * READ * point_pitch)) {
-                // Where the tile's numbers lie; the border has none. Its first row and column are before the tile's first.
-                let mut places = [[None; READ]; READ];
-                for (i, places) in places.iter_mut().enumerate() {
-                    let y = (TILE * (tile / across) + i).wrapping_sub(1);
-                    for (j, place) in places.iter_mut().enumerate() {
-                        let x = (TILE * (tile % across) + j).wrapping_sub(1);
-                        if y < height && x < width {
-                            *place = Some(((y + top) / factor * map.shape.width + x / factor) * pitch);
-                        }
-                    }
-                }
-                for channel in (0..pitch).step_by(S::F32_LANES) {
-                    let mut rows = [[zero; READ]; READ];
-                    for (row, places) in rows.iter_mut().zip(&places) {
-                        for (number, place) in row.iter_mut().zip(places) {
-                            if let Some(place) = place {
-                                let value = vector::<S>(map.values, place + channel);
-                                *number = if input.rectified {
-                                    simd.max_f32s(zero, value)
-                                } else {
-                                    value
-                                };
-                            }
-                        }
-                        *row = to_points(simd, *row);
-                    }
-                    for j in 0..READ {
-                        let mut column = [zero; READ];
-                        for (number, row) in column.iter_mut().zip(&rows) {
-                            *number = row[j];
-                        }
-                        for (i, value) in to_points(simd, column).into_iter().enumerate() {
-                            let at = (i * READ + j) * point_pitch + first_channel + channel;
-                            S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
-                        }
-                    }
-                }
-            }
-            first_channel += pitch;
-        }
-    }
-}
-
 /// The products at the points `points`: `products` [point, tile, channel].
 struct Multiply<'a> {
     winograd: &'a Winograd,
@@ -417,123 +333,4 @@ impl<S: Simd> Sink<S> for Products<'_> {
             *to = sum;
         }
     }
-}
-
-/// Takes the sums at the points back to the places of the tiles in the units `units` and finishes them; `products` begin with the
-/// tile `first_tile`.
-struct ToPlaces<'a, const TILE: usize, const READ: usize> {
-    winograd: &'a Winograd,
-    layer: &'a Layer,
-    maps: Maps<'a>,
-    units: Range<usize>,
-    first_tile: usize,
-    products: &'a [f32],
-    out: &'a mut [f32],
-}
-
-impl<const TILE: usize, const READ: usize> WithSimd for ToPlaces<'_, TILE, READ> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            winograd,
-            layer,
-            maps,
-            units,
-            first_tile,
-            products,
-            out,
-        } = self;
-        let MapShape {
-            channels,
-            height,
-            width,
-        } = layer.output;
-        let (across, factor, pitch) = (winograd.across, winograd.factor, padded(channels));
-        let (outputs, point_pitch) = (winograd.outputs, winograd.point_pitch());
-        let (_, top) = winograd.rows_of_unit(&layer.convolution);
-        let first_row = winograd.rows_made(layer, units.clone()).start;
-        let zero = simd.splat_f32s(0.0);
-        for tile in units.start * across..units.end * across {
-            let (tile_row, tile_column) = (TILE * (tile / across), TILE * (tile % across));
-            for kind in 0..factor * factor {
-                for channel in (0..pitch).step_by(S::F32_LANES) {
-                    let mut rows = [[zero; READ]; TILE];
-                    for j in 0..READ {
-                        let mut column = [zero; READ];
-                        for (i, number) in column.iter_mut().enumerate() {
-                            let place = (tile - first_tile) * outputs + kind * pitch + channel;
-                            *number = vector::<S>(products, (i * READ + j) * point_pitch + place);
-                        }
-                        let column: [S::f32s; TILE] = to_places(simd, column);
-                        for (row, value) in rows.iter_mut().zip(column) {
-                            row[j] = value;
-                        }
-                    }
-                    for (i, row) in rows.into_iter().enumerate() {
-                        let y = (factor * (tile_row + i) + kind / factor).checked_sub(top);
-                        let Some(y) = y.filter(|&y| y < height) else {
-                            continue;
-                        };
-                        let row: [S::f32s; TILE] = to_places(simd, row);
-                        for (j, sums) in row.into_iter().enumerate() {
-                            let x = factor * (tile_column + j) + kind % factor;
-                            if x < width {
-                                let value = layer.finished(simd, sums, layer.added(&maps, y, x), channel);
-                                let at = ((y - first_row) * width + x) * pitch + channel;
-                                S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// B^T: a row or column of what a tile reads, at the points.
-#[inline(always)]
-fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
-    let mut points = d;
-    if READ == 4 {
-        points[0] = simd.sub_f32s(d[0], d[2]);
-        points[1] = simd.add_f32s(d[1], d[2]);
-        points[2] = simd.sub_f32s(d[2], d[1]);
-        points[3] = simd.sub_f32s(d[3], d[1]);
-        return points;
-    }
-    let (a, b) = (plus(simd, d[4], -4.0, d[2]), plus(simd, d[3], -4.0, d[1]));
-    let (c, e) = (simd.sub_f32s(d[4], d[2]), simd.sub_f32s(d[3], d[1]));
-    points[0] = plus(simd, plus(simd, d[4], -5.0, d[2]), 4.0, d[0]);
-    points[1] = simd.add_f32s(a, b);
-    points[2] = simd.sub_f32s(a, b);
-    points[3] = plus(simd, c, 2.0, e);
-    points[4] = plus(simd, c, -2.0, e);
-    points[5] = plus(simd, plus(simd, d[5], -5.0, d[3]), 4.0, d[1]);
-    points
-}
-
-/// A^T: sums at the points of a row or column, at the tile's places.
-#[inline(always)]
-fn to_places<S: Simd, const TILE: usize, const READ: usize>(simd: S, m: [S::f32s; READ]) -> [S::f32s; TILE] {
-    let mut places = [m[0]; TILE];
-    let (a, b) = (simd.add_f32s(m[1], m[2]), simd.sub_f32s(m[1], m[2]));
-    if TILE == 2 {
-        places[0] = simd.add_f32s(m[0], a);
-        places[1] = simd.add_f32s(b, m[3]);
-        return places;
-    }
-    let (c, d) = (simd.add_f32s(m[3], m[4]), simd.sub_f32s(m[3], m[4]));
-    places[0] = simd.add_f32s(simd.add_f32s(m[0], a), c);
-    places[1] = plus(simd, b, 2.0, d);
-    places[2] = plus(simd, a, 4.0, c);
-    places[3] = simd.add_f32s(plus(simd, b, 8.0, d), m[5]);
-    places
-}
-
-/// a + factor b
-#[inline(always)]
-fn plus<S: Simd>(simd: S, a: S::f32s, factor: f32, b: S::f32s) -> S::f32s {
-    simd.mul_add_e_f32s(simd.splat_f32s(factor), b, a)
 }

@@ -1,0 +1,300 @@
+//! Convolutions as shaders.
+//!
+//! A map lies in quads of channels: [quad][row][column], four channels side by side. Neighbouring invocations make neighbouring places:
+//! they read maps side by side and the same filters. Each makes several places of several quads, so that it multiplies often what it
+//! read once.
+
+use super::shader::{Addend, Shader, Source, View, addend, is_whole, packed_at, place_read, quads, rectified};
+use super::winograd::{to_places, to_points};
+use super::{Gpu, Kernel};
+use crate::cpu::{POINTS, TILE, filter_at_points};
+use crate::plan::{Convolution, Dense, Filters, MapShape, plain};
+use std::fmt::Write;
+use wgpu::Buffer;
+
+/// What the tiles of Winograd's convolutions read, and their sums, at the points.
+pub(super) struct Scratch {
+    pub(super) read: Buffer,
+    pub(super) sums: Buffer,
+}
+
+/// Numbers that a convolution needs in [`Scratch`].
+pub(super) fn scratch(convolution: &Convolution, inputs: &[MapShape], output: MapShape) -> [usize; 2] {
+    if !is_winograd(convolution) {
+        return [0, 0];
+    }
+    let tiles = output.height.div_ceil(TILE) * output.width.div_ceil(TILE);
+    let read: usize = inputs.iter().map(|input| quads(input.channels)).sum();
+    [read, quads(output.channels)].map(|quads| 4 * POINTS * tiles * quads)
+}
+
+fn is_winograd(convolution: &Convolution) -> bool {
+    convolution.filters.kernel == 3 && convolution.stride == 1
+}
+
+/// The kernels of a convolution.
+pub(super) fn kernels(
+    gpu: &Gpu,
+    convolution: &Convolution,
+    sources: &[Source<'_>],
+    added: Addend<'_>,
+    output: View<'_>,
+    scratch: &Scratch,
+) -> Vec<Kernel> {
+    let inputs: Vec<usize> = sources.iter().map(|(view, _)| view.shape.channels).collect();
+    if !is_winograd(convolution) {
+        let product = Product {
+            sources,
+            added,
+            output,
+            kernel: convolution.filters.kernel,
+            stride: convolution.stride,
+            rectified: convolution.rectified,
+            batches: 1,
+        };
+        return vec![product.kernel(gpu, &convolution.filters, &channels_padded(&inputs))];
+    }
+    let [rows, columns] = [output.shape.height, output.shape.width].map(|side| side.div_ceil(TILE));
+    // Tiles at a point: places of a map with one row.
+    let at_points = |quads: usize, buffer| View {
+        shape: MapShape {
+            channels: 4 * quads,
+            height: 1,
+            width: rows * columns,
+        },
+        buffer,
+    };
+    let read = at_points(inputs.iter().map(|&channels| quads(channels)).sum(), &scratch.read);
+    let sums = at_points(output.quads(), &scratch.sums);
+    let product = Product {
+        sources: &[(read, plain(convolution.inputs[0].map))],
+        added: None,
+        output: sums,
+        kernel: 1,
+        stride: 1,
+        rectified: false,
+        batches: POINTS,
+    };
+    vec![
+        to_points(gpu, sources, read, columns),
+        product.kernel(gpu, &convolution.filters, &channels_padded(&inputs)),
+        to_places(gpu, convolution, sums, added, output, columns),
+    ]
+}
+
+/// The kernel of a dense layer: a convolution of one place whose channels are all values of the map.
+pub(super) fn dense(gpu: &Gpu, dense: &Dense, view: View<'_>, output: View<'_>) -> Kernel {
+    let (inputs, outputs) = (dense.weights.len() / dense.biases.len(), dense.biases.len());
+    let filters = Filters {
+        weights: (0..outputs * inputs)
+            .map(|index| dense.weights[index % inputs * outputs + index / inputs])
+            .collect(),
+        biases: dense.biases.clone(),
+        inputs,
+        kernel: 1,
+    };
+    let (area, channels) = (view.area(), 4 * view.quads() * view.area());
+    let (height, width) = (1, 1);
+    let shape = MapShape {
+        channels,
+        height,
+        width,
+    };
+    let product = Product {
+        sources: &[(View { shape, ..view }, plain(dense.map))],
+        added: None,
+        output,
+        kernel: 1,
+        stride: 1,
+        rectified: dense.rectified,
+        batches: 1,
+    };
+    let padded: Vec<usize> = (0..inputs).map(|index| packed_at(index, area)).collect();
+    product.kernel(gpu, &filters, &padded)
+}
+
+/// The padded channel of each channel of maps that lie one after another.
+fn channels_padded(maps: &[usize]) -> Vec<usize> {
+    let (mut padded, mut first) = (Vec::new(), 0);
+    for &channels in maps {
+        padded.extend(first..first + channels);
+        first += 4 * quads(channels);
+    }
+    padded
+}
+
+/// Products of filters and what is read, summed over taps and channels.
+struct Product<'a> {
+    sources: &'a [Source<'a>],
+    added: Addend<'a>,
+    output: View<'a>,
+    kernel: usize,
+    stride: usize,
+    rectified: bool,
+    /// Products of their own, each with its filters, one after another in all buffers. Then nothing is added, biases neither.
+    batches: usize,
+}
+
+impl Product<'_> {
+    /// With these filters, which read the channels `padded` of the sources.
+    fn kernel(&self, gpu: &Gpu, filters: &Filters, padded: &[usize]) -> Kernel {
+        let (places, quads_out) = (self.output.area(), self.output.quads());
+        let (tile, across) = tile(gpu, places, quads_out);
+        let (stretches, blocks) = (places.div_ceil(tile), quads_out.div_ceil(across));
+        let quads_in: usize = self.sources.iter().map(|(view, _)| view.quads()).sum();
+        let packed = self.packed(filters, padded, 4 * quads_in, across);
+        let filters = gpu.values(&packed);
+        let (view, input) = &self.sources[0];
+        let [rows, columns] = input.size(view.shape);
+
+        let mut shader = Shader::default();
+        for (k, source) in self.sources.iter().enumerate() {
+            shader.source(k, source);
+        }
+        shader.bind("filters", "read", &filters);
+        shader.bind("out", "read_write", self.output.buffer);
+        shader.addend(self.added);
+        for (name, value) in [
+            ("blocks", blocks),
+            ("stretches", stretches),
+            ("places", places),
+            ("width", self.output.shape.width),
+            ("quads", quads_out),
+            ("rows", rows),
+            ("columns", columns),
+            ("block", self.kernel * self.kernel * quads_in * 4 * across),
+            ("biases", packed.len() / 4 - quads_out),
+        ] {
+            shader.size(name, value);
+        }
+        shader.kernel(gpu, "", &self.body(tile, across), blocks * stretches, self.batches)
+    }
+
+    /// Filters as the shader reads them: [batch][block][tap][input][quad of the block][4]. Then the biases, unless there are batches.
+    fn packed(&self, filters: &Filters, padded: &[usize], inputs: usize, across: usize) -> Vec<f32> {
+        let winograd = self.batches > 1;
+        let (block, blocks) = (4 * across, self.output.quads().div_ceil(across));
+        let (taps, fan_in) = (self.kernel * self.kernel, filters.kernel * filters.kernel);
+        let mut packed = vec![0.0; self.batches * blocks * taps * inputs * block];
+        for (index, filter) in filters.weights.chunks_exact(fan_in).enumerate() {
+            let (output, input) = (index / filters.inputs, padded[index % filters.inputs]);
+            let mut set = |batch: usize, tap: usize, value: f32| {
+                let line = ((batch * blocks + output / block) * taps + tap) * inputs + input;
+                packed[line * block + output % block] = value;
+            };
+            if winograd {
+                let at = |i: usize, j: usize| f64::from(filter[3 * i + j]);
+                let filter = std::array::from_fn(|i| std::array::from_fn(|j| at(i, j)));
+                let values = filter_at_points(filter);
+                (0..).zip(values).for_each(|(point, value)| set(point, 0, value));
+            } else {
+                (0..).zip(filter).for_each(|(tap, &value)| set(0, tap, value));
+            }
+        }
+        if !winograd {
+            packed.extend(&filters.biases);
+            packed.resize(packed.len().next_multiple_of(4), 0.0);
+        }
+        packed
+    }
+
+    /// Invocation `index` makes `tile` places of the quads of one block.
+    fn body(&self, tile: usize, across: usize) -> String {
+        let is_plain = self.kernel == 1 && self.stride == 1 && self.sources.iter().all(|(_, input)| is_whole(input));
+        let mut s = "let block = index / size.stretches; let first = index % size.stretches;
+let stretches = size.stretches; let places = size.places;
+var f = (batch * size.blocks + block) * size.block;
+"
+        .to_owned();
+        for p in 0..tile {
+            let _ = writeln!(s, "let p{p} = min(first + {p}u * stretches, places - 1u);");
+            for q in 0..across {
+                let _ = writeln!(s, "var a{p}_{q} = vec4f();");
+            }
+        }
+        if !is_plain {
+            let (side, border, stride) = (self.kernel, self.kernel / 2, self.stride);
+            let _ = writeln!(
+                s,
+                "let rows = i32(size.rows); let columns = i32(size.columns);
+for (var i = 0; i < {side}; i++) {{ for (var j = 0; j < {side}; j++) {{"
+            );
+            for p in 0..tile {
+                let _ = writeln!(
+                    s,
+                    "let r{p} = i32(p{p} / size.width) * {stride} + i - {border};
+let c{p} = i32(p{p} % size.width) * {stride} + j - {border};
+let is{p} = r{p} >= 0 && r{p} < rows && c{p} >= 0 && c{p} < columns;"
+                );
+            }
+        }
+        for (k, (_, input)) in self.sources.iter().enumerate() {
+            for p in (0..tile).filter(|_| !is_plain) {
+                let place = place_read(k, input, &format!("u32(r{p})"), &format!("u32(c{p})"));
+                let _ = writeln!(s, "let at{k}_{p} = select(0u, {place}, is{p});");
+            }
+            let _ = writeln!(
+                s,
+                "let area{k} = size.area{k}; let end{k} = (batch + 1u) * size.quads{k} * area{k};
+for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
+            );
+            for line in 0..4 {
+                for q in 0..across {
+                    let _ = writeln!(s, "let w{line}_{q} = filters[f + {}u];", line * across + q);
+                }
+            }
+            let _ = writeln!(s, "f += {}u;", 4 * across);
+            for p in 0..tile {
+                let mut value = if is_plain {
+                    format!("in{k}[c + p{p}]")
+                } else {
+                    format!("select(vec4f(), in{k}[c + at{k}_{p}], is{p})")
+                };
+                if input.rectified {
+                    value = rectified(&value);
+                }
+                let _ = writeln!(s, "let x{p} = {value};");
+                for q in 0..across {
+                    let _ = writeln!(
+                        s,
+                        "a{p}_{q} += w0_{q} * x{p}.x + w1_{q} * x{p}.y + w2_{q} * x{p}.z + w3_{q} * x{p}.w;"
+                    );
+                }
+            }
+            s += "}\n";
+        }
+        if !is_plain {
+            s += "}}\n";
+        }
+        let bias = if self.batches == 1 {
+            " + filters[size.biases + q]"
+        } else {
+            ""
+        };
+        for q in 0..across {
+            let _ = writeln!(s, "{{ let q = block * {across}u + {q}u; if q < size.quads {{");
+            for p in 0..tile {
+                let added = addend(
+                    self.added,
+                    &format!("(p{p} / size.width)"),
+                    &format!("(p{p} % size.width)"),
+                );
+                let mut value = format!("a{p}_{q}{bias}{added}");
+                if self.rectified {
+                    value = rectified(&value);
+                }
+                let _ = writeln!(
+                    s,
+                    "if first + {p}u * stretches < places {{ out[(batch * size.quads + q) * places + p{p}] = {value}; }}"
+                );
+            }
+            s += "} }\n";
+        }
+        s
+    }
+}
+
+/// Places and quads that an invocation makes. A processor that plays the GPU pays most for what is read; a GPU needs many invocations.
+fn tile(gpu: &Gpu, places: usize, quads: usize) -> (usize, usize) {
+    (places.min(4), quads.min(if gpu.is_software() { 4 } else { 2 }))
+}

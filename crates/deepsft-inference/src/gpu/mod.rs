@@ -1,0 +1,243 @@
+//! Plans on a GPU, by WebGPU in a browser and by Vulkan, Metal or Direct3D 12 natively.
+
+mod convolution;
+mod plan;
+mod shader;
+mod simple;
+mod waiting;
+mod winograd;
+
+use crate::plan::PlanError;
+use deepsft_geometry::GeometryError;
+pub use plan::GpuPlan;
+use std::collections::HashMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+use wgpu::util::DeviceExt;
+
+/// Why a GPU does not do what it should.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GpuError {
+    /// There is none, or it cannot be started.
+    #[error("no GPU can be used: {0}")]
+    NotStarted(String),
+    /// It was taken away: by its driver, by the browser, or because it was unplugged. Start another one.
+    #[error("the GPU was lost: {0}")]
+    Lost(String),
+    /// It refuses the work.
+    #[error("the GPU failed: {0}")]
+    Failed(String),
+    /// The network does not fit its weights.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// An image has another size.
+    #[error(transparent)]
+    Image(#[from] GeometryError),
+}
+
+/// A GPU that was started. Clones are the same GPU.
+#[derive(Clone)]
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    name: String,
+    is_software: bool,
+    failure: Arc<Mutex<Option<GpuError>>>,
+    /// Compiled shaders by their text.
+    pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
+}
+
+impl fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Gpu")
+            .field("name", &self.name)
+            .field("is_software", &self.is_software)
+            .field("failure", &self.failure)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Gpu {
+    /// Starts the fastest GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::NotStarted`] where there is none.
+    pub async fn start() -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::default();
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..Default::default()
+        };
+        let not_started = |error: &dyn fmt::Display| GpuError::NotStarted(error.to_string());
+        let adapter = instance.request_adapter(&options).await;
+        let adapter = adapter.map_err(|error| not_started(&error))?;
+        let info = adapter.get_info();
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor::default())
+            .await
+            .map_err(|error| not_started(&error))?;
+        let failure = Arc::new(Mutex::new(None));
+        let first = |failure: &Arc<Mutex<Option<GpuError>>>| {
+            let failure = failure.clone();
+            move |error| {
+                // A lost GPU says more than what fails because of it.
+                let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+                if failure.is_none() || matches!(error, GpuError::Lost(_)) {
+                    *failure = Some(error);
+                }
+            }
+        };
+        let lost = first(&failure);
+        device.set_device_lost_callback(move |_, message| lost(GpuError::Lost(message)));
+        let failed = first(&failure);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            failed(GpuError::Failed(error.to_string()))
+        }));
+        Ok(Self {
+            device,
+            queue,
+            name: info.name,
+            is_software: info.device_type == wgpu::DeviceType::Cpu,
+            failure,
+            pipelines: Arc::default(),
+        })
+    }
+
+    /// What it calls itself.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the processor plays the GPU.
+    pub fn is_software(&self) -> bool {
+        self.is_software
+    }
+
+    /// Gives the GPU back: from now on whatever uses it fails with [`GpuError::Lost`].
+    pub fn stop(&self) {
+        self.device.destroy();
+    }
+
+    /// # Errors
+    /// What went wrong so far. A GPU on which something did is not used any more.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.clone().map_or(Ok(()), Err)
+    }
+
+    /// A buffer of `length` zeros that kernels read and write.
+    fn zeros(&self, length: usize) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: (4 * length) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A buffer of `size` bytes into which results are copied to be read.
+    fn readable(&self, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A buffer that kernels only read.
+    fn constants(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let label = None;
+        self.device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
+    }
+
+    /// A buffer of numbers that kernels only read.
+    fn values(&self, values: &[f32]) -> wgpu::Buffer {
+        self.constants(&bytes(values), wgpu::BufferUsages::STORAGE)
+    }
+
+    /// A kernel of `groups` groups over `buffers`, which are its bindings in their order.
+    fn kernel(&self, source: &str, buffers: &[&wgpu::Buffer], groups: [usize; 2]) -> Kernel {
+        let pipeline = self.pipeline(source);
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        Kernel {
+            pipeline,
+            bindings,
+            groups: groups.map(|count| count as u32),
+        }
+    }
+
+    /// The pipeline of a shader, compiled if it is new.
+    fn pipeline(&self, source: &str) -> wgpu::ComputePipeline {
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = pipelines.get(source) {
+            return pipeline.clone();
+        }
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        pipelines.insert(source.to_owned(), pipeline.clone());
+        pipeline
+    }
+
+    /// The values of a buffer that can be mapped, after the GPU has done all it was given.
+    async fn mapped(&self, buffer: &wgpu::Buffer) -> Result<Vec<f32>, GpuError> {
+        let (sender, receiver) = waiting::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| sender.send(result));
+        // In a browser this does nothing, and the event loop brings the answer.
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        polled.map_err(|error| GpuError::Failed(error.to_string()))?;
+        let failed = |error: &dyn fmt::Display| self.check().err().unwrap_or(GpuError::Failed(error.to_string()));
+        receiver.await.map_err(|error| failed(&error))?;
+        let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
+        let values = view
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        let values = values.collect();
+        drop(view);
+        buffer.unmap();
+        Ok(values)
+    }
+}
+
+/// A shader with its buffers.
+struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    bindings: wgpu::BindGroup,
+    groups: [u32; 2],
+}
+
+impl Kernel {
+    fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
+        let [x, y] = self.groups;
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+    }
+}
+
+fn bytes(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}

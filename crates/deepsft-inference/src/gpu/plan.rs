@@ -1,0 +1,143 @@
+//! A plan on a GPU.
+
+use super::convolution::{self, Scratch};
+use super::shader::{View, packed_at, quads};
+use super::{Gpu, GpuError, Kernel, bytes, simple};
+use crate::plan::{Added, MapId, MapShape, Operation, Plan};
+use std::fmt;
+use std::ops::Range;
+use wgpu::Buffer;
+
+/// A plan with its shaders, filters and maps on a GPU. A run makes nothing new there but the list of its work.
+pub struct GpuPlan {
+    gpu: Gpu,
+    shapes: Vec<MapShape>,
+    /// The buffer of each map; maps that are not needed at the same time share one.
+    slots: Vec<usize>,
+    buffers: Vec<Buffer>,
+    kernels: Vec<Kernel>,
+    /// Where the kernels of each step end.
+    ends: Vec<usize>,
+}
+
+impl fmt::Debug for GpuPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GpuPlan")
+            .field("gpu", &self.gpu)
+            .field("steps", &self.ends.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl GpuPlan {
+    /// Gets `plan` ready for a GPU. The maps `kept` can be read after the last step, as can those that the caller writes. What the GPU
+    /// refuses, the first run reports.
+    pub fn new(gpu: &Gpu, plan: Plan, kept: &[MapId]) -> Self {
+        let (slots, sizes) = plan.shared_buffers(kept, |channels| 4 * quads(channels));
+        let Plan { maps: shapes, steps } = plan;
+        let buffers: Vec<Buffer> = sizes.into_iter().map(|size| gpu.zeros(size)).collect();
+        let needed = steps.iter().map(|step| match &step.operation {
+            Operation::Convolve(convolution) => {
+                let inputs: Vec<MapShape> = convolution.inputs.iter().map(|input| shapes[input.map.0]).collect();
+                convolution::scratch(convolution, &inputs, shapes[step.output.0])
+            }
+            Operation::Add(..) | Operation::Pool(_) | Operation::Dense(_) => [4, 4],
+        });
+        let [read, sums] = needed.fold([4, 4], |most, needed| [0, 1].map(|k| most[k].max(needed[k])));
+        let scratch = Scratch {
+            read: gpu.zeros(read),
+            sums: gpu.zeros(sums),
+        };
+        let view = |map: MapId| View {
+            shape: shapes[map.0],
+            buffer: &buffers[slots[map.0]],
+        };
+        let addend = |added: Added| (view(added.map), added);
+        let (mut kernels, mut ends) = (Vec::new(), Vec::new());
+        for step in &steps {
+            let output = view(step.output);
+            match &step.operation {
+                Operation::Convolve(convolution) => {
+                    let inputs = convolution.inputs.iter();
+                    let sources: Vec<_> = inputs.map(|&input| (view(input.map), input)).collect();
+                    let added = convolution.added.map(addend);
+                    kernels.extend(convolution::kernels(
+                        gpu,
+                        convolution,
+                        &sources,
+                        added,
+                        output,
+                        &scratch,
+                    ));
+                }
+                Operation::Pool(pool) => kernels.push(simple::pool(gpu, pool, view(pool.map), output)),
+                Operation::Dense(dense) => kernels.push(convolution::dense(gpu, dense, view(dense.map), output)),
+                Operation::Add(map, added) => kernels.push(simple::sum(gpu, view(*map), addend(*added), output)),
+            }
+            ends.push(kernels.len());
+        }
+        Self {
+            gpu: gpu.clone(),
+            shapes,
+            slots,
+            buffers,
+            kernels,
+            ends,
+        }
+    }
+
+    /// Number of steps.
+    pub fn steps(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Size of a map.
+    pub fn shape(&self, map: MapId) -> MapShape {
+        self.shapes[map.0]
+    }
+
+    pub(super) fn buffer(&self, map: MapId) -> &Buffer {
+        &self.buffers[self.slots[map.0]]
+    }
+
+    /// Puts the steps `steps` on a list of work.
+    pub(super) fn list(&self, steps: Range<usize>, pass: &mut wgpu::ComputePass<'_>) {
+        let start = |step: usize| step.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let kernels = &self.kernels[start(steps.start)..start(steps.end)];
+        kernels.iter().for_each(|kernel| kernel.run(pass));
+    }
+
+    /// Writes a map: [channel, row, column].
+    ///
+    /// # Panics
+    /// May panic when `values` has another length.
+    pub fn write(&self, map: MapId, values: &[f32]) {
+        let shape = self.shape(map);
+        let area = shape.height * shape.width;
+        let mut packed = vec![0.0; 4 * quads(shape.channels) * area];
+        for (index, &value) in values.iter().enumerate() {
+            packed[packed_at(index, area)] = value;
+        }
+        self.gpu.queue.write_buffer(self.buffer(map), 0, &bytes(&packed));
+    }
+
+    /// Runs all steps and reads a map: [channel, row, column].
+    ///
+    /// # Errors
+    /// [`GpuError`] when the GPU was lost or refused the work.
+    pub async fn run(&self, map: MapId) -> Result<Vec<f32>, GpuError> {
+        self.gpu.check()?;
+        let shape = self.shape(map);
+        let area = shape.height * shape.width;
+        let size = (16 * quads(shape.channels) * area) as u64;
+        let read = self.gpu.readable(size);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.list(0..self.steps(), &mut encoder.begin_compute_pass(&Default::default()));
+        encoder.copy_buffer_to_buffer(self.buffer(map), 0, &read, 0, size);
+        self.gpu.queue.submit([encoder.finish()]);
+        let packed = self.gpu.mapped(&read).await?;
+        Ok((0..shape.channels * area)
+            .map(|index| packed[packed_at(index, area)])
+            .collect())
+    }
+}

@@ -1,0 +1,224 @@
+//! Plans on a GPU against the same plans on the processor.
+//!
+//! Where no GPU can be started these tests end early and say so, unless the environment has `DEEPSFT_GPU_TESTS=required`. Without a GPU,
+//! a Vulkan driver that plays one does: lavapipe, or the one of a Chromium with
+//! `VK_ICD_FILENAMES=/usr/lib/chromium/vk_swiftshader_icd.json`.
+
+#![cfg(feature = "gpu")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use deepsft_inference::{
+    Added, Convolution, CpuPlan, Dense, Filters, Gpu, GpuError, GpuPlan, Input, MapId, MapShape, Plan, Pool,
+};
+
+/// The GPU, if there is one.
+fn gpu() -> Option<Gpu> {
+    match pollster::block_on(Gpu::start()) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            let required = std::env::var("DEEPSFT_GPU_TESTS").is_ok_and(|value| value == "required");
+            assert!(!required, "{error}");
+            eprintln!("SKIPPED: {error}");
+            None
+        }
+    }
+}
+
+/// Numbers from -1 to 1 without a pattern.
+struct Numbers(u64);
+
+impl Numbers {
+    fn some(&mut self, count: usize) -> Vec<f32> {
+        let next = |_| {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
+        };
+        (0..count).map(next).collect()
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        ((self.some(1)[0] + 1.0) / 2.0 * count as f32) as usize % count
+    }
+}
+
+/// A plan of random layers of every kind, its inputs, and its last map.
+fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
+    let mut plan = Plan::default();
+    let [height, width] = [0; 2].map(|_| 5 + numbers.below(20));
+    let shape = |channels, height, width| MapShape {
+        channels,
+        height,
+        width,
+    };
+    let mut inputs = Vec::new();
+    let mut maps = Vec::new();
+    for channels in [3, 8, 5] {
+        let map = plan.input(shape(channels, height, width));
+        inputs.push(map);
+        maps.push(map);
+    }
+    for layer in 0..10 {
+        let first = maps[numbers.below(maps.len())];
+        let from = plan.shape(first);
+        let map = match layer % 5 {
+            3 if from.height > 2 && from.width > 2 => {
+                let (stride, border) = (2 + numbers.below(2), numbers.below(2));
+                plan.pool(Pool {
+                    map: first,
+                    stride,
+                    border,
+                })
+                .unwrap()
+            }
+            4 if numbers.below(3) == 0 => {
+                let (fan_in, outputs) = (from.channels * from.height * from.width, 1 + numbers.below(9));
+                let weights = numbers
+                    .some(fan_in * outputs)
+                    .iter()
+                    .map(|w| w / (fan_in as f32).sqrt())
+                    .collect();
+                let (biases, rectified) = (numbers.some(outputs), numbers.below(2) == 0);
+                plan.dense(Dense {
+                    map: first,
+                    weights,
+                    biases,
+                    rectified,
+                })
+                .unwrap()
+            }
+            4 => plan.add(first, Added::same(first)).unwrap(),
+            _ => {
+                let (factor, cropped) = match numbers.below(3) {
+                    0 if from.height > 2 => (1 + numbers.below(3), [numbers.below(2), numbers.below(2)]),
+                    _ => (1, [0, 0]),
+                };
+                let alike = |map: &MapId| {
+                    *map != first && (plan.shape(*map).height, plan.shape(*map).width) == (from.height, from.width)
+                };
+                let read: Vec<MapId> = std::iter::once(first)
+                    .chain(maps.iter().copied().filter(alike).take(numbers.below(3)))
+                    .collect();
+                let channels: usize = read.iter().map(|&map| plan.shape(map).channels).sum();
+                let (kernel, stride, outputs) = (
+                    [1, 3, 3, 5][numbers.below(4)],
+                    1 + numbers.below(2),
+                    1 + numbers.below(21),
+                );
+                let rows = (factor * from.height - cropped[0] - cropped[1]).div_ceil(stride);
+                let columns = (factor * from.width).div_ceil(stride);
+                let added = match numbers.below(4) {
+                    0 => None,
+                    1 => Some((1, 0)),
+                    2 => Some((2, 0)),
+                    _ => Some((2, 1)),
+                };
+                let added = added.map(|(factor, top)| {
+                    let map = plan.input(shape(outputs, (rows + top).div_ceil(factor), columns.div_ceil(factor)));
+                    inputs.push(map);
+                    Added { map, factor, top }
+                });
+                let scale = ((channels * kernel * kernel) as f32).sqrt();
+                let reads = |map| Input {
+                    map,
+                    rectified: numbers.below(2) == 0,
+                    factor,
+                    cropped,
+                };
+                let inputs = read.into_iter().map(reads).collect();
+                let filters = Filters {
+                    weights: numbers
+                        .some(outputs * channels * kernel * kernel)
+                        .iter()
+                        .map(|w| w / scale)
+                        .collect(),
+                    biases: numbers.some(outputs),
+                    inputs: channels,
+                    kernel,
+                };
+                let rectified = numbers.below(3) == 0;
+                plan.convolve(Convolution {
+                    inputs,
+                    filters,
+                    stride,
+                    added,
+                    rectified,
+                })
+                .unwrap()
+            }
+        };
+        maps.push(map);
+    }
+    (plan, inputs, maps[maps.len() - 1])
+}
+
+/// A map of a plan on the processor: [channel, row, column].
+fn on_processor(cpu: &CpuPlan, map: MapId) -> Vec<f32> {
+    let MapShape {
+        channels,
+        height,
+        width,
+    } = cpu.shape(map);
+    let (area, pitch) = (height * width, cpu.pitch(map));
+    (0..channels * area)
+        .map(|index| cpu.values(map)[index % area * pitch + index / area])
+        .collect()
+}
+
+#[test]
+fn a_gpu_and_the_processor_run_random_plans_alike() {
+    let Some(gpu) = gpu() else { return };
+    let mut numbers = Numbers(5);
+    for round in 0..6 {
+        let (plan, inputs, last) = random_plan(&mut numbers);
+        // Only the last map is kept: the others share memory.
+        let mut cpu = CpuPlan::new(plan.clone(), &[last], 1);
+        let on_gpu = GpuPlan::new(&gpu, plan.clone(), &[last]);
+        for map in inputs {
+            let MapShape {
+                channels,
+                height,
+                width,
+            } = plan.shape(map);
+            let (values, area, pitch) = (numbers.some(channels * height * width), height * width, cpu.pitch(map));
+            for (index, &value) in values.iter().enumerate() {
+                cpu.values_mut(map)[index % area * pitch + index / area] = value;
+            }
+            on_gpu.write(map, &values);
+        }
+        cpu.run(0..cpu.steps());
+        // Twice: nothing of the first run is left.
+        pollster::block_on(on_gpu.run(last)).unwrap();
+        let (values, expected) = (pollster::block_on(on_gpu.run(last)).unwrap(), on_processor(&cpu, last));
+        assert_eq!(values.len(), expected.len());
+        let largest = expected.iter().fold(1.0_f32, |most, value| most.max(value.abs()));
+        for (index, (value, expected)) in values.iter().zip(&expected).enumerate() {
+            assert!(
+                (value - expected).abs() < 1e-5 * largest,
+                "round {round}, {index}: {value} for {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_lost_gpu_says_so() {
+    let Some(gpu) = gpu() else { return };
+    let mut plan = Plan::default();
+    let map = plan.input(MapShape {
+        channels: 2,
+        height: 3,
+        width: 4,
+    });
+    let sum = plan.add(map, Added::same(map)).unwrap();
+    let plan = GpuPlan::new(&gpu, plan, &[sum]);
+    plan.write(map, &[1.5; 24]);
+    assert_eq!(pollster::block_on(plan.run(sum)), Ok(vec![3.0; 24]));
+    assert_eq!(gpu.check(), Ok(()));
+    gpu.stop();
+    let error = pollster::block_on(plan.run(sum)).unwrap_err();
+    assert!(matches!(error, GpuError::Lost(_)), "{error}");
+    assert!(matches!(gpu.check(), Err(GpuError::Lost(_))));
+}
