@@ -21,6 +21,8 @@ mod stage;
 mod weights;
 
 pub use compact::CompactExecutor;
+#[cfg(feature = "gpu")]
+pub use compact::CompactGpuExecutor;
 pub use config::{
     Architecture, CompactConfig, DepthRange, ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, PaperConfig,
     R50FConfig,

@@ -7,8 +7,10 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use deepsft_geometry::{Maps, Picture, training_camera};
 use deepsft_inference::{
-    Added, Convolution, CpuPlan, Dense, Filters, Gpu, GpuError, GpuPlan, Input, MapId, MapShape, Plan, Pool,
+    Added, Architecture, CompactConfig, CompactExecutor, CompactGpuExecutor, Convolution, CpuPlan, Dense, Filters, Gpu,
+    GpuError, GpuPlan, Input, MapId, MapShape, NetworkConfig, Plan, PlanError, Pool, Stage, Weights,
 };
 
 /// The GPU, if there is one.
@@ -221,4 +223,121 @@ fn a_lost_gpu_says_so() {
     let error = pollster::block_on(plan.run(sum)).unwrap_err();
     assert!(matches!(error, GpuError::Lost(_)), "{error}");
     assert!(matches!(gpu.check(), Err(GpuError::Lost(_))));
+}
+
+/// Numbers for a network, as many as the executor asks for.
+fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> Weights {
+    let mut weights = Weights::new();
+    loop {
+        let (name, length) = match CompactExecutor::new(config, image, &weights, 1) {
+            Ok(_) => return weights,
+            Err(PlanError::Missing(name)) => (name, 0),
+            Err(PlanError::Shape { what, expected, .. }) => (what, expected.iter().product()),
+            Err(other) => panic!("{other}"),
+        };
+        // Logits of bins that differ, and small corrections.
+        let scale = if name.starts_with("main.bins") {
+            1.0
+        } else if name.contains("correction") || name.contains("offset") {
+            0.02
+        } else {
+            0.2
+        };
+        weights.insert(name, numbers.some(length).iter().map(|w| w * scale).collect());
+    }
+}
+
+/// Weights with which u and v are the image's red and green.
+fn sheet(weights: &Weights, [patch_channels, channels]: [usize; 2]) -> Weights {
+    let mut weights: Weights = weights
+        .iter()
+        .map(|(name, w)| (name.clone(), vec![0.0; w.len()]))
+        .collect();
+    let mut set = |name: &str, indices: &mut dyn Iterator<Item = usize>, value: f32| {
+        let array = weights.get_mut(name).unwrap();
+        indices.for_each(|index| array[index] = value);
+    };
+    for k in 0..2 {
+        // The mean of the channel k of a patch's pixels, positive; the centre of a filter; the coordinate.
+        set(
+            "main.patch.weight",
+            &mut (0..16).map(|pixel| k * 48 + k * 16 + pixel),
+            1.0 / 16.0,
+        );
+        set("main.patch.bias", &mut std::iter::once(k), 2.0);
+        set(
+            "main.down8.weight",
+            &mut std::iter::once((k * patch_channels + k) * 9 + 4),
+            1.0,
+        );
+        set("main.offset.weight", &mut std::iter::once(k * channels + k), 0.085);
+    }
+    set("main.offset.bias", &mut std::iter::once(2), 0.6);
+    set("mask.bias", &mut (0..16), 3.0);
+    weights
+}
+
+fn compact(seams: bool) -> NetworkConfig {
+    let layers = CompactConfig {
+        channels: [8, 12, 16, 20],
+        blocks_at_32: 1,
+        bins: [6, 7, 9],
+        refinement_channels: 9,
+        mask_channels: 5,
+        seams,
+    };
+    NetworkConfig::new(Architecture::Compact(layers), [200.0, 150.0], &training_camera())
+}
+
+#[test]
+fn a_gpu_and_the_processor_say_the_same_of_an_image() {
+    let Some(gpu) = gpu() else { return };
+    let mut numbers = Numbers(9);
+    let ([small, odd], flat) = ([[100, 70], [129, 97]], compact(false));
+    let some = weights(&flat, small, &mut numbers);
+    let cases = [
+        (small, &flat, sheet(&some, [8, 12]), 1e-4),
+        // What is no surface has no planes: measuring them multiplies rounding errors.
+        (small, &flat, some, 5e-3),
+        (odd, &compact(true), weights(&compact(true), odd, &mut numbers), 1e-4),
+    ];
+    for (image, config, weights, bound) in cases {
+        let mut cpu = CompactExecutor::new(config, image, &weights, 1).unwrap();
+        let mut on_gpu = CompactGpuExecutor::new(&gpu, config, image, &weights).unwrap();
+        let [width, height] = image;
+        // The second image leaves nothing of the first.
+        for frame in 0..2 {
+            let picture = Picture::from_fn(width, height, |x, y| {
+                [
+                    (250 * x / width) as u8,
+                    (200 * y / height) as u8,
+                    (x * y + 90 * frame) as u8,
+                ]
+            });
+            cpu.run(&picture).unwrap();
+            let before = gpu.submissions();
+            pollster::block_on(on_gpu.run(&picture)).unwrap();
+            assert_eq!(gpu.submissions(), before + 1, "a frame is one list of work");
+            for stage in [Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement] {
+                let bound = if stage == Stage::Main { 1e-4 } else { bound };
+                for (k, (ours, theirs)) in on_gpu.cells(stage).into_iter().zip(cpu.cells(stage)).enumerate() {
+                    for (cell, (ours, theirs)) in ours.iter().zip(theirs).enumerate() {
+                        assert!(
+                            (ours - theirs).abs() < bound,
+                            "{stage:?}, {k}, cell {cell}: {ours} for {theirs}"
+                        );
+                    }
+                }
+                let (mut expected, mut maps) = (Maps::empty(width, height), Maps::empty(width, height));
+                cpu.read(stage, None, &mut expected).unwrap();
+                on_gpu.read(stage, None, &mut maps).unwrap();
+                assert!(maps.area() > 0 && maps.area().abs_diff(expected.area()) < 3);
+            }
+            for (x, y) in [(0, 0), (width - 1, height - 1), (width / 2, height / 3)] {
+                assert!((on_gpu.mask_logit(x, y) - cpu.mask_logit(x, y)).abs() < 1e-3);
+            }
+        }
+        let other = pollster::block_on(on_gpu.run(&Picture::from_fn(width, 3, |_, _| [0; 3]))).unwrap_err();
+        assert!(matches!(other, GpuError::Image(_)), "{other}");
+    }
 }

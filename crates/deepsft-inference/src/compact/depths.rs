@@ -11,30 +11,30 @@ use pulp::{Arch, Simd, WithSimd};
 pub(super) const PIXELS_PER_CELL: usize = 8;
 
 /// Standard deviations of the windows, cells.
-const REACHES: [f64; 2] = [5.0, 10.0];
+pub(super) const REACHES: [f64; 2] = [5.0, 10.0];
 
 /// Unit of the template's coordinates, mm.
-const UNIT_MM: f64 = 100.0;
+pub(super) const UNIT_MM: f64 = 100.0;
 
 /// Damping of the template's covariance, units^2, and of the plane's slopes.
-const COVARIANCE_DAMPING: f32 = 1e-5;
-const SLOPE_DAMPING: f32 = 1e-5;
+pub(super) const COVARIANCE_DAMPING: f32 = 1e-5;
+pub(super) const SLOPE_DAMPING: f32 = 1e-5;
 
 /// Fraction of a window that must be seen for its plane to count half.
-const HALF_SUPPORT: f32 = 0.01;
+pub(super) const HALF_SUPPORT: f32 = 0.01;
 
 /// How much a cell counts, and 23 moments times that.
-const MOMENTS: usize = 24;
+pub(super) const MOMENTS: usize = 24;
 
 /// Measured depths: the two of the Jacobian, the two of the planes.
 pub(super) const MEASURED: usize = 4;
 
 /// Brings departures to the size of the features beside them, and the largest that is read.
-const DEPARTURE_GAIN: f32 = 10.0;
-const LARGEST_DEPARTURE: f32 = 2.0;
+pub(super) const DEPARTURE_GAIN: f32 = 10.0;
+pub(super) const LARGEST_DEPARTURE: f32 = 2.0;
 
 /// Least normalised log depth that is measured, and the largest.
-const NORMALISED: [f32; 2] = [-0.5, 1.5];
+pub(super) const NORMALISED: [f32; 2] = [-0.5, 1.5];
 
 /// Measures depths of all cells.
 pub(super) struct DepthMeasure {
@@ -171,7 +171,7 @@ impl DepthMeasure {
 }
 
 /// Entry (i, j) is the density at i - j of a normal distribution.
-fn gaussian(length: usize, deviation: f64) -> Vec<f32> {
+pub(super) fn gaussian(length: usize, deviation: f64) -> Vec<f32> {
     let density = |k: usize| {
         let t = ((k / length) as f64 - (k % length) as f64) / deviation;
         ((-t * t / 2.0).exp() / (deviation * (2.0 * std::f64::consts::PI).sqrt())) as f32

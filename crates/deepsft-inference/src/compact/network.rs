@@ -1,7 +1,7 @@
 //! The compact network as a plan.
 
 use super::positions::cells;
-use crate::config::CompactConfig;
+use crate::config::{Architecture, CompactConfig, NetworkConfig};
 use crate::plan::{Added, MapId, MapShape, Plan, PlanError, plain, relu};
 use crate::weights::{Builder, Weights};
 
@@ -18,6 +18,7 @@ const RELU_GAIN: f32 = 1.713_958_7;
 /// The plan and the maps at which the caller reads and writes.
 pub(super) struct CompactPlan {
     pub(super) plan: Plan,
+    pub(super) layers: CompactConfig,
     /// Patches of the image, 48 numbers each; the caller's.
     pub(super) image: MapId,
     /// Logits of all bins, stride 16.
@@ -35,7 +36,22 @@ pub(super) struct CompactPlan {
 }
 
 impl CompactPlan {
-    pub(super) fn new(image: [usize; 2], shape: &CompactConfig, weights: &Weights) -> Result<Self, PlanError> {
+    /// # Errors
+    /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture, for an image without
+    /// pixels, and for fewer than 2 bins.
+    pub(super) fn new(image: [usize; 2], config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
+        let Architecture::Compact(shape) = &config.architecture else {
+            return Err(PlanError::Architecture(config.architecture.name()));
+        };
+        for (what, sides, least) in [("image", &image[..], 1), ("bins", &shape.bins, 2)] {
+            if sides.iter().any(|&side| side < least) {
+                return Err(PlanError::Shape {
+                    what: what.to_owned(),
+                    actual: sides.to_vec(),
+                    expected: vec![least; sides.len()],
+                });
+            }
+        }
         let mut builder = Builder::new(weights, RELU_GAIN);
         let [rows, columns] = cells(image);
         let patches = MapShape {
@@ -96,6 +112,7 @@ impl CompactPlan {
         let registration = refine("registration_refinement", 2)?;
         Ok(Self {
             plan: builder.plan,
+            layers: shape.clone(),
             image,
             bins,
             offset,

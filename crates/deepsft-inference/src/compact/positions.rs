@@ -8,7 +8,7 @@ pub(super) fn cells([width, height]: [usize; 2]) -> [usize; 2] {
 }
 
 /// Bins on each side of the most likely one that the expectation runs over.
-const NEIGHBOURS: usize = 2;
+pub(super) const NEIGHBOURS: usize = 2;
 
 /// The expected coordinate in 0..=1 of a cell: the mean of the bins' centres k / (K - 1) around the most likely one, weighed by their
 /// softmax.

@@ -2,7 +2,7 @@
 
 mod convolution;
 mod plan;
-mod shader;
+pub(crate) mod shader;
 mod simple;
 mod waiting;
 mod winograd;
@@ -12,6 +12,7 @@ use deepsft_geometry::GeometryError;
 pub use plan::GpuPlan;
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::util::DeviceExt;
 
@@ -38,13 +39,14 @@ pub enum GpuError {
 /// A GPU that was started. Clones are the same GPU.
 #[derive(Clone)]
 pub struct Gpu {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
     name: String,
     is_software: bool,
     failure: Arc<Mutex<Option<GpuError>>>,
     /// Compiled shaders by their text.
     pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
+    submissions: Arc<AtomicUsize>,
 }
 
 impl fmt::Debug for Gpu {
@@ -100,6 +102,7 @@ impl Gpu {
             is_software: info.device_type == wgpu::DeviceType::Cpu,
             failure,
             pipelines: Arc::default(),
+            submissions: Arc::default(),
         })
     }
 
@@ -111,6 +114,11 @@ impl Gpu {
     /// Whether the processor plays the GPU.
     pub fn is_software(&self) -> bool {
         self.is_software
+    }
+
+    /// How often it was given work so far.
+    pub fn submissions(&self) -> usize {
+        self.submissions.load(Ordering::Relaxed)
     }
 
     /// Gives the GPU back: from now on whatever uses it fails with [`GpuError::Lost`].
@@ -126,7 +134,7 @@ impl Gpu {
     }
 
     /// A buffer of `length` zeros that kernels read and write.
-    fn zeros(&self, length: usize) -> wgpu::Buffer {
+    pub(crate) fn zeros(&self, length: usize) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: (4 * length) as u64,
@@ -136,7 +144,7 @@ impl Gpu {
     }
 
     /// A buffer of `size` bytes into which results are copied to be read.
-    fn readable(&self, size: u64) -> wgpu::Buffer {
+    pub(crate) fn readable(&self, size: u64) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size,
@@ -146,14 +154,14 @@ impl Gpu {
     }
 
     /// A buffer that kernels only read.
-    fn constants(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    pub(crate) fn constants(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let label = None;
         self.device
             .create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
     }
 
     /// A buffer of numbers that kernels only read.
-    fn values(&self, values: &[f32]) -> wgpu::Buffer {
+    pub(crate) fn values(&self, values: &[f32]) -> wgpu::Buffer {
         self.constants(&bytes(values), wgpu::BufferUsages::STORAGE)
     }
 
@@ -201,8 +209,18 @@ impl Gpu {
         pipeline
     }
 
-    /// The values of a buffer that can be mapped, after the GPU has done all it was given.
-    async fn mapped(&self, buffer: &wgpu::Buffer) -> Result<Vec<f32>, GpuError> {
+    /// Gives a list of work to the GPU.
+    pub(crate) fn submit(&self, encoder: wgpu::CommandEncoder) {
+        self.submissions.fetch_add(1, Ordering::Relaxed);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// The numbers of a buffer that can be mapped, after the GPU has done all it was given.
+    pub(crate) async fn mapped<T>(
+        &self,
+        buffer: &wgpu::Buffer,
+        read: impl FnOnce(&mut dyn Iterator<Item = f32>) -> T,
+    ) -> Result<T, GpuError> {
         let (sender, receiver) = waiting::channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |result| sender.send(result));
         // In a browser this does nothing, and the event loop brings the answer.
@@ -212,25 +230,26 @@ impl Gpu {
         let failed = |error: &dyn fmt::Display| self.check().err().unwrap_or(GpuError::Failed(error.to_string()));
         receiver.await.map_err(|error| failed(&error))?;
         let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
-        let values = view
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        let values = values.collect();
+        let result = read(
+            &mut view
+                .chunks_exact(4)
+                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        );
         drop(view);
         buffer.unmap();
-        Ok(values)
+        Ok(result)
     }
 }
 
 /// A shader with its buffers.
-struct Kernel {
+pub(crate) struct Kernel {
     pipeline: wgpu::ComputePipeline,
     bindings: wgpu::BindGroup,
     groups: [u32; 2],
 }
 
 impl Kernel {
-    fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
+    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
         let [x, y] = self.groups;
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.bindings, &[]);
@@ -238,6 +257,6 @@ impl Kernel {
     }
 }
 
-fn bytes(values: &[f32]) -> Vec<u8> {
+pub(crate) fn bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

@@ -96,12 +96,12 @@ impl GpuPlan {
         self.shapes[map.0]
     }
 
-    pub(super) fn buffer(&self, map: MapId) -> &Buffer {
+    pub(crate) fn buffer(&self, map: MapId) -> &Buffer {
         &self.buffers[self.slots[map.0]]
     }
 
     /// Puts the steps `steps` on a list of work.
-    pub(super) fn list(&self, steps: Range<usize>, pass: &mut wgpu::ComputePass<'_>) {
+    pub(crate) fn list(&self, steps: Range<usize>, pass: &mut wgpu::ComputePass<'_>) {
         let start = |step: usize| step.checked_sub(1).map_or(0, |before| self.ends[before]);
         let kernels = &self.kernels[start(steps.start)..start(steps.end)];
         kernels.iter().for_each(|kernel| kernel.run(pass));
@@ -134,8 +134,8 @@ impl GpuPlan {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.list(0..self.steps(), &mut encoder.begin_compute_pass(&Default::default()));
         encoder.copy_buffer_to_buffer(self.buffer(map), 0, &read, 0, size);
-        self.gpu.queue.submit([encoder.finish()]);
-        let packed = self.gpu.mapped(&read).await?;
+        self.gpu.submit(encoder);
+        let packed: Vec<f32> = self.gpu.mapped(&read, |values| values.collect()).await?;
         Ok((0..shape.channels * area)
             .map(|index| packed[packed_at(index, area)])
             .collect())

@@ -9,49 +9,49 @@ use wgpu::Buffer;
 const GROUP: usize = 64;
 
 /// Number of quads of `channels` channels.
-pub(super) fn quads(channels: usize) -> usize {
+pub(crate) fn quads(channels: usize) -> usize {
     channels.div_ceil(4)
 }
 
 /// Where the number `index` of [channel][row][column] lies in quads of `area` places.
-pub(super) fn packed_at(index: usize, area: usize) -> usize {
+pub(crate) fn packed_at(index: usize, area: usize) -> usize {
     let (channel, at) = (index / area, index % area);
     (channel / 4 * area + at) * 4 + channel % 4
 }
 
 /// A map in its buffer.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
-    pub(super) shape: MapShape,
-    pub(super) buffer: &'a Buffer,
+pub(crate) struct View<'a> {
+    pub(crate) shape: MapShape,
+    pub(crate) buffer: &'a Buffer,
 }
 
 impl View<'_> {
-    pub(super) fn area(&self) -> usize {
+    pub(crate) fn area(&self) -> usize {
         self.shape.height * self.shape.width
     }
 
     /// Number of quads of channels.
-    pub(super) fn quads(&self) -> usize {
+    pub(crate) fn quads(&self) -> usize {
         quads(self.shape.channels)
     }
 }
 
 /// A map that is read, and how.
-pub(super) type Source<'a> = (View<'a>, Input);
+pub(crate) type Source<'a> = (View<'a>, Input);
 
 /// What is added, and how.
-pub(super) type Addend<'a> = Option<(View<'a>, Added)>;
+pub(crate) type Addend<'a> = Option<(View<'a>, Added)>;
 
 /// Whether a map is read place by place.
-pub(super) fn is_whole(input: &Input) -> bool {
+pub(crate) fn is_whole(input: &Input) -> bool {
     input.factor == 1 && input.cropped == [0, 0]
 }
 
 /// A shader that is being written. Sizes are not part of its text: layers that differ in nothing else share a pipeline, and
 /// compiling takes longest.
 #[derive(Default)]
-pub(super) struct Shader<'a> {
+pub(crate) struct Shader<'a> {
     declarations: String,
     buffers: Vec<&'a Buffer>,
     sizes: Vec<(String, u32)>,
@@ -59,22 +59,27 @@ pub(super) struct Shader<'a> {
 
 impl<'a> Shader<'a> {
     /// A buffer of quads by the name `name`, which is not `read`; `access` is `read` or `read_write`.
-    pub(super) fn bind(&mut self, name: &str, access: &str, buffer: &'a Buffer) {
+    pub(crate) fn bind(&mut self, name: &str, access: &str, buffer: &'a Buffer) {
+        self.bind_as(name, access, "vec4f", buffer);
+    }
+
+    /// The same of another type.
+    pub(crate) fn bind_as(&mut self, name: &str, access: &str, element: &str, buffer: &'a Buffer) {
         let _ = writeln!(
             self.declarations,
-            "@group(0) @binding({}) var<storage, {access}> {name}: array<vec4f>;",
+            "@group(0) @binding({}) var<storage, {access}> {name}: array<{element}>;",
             self.buffers.len()
         );
         self.buffers.push(buffer);
     }
 
     /// A number that the shader finds in `size.name`.
-    pub(super) fn size(&mut self, name: impl Into<String>, value: usize) {
+    pub(crate) fn size(&mut self, name: impl Into<String>, value: usize) {
         self.sizes.push((name.into(), value as u32));
     }
 
     /// The map that is the source `k`.
-    pub(super) fn source(&mut self, k: usize, (view, input): &Source<'a>) {
+    pub(crate) fn source(&mut self, k: usize, (view, input): &Source<'a>) {
         self.bind(&format!("in{k}"), "read", view.buffer);
         for (name, value) in [
             ("quads", view.quads()),
@@ -88,7 +93,7 @@ impl<'a> Shader<'a> {
     }
 
     /// What [`addend`] reads.
-    pub(super) fn addend(&mut self, added: Addend<'a>) {
+    pub(crate) fn addend(&mut self, added: Addend<'a>) {
         let Some((view, Added { factor, top, .. })) = added else {
             return;
         };
@@ -100,7 +105,7 @@ impl<'a> Shader<'a> {
     }
 
     /// The shader's kernel: `body` is run for each `index` below `count` and each `batch` below `batches`.
-    pub(super) fn kernel(mut self, gpu: &Gpu, functions: &str, body: &str, count: usize, batches: usize) -> Kernel {
+    pub(crate) fn kernel(mut self, gpu: &Gpu, functions: &str, body: &str, count: usize, batches: usize) -> Kernel {
         self.size("count", count);
         let fields: String = self.sizes.iter().map(|(name, _)| format!("{name}: u32, ")).collect();
         let source = format!(
@@ -126,12 +131,12 @@ if index >= size.count {{ return; }}
 }
 
 /// Negative values are zero.
-pub(super) fn rectified(value: &str) -> String {
+pub(crate) fn rectified(value: &str) -> String {
     format!("max({value}, vec4f())")
 }
 
 /// Where in a quad of source `k` what is read at a row and column lies.
-pub(super) fn place_read(k: usize, input: &Input, row: &str, column: &str) -> String {
+pub(crate) fn place_read(k: usize, input: &Input, row: &str, column: &str) -> String {
     if is_whole(input) {
         return format!("{row} * size.width{k} + {column}");
     }
@@ -139,7 +144,7 @@ pub(super) fn place_read(k: usize, input: &Input, row: &str, column: &str) -> St
 }
 
 /// The addend of quad `q` at a place.
-pub(super) fn addend(added: Addend<'_>, row: &str, column: &str) -> String {
+pub(crate) fn addend(added: Addend<'_>, row: &str, column: &str) -> String {
     let place = match added {
         None => return String::new(),
         Some((_, Added { factor: 1, top: 0, .. })) => format!("{row} * size.added_width + {column}"),

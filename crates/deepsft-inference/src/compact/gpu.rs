@@ -1,0 +1,373 @@
+//! The compact network on a GPU.
+
+use super::depths::{MOMENTS, REACHES, gaussian};
+use super::network::CompactPlan;
+use super::positions::cells;
+use super::reading::Reading;
+use super::shaders;
+use crate::config::NetworkConfig;
+use crate::gpu::shader::Shader;
+use crate::gpu::{Gpu, GpuError, GpuPlan, Kernel};
+use crate::plan::{Convolution, Filters, MapId, MapShape, Plan, PlanError, plain};
+use crate::stage::Stage;
+use crate::weights::Weights;
+use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
+use std::fmt;
+use std::ops::Range;
+use wgpu::Buffer;
+
+/// A compact network on a GPU, for images of one size. A frame is one list of work; only cells and the mask come back.
+pub struct CompactGpuExecutor {
+    gpu: Gpu,
+    plan: GpuPlan,
+    work: Vec<Work>,
+    image: [usize; 2],
+    pixels: Buffer,
+    /// u, v, d and what is seen of cells; the same refined; logits of the mask; and all of these where they can be read.
+    found: Buffer,
+    refined: Buffer,
+    mask: MapId,
+    readable: Buffer,
+    /// Whether a run was given up before its results were read.
+    is_open: bool,
+    reading: Reading,
+    /// Logits of the mask: [quad, patch, 4].
+    logits: Vec<f32>,
+}
+
+/// A part of a frame.
+enum Work {
+    Steps(Range<usize>),
+    Kernel(Kernel),
+}
+
+impl fmt::Debug for CompactGpuExecutor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CompactGpuExecutor")
+            .field("gpu", &self.gpu)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Steps of a plan that average moments under the windows: down the columns, and across for each reach.
+struct Windows {
+    moments: MapId,
+    down: MapId,
+    turned: [MapId; 2],
+    means: [MapId; 2],
+    down_steps: Range<usize>,
+    across_steps: Range<usize>,
+}
+
+impl Windows {
+    /// Averaging is a product with a matrix: a convolution whose channels are the rows, then the columns.
+    fn new(plan: &mut Plan, [rows, columns]: [usize; 2]) -> Result<Self, PlanError> {
+        let blend = |plan: &mut Plan, map: MapId, reaches: &[f64], length: usize| {
+            let outputs = length * reaches.len();
+            let filters = Filters {
+                weights: reaches.iter().flat_map(|&reach| gaussian(length, reach)).collect(),
+                biases: vec![0.0; outputs],
+                inputs: length,
+                kernel: 1,
+            };
+            plan.convolve(Convolution {
+                inputs: vec![plain(map)],
+                filters,
+                stride: 1,
+                added: None,
+                rectified: false,
+            })
+        };
+        let shape = |channels, width| MapShape {
+            channels,
+            height: MOMENTS,
+            width,
+        };
+        let first = plan.steps();
+        let moments = plan.input(shape(rows, columns));
+        let down = blend(plan, moments, &REACHES, rows)?;
+        let turned = REACHES.map(|_| plan.input(shape(columns, rows)));
+        let [narrow, wide] = REACHES;
+        let means = [
+            blend(plan, turned[0], &[narrow], columns)?,
+            blend(plan, turned[1], &[wide], columns)?,
+        ];
+        Ok(Self {
+            moments,
+            down,
+            turned,
+            means,
+            down_steps: first..first + 1,
+            across_steps: first + 1..first + 3,
+        })
+    }
+}
+
+impl CompactGpuExecutor {
+    /// Gets a network ready for images of `image` (columns, rows) pixels. What the GPU refuses, the first run reports.
+    ///
+    /// # Errors
+    /// [`GpuError::Plan`] when `weights` are not those of `config`, when that is of another architecture, for an image without
+    /// pixels, and for fewer than 2 bins; others when the GPU failed before.
+    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: [usize; 2], weights: &Weights) -> Result<Self, GpuError> {
+        gpu.check()?;
+        let mut network = CompactPlan::new(image, config, weights)?;
+        let mut plan = std::mem::take(&mut network.plan);
+        let last = plan.steps();
+        let [rows, columns] = cells(image);
+        let windows = if network.layers.seams {
+            None
+        } else {
+            Some(Windows::new(&mut plan, [rows, columns])?)
+        };
+        let mut kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
+        kept.extend(windows.iter().flat_map(|w| [w.down, w.means[0], w.means[1]]));
+        let plan = GpuPlan::new(gpu, plan, &kept);
+
+        let [width, height] = image;
+        let count = rows * columns;
+        let (pixels, coarse) = (gpu.zeros((3 * width * height).div_ceil(4)), gpu.zeros(count));
+        let [found, refined, measured] = [(); 3].map(|()| gpu.zeros(4 * count));
+        let frame = Frame {
+            gpu,
+            network: &network,
+            plan: &plan,
+            constants: shaders::constants(config),
+            cells: [rows, columns],
+            found: &found,
+            refined: &refined,
+            measured: &measured,
+        };
+        let [depth, registration] = network.marks;
+        let mut work = vec![
+            Work::Kernel(frame.patches(image, &pixels)),
+            Work::Steps(0..depth),
+            Work::Kernel(frame.positions(&coarse)),
+            Work::Kernel(frame.cells(&coarse, windows.as_ref())),
+        ];
+        if let Some(windows) = &windows {
+            work.extend([
+                Work::Steps(windows.down_steps.clone()),
+                Work::Kernel(frame.turn(windows)),
+                Work::Steps(windows.across_steps.clone()),
+            ]);
+        }
+        work.extend([
+            Work::Kernel(frame.measure(windows.as_ref())),
+            Work::Steps(depth..registration),
+            Work::Kernel(frame.refine_depth()),
+            Work::Steps(registration..last),
+            Work::Kernel(frame.refine_registration()),
+        ]);
+        let logits = vec![0.0; 4 * count * 16];
+        Ok(Self {
+            work,
+            image,
+            pixels,
+            mask: network.mask,
+            readable: gpu.readable(4 * (2 * 4 * count + logits.len()) as u64),
+            is_open: false,
+            reading: Reading::new(image, config),
+            logits,
+            found,
+            refined,
+            plan,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// Takes an image of the training camera through the network.
+    ///
+    /// # Errors
+    /// [`GpuError::Image`] when the image has another size; others when the GPU was lost or failed.
+    pub async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
+        let [width, height] = self.image;
+        check_size(image.size(), (width, height))?;
+        self.gpu.check()?;
+        if std::mem::replace(&mut self.is_open, true) {
+            self.readable.unmap();
+        }
+        // Whole words are written.
+        let (whole, rest) = image.rgb().split_at(image.rgb().len() / 4 * 4);
+        self.gpu.queue.write_buffer(&self.pixels, 0, whole);
+        if !rest.is_empty() {
+            let mut word = [0; 4];
+            word[..rest.len()].copy_from_slice(rest);
+            self.gpu.queue.write_buffer(&self.pixels, whole.len() as u64, &word);
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        for work in &self.work {
+            match work {
+                Work::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
+                Work::Kernel(kernel) => kernel.run(&mut pass),
+            }
+        }
+        drop(pass);
+        let mut at = 0;
+        for (buffer, length) in [
+            (&self.found, self.found.size()),
+            (&self.refined, self.refined.size()),
+            (self.plan.buffer(self.mask), 4 * self.logits.len() as u64),
+        ] {
+            encoder.copy_buffer_to_buffer(buffer, 0, &self.readable, at, length);
+            at += length;
+        }
+        self.gpu.submit(encoder);
+        let (reading, logits) = (&mut self.reading, &mut self.logits);
+        let read = |values: &mut dyn Iterator<Item = f32>| {
+            for maps in [&mut reading.main, &mut reading.refined] {
+                for cell in 0..maps[0].len() {
+                    for map in maps.iter_mut() {
+                        map[cell] = values.next().unwrap_or_default();
+                    }
+                    values.next();
+                }
+            }
+            logits.iter_mut().zip(values).for_each(|(logit, value)| *logit = value);
+        };
+        self.gpu.mapped(&self.readable, read).await?;
+        self.is_open = false;
+        Ok(())
+    }
+
+    /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.
+    pub fn cells(&self, stage: Stage) -> [&[f32]; 3] {
+        self.reading.cells(stage)
+    }
+
+    /// Logit of "the object is seen here" at a pixel of the last image.
+    ///
+    /// # Panics
+    /// May panic for a pixel outside of the image.
+    pub fn mask_logit(&self, x: usize, y: usize) -> f32 {
+        let (patch, within) = self.reading.place_in_mask(x, y);
+        logit(&self.logits, patch, within)
+    }
+
+    /// Writes the maps of the last image, see [`crate::CompactExecutor::read`].
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
+    pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+        let logits = &self.logits;
+        self.reading
+            .read(stage, seen, |patch, within| logit(logits, patch, within), maps)
+    }
+}
+
+/// One of the 16 logits of a patch.
+fn logit(logits: &[f32], patch: usize, within: usize) -> f32 {
+    logits[within / 4 * (logits.len() / 4) + 4 * patch + within % 4]
+}
+
+/// What the kernels of a frame work on.
+struct Frame<'a> {
+    gpu: &'a Gpu,
+    network: &'a CompactPlan,
+    plan: &'a GpuPlan,
+    constants: String,
+    cells: [usize; 2],
+    found: &'a Buffer,
+    refined: &'a Buffer,
+    measured: &'a Buffer,
+}
+
+impl<'a> Frame<'a> {
+    /// A kernel with an invocation for each cell.
+    fn of_cells(&self, mut shader: Shader<'_>, functions: &[&str], body: &str) -> Kernel {
+        let [rows, columns] = self.cells;
+        shader.size("rows", rows);
+        shader.size("columns", columns);
+        let functions = self.constants.clone() + &functions.concat();
+        shader.kernel(self.gpu, &functions, body, rows * columns, 1)
+    }
+
+    fn map(&self, map: MapId) -> &'a Buffer {
+        self.plan.buffer(map)
+    }
+
+    fn patches(&self, [width, height]: [usize; 2], pixels: &Buffer) -> Kernel {
+        let shape = self.plan.shape(self.network.image);
+        let mut shader = Shader::default();
+        shader.bind_as("image", "read", "u32", pixels);
+        shader.bind("out", "read_write", self.map(self.network.image));
+        shader.size("width", width);
+        shader.size("height", height);
+        shader.size("across", shape.width);
+        shader.size("patches", shape.width * shape.height);
+        let count = shape.channels / 4 * shape.width * shape.height;
+        shader.kernel(self.gpu, "", shaders::PATCHES, count, 1)
+    }
+
+    fn positions(&self, coarse: &Buffer) -> Kernel {
+        let mut shader = Shader::default();
+        shader.bind_as("bins", "read", "f32", self.map(self.network.bins));
+        shader.bind("out", "read_write", coarse);
+        for (name, bins) in ["bins_u", "bins_v", "bins_d"].into_iter().zip(self.network.layers.bins) {
+            shader.size(name, bins);
+        }
+        let [rows, columns] = self.cells;
+        let functions = self.constants.clone() + shaders::POSITION_FUNCTIONS;
+        shader.kernel(self.gpu, &functions, shaders::POSITIONS, rows * columns / 4, 1)
+    }
+
+    fn cells(&self, coarse: &Buffer, windows: Option<&Windows>) -> Kernel {
+        let mut shader = Shader::default();
+        shader.bind("coarse", "read", coarse);
+        shader.bind("offset", "read", self.map(self.network.offset));
+        shader.bind("mask", "read", self.map(self.network.mask));
+        shader.bind("out", "read_write", self.found);
+        let mut body = shaders::CELLS.to_owned();
+        let mut functions = vec![shaders::CELL_FUNCTIONS];
+        if let Some(windows) = windows {
+            shader.bind_as("moments", "read_write", "f32", self.map(windows.moments));
+            functions.push(shaders::MOMENT_FUNCTION);
+            body += shaders::MOMENTS_OF_CELLS;
+        }
+        self.of_cells(shader, &functions, &body)
+    }
+
+    fn turn(&self, windows: &Windows) -> Kernel {
+        let [rows, columns] = self.cells;
+        let mut shader = Shader::default();
+        shader.bind_as("down", "read", "f32", self.map(windows.down));
+        shader.bind("narrow", "read_write", self.map(windows.turned[0]));
+        shader.bind("wide", "read_write", self.map(windows.turned[1]));
+        shader.size("rows", rows);
+        shader.size("columns", columns);
+        let count = columns.div_ceil(4) * MOMENTS * rows;
+        shader.kernel(self.gpu, &self.constants, shaders::TURN, count, REACHES.len())
+    }
+
+    fn measure(&self, windows: Option<&Windows>) -> Kernel {
+        let mut shader = Shader::default();
+        shader.bind("found", "read", self.found);
+        shader.bind("measured", "read_write", self.measured);
+        shader.bind("cues", "read_write", self.map(self.network.cues[0]));
+        let Some(windows) = windows else {
+            return self.of_cells(shader, &[shaders::CUE_FUNCTIONS], shaders::NOTHING_MEASURED);
+        };
+        shader.bind_as("narrow", "read", "f32", self.map(windows.means[0]));
+        shader.bind_as("wide", "read", "f32", self.map(windows.means[1]));
+        let functions = [shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS];
+        self.of_cells(shader, &functions, shaders::MEASURE)
+    }
+
+    fn refine_depth(&self) -> Kernel {
+        let mut shader = Shader::default();
+        shader.bind("found", "read", self.found);
+        shader.bind("measured", "read", self.measured);
+        shader.bind("correction", "read", self.map(self.network.corrections[0]));
+        shader.bind("out", "read_write", self.refined);
+        shader.bind("cues", "read_write", self.map(self.network.cues[1]));
+        self.of_cells(shader, &[shaders::CUE_FUNCTIONS], shaders::REFINE_DEPTH)
+    }
+
+    fn refine_registration(&self) -> Kernel {
+        let mut shader = Shader::default();
+        shader.bind("correction", "read", self.map(self.network.corrections[1]));
+        shader.bind("out", "read_write", self.refined);
+        self.of_cells(shader, &[], shaders::REFINE_REGISTRATION)
+    }
+}
