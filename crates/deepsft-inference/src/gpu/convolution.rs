@@ -4,13 +4,20 @@
 //! they read maps side by side and the same filters. Each makes several places of several quads, so that it multiplies often what it
 //! read once.
 
-use super::shader::{Addend, Shader, Source, View, addend, is_whole, packed_at, place_read, quads, rectified};
+use super::shader::{
+    Addend, Shader, Source, View, addend, as_f32, is_whole, packed_at, place_read, quads, rectified, stored,
+};
 use super::winograd::{to_places, to_points};
 use super::{Gpu, Kernel};
 use crate::cpu::{POINTS, TILE, filter_at_points};
 use crate::plan::{Convolution, Dense, Filters, MapShape, plain};
 use std::fmt::Write;
 use wgpu::Buffer;
+
+/// Places and quads that an invocation makes. Twice as many quads save a processor that plays the GPU a third of its time, but it then
+/// compiles for three times as long, and a GPU needs many invocations.
+const STRETCH: usize = 4;
+const BLOCK: usize = 2;
 
 /// What the tiles of Winograd's convolutions read, and their sums, at the points.
 pub(super) struct Scratch {
@@ -62,6 +69,7 @@ pub(super) fn kernels(
             height: 1,
             width: rows * columns,
         },
+        half: false,
         buffer,
     };
     let read = at_points(inputs.iter().map(|&channels| quads(channels)).sum(), &scratch.read);
@@ -139,11 +147,12 @@ impl Product<'_> {
     /// With these filters, which read the channels `padded` of the sources.
     fn kernel(&self, gpu: &Gpu, filters: &Filters, padded: &[usize]) -> Kernel {
         let (places, quads_out) = (self.output.area(), self.output.quads());
-        let (tile, across) = tile(gpu, places, quads_out);
+        let (tile, across) = (places.min(STRETCH), quads_out.min(BLOCK));
         let (stretches, blocks) = (places.div_ceil(tile), quads_out.div_ceil(across));
         let quads_in: usize = self.sources.iter().map(|(view, _)| view.quads()).sum();
         let packed = self.packed(filters, padded, 4 * quads_in, across);
-        let filters = gpu.values(&packed);
+        let half = gpu.has_f16();
+        let filters = if half { gpu.halves(&packed) } else { gpu.values(&packed) };
         let (view, input) = &self.sources[0];
         let [rows, columns] = input.size(view.shape);
 
@@ -151,8 +160,8 @@ impl Product<'_> {
         for (k, source) in self.sources.iter().enumerate() {
             shader.source(k, source);
         }
-        shader.bind("filters", "read", &filters);
-        shader.bind("out", "read_write", self.output.buffer);
+        shader.bind_numbers("filters", "read", half, &filters);
+        shader.bind_map("out", "read_write", self.output);
         shader.addend(self.added);
         for (name, value) in [
             ("blocks", blocks),
@@ -167,7 +176,13 @@ impl Product<'_> {
         ] {
             shader.size(name, value);
         }
-        shader.kernel(gpu, "", &self.body(tile, across), blocks * stretches, self.batches)
+        shader.kernel(
+            gpu,
+            "",
+            &self.body(tile, across, half),
+            blocks * stretches,
+            self.batches,
+        )
     }
 
     /// Filters as the shader reads them: [batch][block][tap][input][quad of the block][4]. Then the biases, unless there are batches.
@@ -199,7 +214,7 @@ impl Product<'_> {
     }
 
     /// Invocation `index` makes `tile` places of the quads of one block.
-    fn body(&self, tile: usize, across: usize) -> String {
+    fn body(&self, tile: usize, across: usize, half: bool) -> String {
         let is_plain = self.kernel == 1 && self.stride == 1 && self.sources.iter().all(|(_, input)| is_whole(input));
         let mut s = "let block = index / size.stretches; let first = index % size.stretches;
 let stretches = size.stretches; let places = size.places;
@@ -228,7 +243,7 @@ let is{p} = r{p} >= 0 && r{p} < rows && c{p} >= 0 && c{p} < columns;"
                 );
             }
         }
-        for (k, (_, input)) in self.sources.iter().enumerate() {
+        for (k, (view, input)) in self.sources.iter().enumerate() {
             for p in (0..tile).filter(|_| !is_plain) {
                 let place = place_read(k, input, &format!("u32(r{p})"), &format!("u32(c{p})"));
                 let _ = writeln!(s, "let at{k}_{p} = select(0u, {place}, is{p});");
@@ -240,15 +255,17 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
             );
             for line in 0..4 {
                 for q in 0..across {
-                    let _ = writeln!(s, "let w{line}_{q} = filters[f + {}u];", line * across + q);
+                    let filter = as_f32(half, &format!("filters[f + {}u]", line * across + q));
+                    let _ = writeln!(s, "let w{line}_{q} = {filter};");
                 }
             }
             let _ = writeln!(s, "f += {}u;", 4 * across);
             for p in 0..tile {
                 let mut value = if is_plain {
-                    format!("in{k}[c + p{p}]")
+                    as_f32(view.half, &format!("in{k}[c + p{p}]"))
                 } else {
-                    format!("select(vec4f(), in{k}[c + at{k}_{p}], is{p})")
+                    let value = as_f32(view.half, &format!("in{k}[c + at{k}_{p}]"));
+                    format!("select(vec4f(), {value}, is{p})")
                 };
                 if input.rectified {
                     value = rectified(&value);
@@ -267,9 +284,9 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
             s += "}}\n";
         }
         let bias = if self.batches == 1 {
-            " + filters[size.biases + q]"
+            format!(" + {}", as_f32(half, "filters[size.biases + q]"))
         } else {
-            ""
+            String::new()
         };
         for q in 0..across {
             let _ = writeln!(s, "{{ let q = block * {across}u + {q}u; if q < size.quads {{");
@@ -283,6 +300,7 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
                 if self.rectified {
                     value = rectified(&value);
                 }
+                let value = stored(self.output.half, &value);
                 let _ = writeln!(
                     s,
                     "if first + {p}u * stretches < places {{ out[(batch * size.quads + q) * places + p{p}] = {value}; }}"
@@ -292,9 +310,4 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
         }
         s
     }
-}
-
-/// Places and quads that an invocation makes. A processor that plays the GPU pays most for what is read; a GPU needs many invocations.
-fn tile(gpu: &Gpu, places: usize, quads: usize) -> (usize, usize) {
-    (places.min(4), quads.min(if gpu.is_software() { 4 } else { 2 }))
 }

@@ -9,6 +9,7 @@ mod winograd;
 
 use crate::plan::PlanError;
 use deepsft_geometry::GeometryError;
+use half::f16;
 pub use plan::GpuPlan;
 use std::collections::HashMap;
 use std::fmt;
@@ -43,6 +44,7 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     name: String,
     is_software: bool,
+    has_f16: bool,
     failure: Arc<Mutex<Option<GpuError>>>,
     /// Compiled shaders by their text.
     pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
@@ -54,6 +56,7 @@ impl fmt::Debug for Gpu {
         f.debug_struct("Gpu")
             .field("name", &self.name)
             .field("is_software", &self.is_software)
+            .field("has_f16", &self.has_f16)
             .field("failure", &self.failure)
             .finish_non_exhaustive()
     }
@@ -75,7 +78,10 @@ impl Gpu {
         let adapter = adapter.map_err(|error| not_started(&error))?;
         let info = adapter.get_info();
         let (device, queue) = adapter
-            .request_device(&wgpu::DeviceDescriptor::default())
+            .request_device(&wgpu::DeviceDescriptor {
+                required_features: adapter.features() & wgpu::Features::SHADER_F16,
+                ..Default::default()
+            })
             .await
             .map_err(|error| not_started(&error))?;
         let failure = Arc::new(Mutex::new(None));
@@ -96,6 +102,7 @@ impl Gpu {
             failed(GpuError::Failed(error.to_string()))
         }));
         Ok(Self {
+            has_f16: device.features().contains(wgpu::Features::SHADER_F16),
             device,
             queue,
             name: info.name,
@@ -114,6 +121,21 @@ impl Gpu {
     /// Whether the processor plays the GPU.
     pub fn is_software(&self) -> bool {
         self.is_software
+    }
+
+    /// Whether plans store their filters, and the maps between layers, as numbers of 16 bits; they add in 32. It moves u and v of the
+    /// shipped network by 0.00002 in the median and 0.0006 at most (three frames, beside the processor in 32 bits).
+    pub fn has_f16(&self) -> bool {
+        self.has_f16
+    }
+
+    /// The same GPU for plans of 32 bits only.
+    pub fn in_f32(&self) -> Self {
+        let has_f16 = false;
+        Self {
+            has_f16,
+            ..self.clone()
+        }
     }
 
     /// How often it was given work so far.
@@ -163,6 +185,15 @@ impl Gpu {
     /// A buffer of numbers that kernels only read.
     pub(crate) fn values(&self, values: &[f32]) -> wgpu::Buffer {
         self.constants(&bytes(values), wgpu::BufferUsages::STORAGE)
+    }
+
+    /// The same in 16 bits.
+    fn halves(&self, values: &[f32]) -> wgpu::Buffer {
+        let bytes: Vec<u8> = values
+            .iter()
+            .flat_map(|&value| f16::from_f32(value).to_le_bytes())
+            .collect();
+        self.constants(&bytes, wgpu::BufferUsages::STORAGE)
     }
 
     /// A kernel of `groups` groups over `buffers`, which are its bindings in their order.

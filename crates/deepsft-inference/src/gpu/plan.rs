@@ -48,8 +48,11 @@ impl GpuPlan {
             read: gpu.zeros(read),
             sums: gpu.zeros(sums),
         };
+        // What comes and goes with f32 stays so; between layers 16 bits are enough.
+        let inner = |map: MapId| steps.iter().any(|step| step.output == map) && !kept.contains(&map);
         let view = |map: MapId| View {
             shape: shapes[map.0],
+            half: gpu.has_f16() && inner(map),
             buffer: &buffers[slots[map.0]],
         };
         let addend = |added: Added| (view(added.map), added);

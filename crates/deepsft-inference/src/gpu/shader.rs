@@ -23,6 +23,8 @@ pub(crate) fn packed_at(index: usize, area: usize) -> usize {
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(crate) shape: MapShape,
+    /// Whether its numbers have 16 bits.
+    pub(crate) half: bool,
     pub(crate) buffer: &'a Buffer,
 }
 
@@ -55,12 +57,24 @@ pub(crate) struct Shader<'a> {
     declarations: String,
     buffers: Vec<&'a Buffer>,
     sizes: Vec<(String, u32)>,
+    has_f16: bool,
 }
 
 impl<'a> Shader<'a> {
     /// A buffer of quads by the name `name`, which is not `read`; `access` is `read` or `read_write`.
     pub(crate) fn bind(&mut self, name: &str, access: &str, buffer: &'a Buffer) {
         self.bind_as(name, access, "vec4f", buffer);
+    }
+
+    /// Quads of numbers of 32 or 16 bits.
+    pub(crate) fn bind_numbers(&mut self, name: &str, access: &str, half: bool, buffer: &'a Buffer) {
+        self.has_f16 |= half;
+        self.bind_as(name, access, if half { "vec4<f16>" } else { "vec4f" }, buffer);
+    }
+
+    /// A map.
+    pub(crate) fn bind_map(&mut self, name: &str, access: &str, map: View<'a>) {
+        self.bind_numbers(name, access, map.half, map.buffer);
     }
 
     /// The same of another type.
@@ -80,7 +94,7 @@ impl<'a> Shader<'a> {
 
     /// The map that is the source `k`.
     pub(crate) fn source(&mut self, k: usize, (view, input): &Source<'a>) {
-        self.bind(&format!("in{k}"), "read", view.buffer);
+        self.bind_map(&format!("in{k}"), "read", *view);
         for (name, value) in [
             ("quads", view.quads()),
             ("area", view.area()),
@@ -97,7 +111,7 @@ impl<'a> Shader<'a> {
         let Some((view, Added { factor, top, .. })) = added else {
             return;
         };
-        self.bind("added", "read", view.buffer);
+        self.bind_map("added", "read", view);
         self.size("added_area", view.area());
         self.size("added_width", view.shape.width);
         self.size("added_factor", factor);
@@ -108,8 +122,9 @@ impl<'a> Shader<'a> {
     pub(crate) fn kernel(mut self, gpu: &Gpu, functions: &str, body: &str, count: usize, batches: usize) -> Kernel {
         self.size("count", count);
         let fields: String = self.sizes.iter().map(|(name, _)| format!("{name}: u32, ")).collect();
+        let enable = if self.has_f16 { "enable f16;\n" } else { "" };
         let source = format!(
-            "struct Sizes {{ {fields} }}
+            "{enable}struct Sizes {{ {fields} }}
 {}@group(0) @binding({}) var<uniform> size: Sizes;
 {functions}
 @compute @workgroup_size({GROUP})
@@ -145,12 +160,35 @@ pub(crate) fn place_read(k: usize, input: &Input, row: &str, column: &str) -> St
 
 /// The addend of quad `q` at a place.
 pub(crate) fn addend(added: Addend<'_>, row: &str, column: &str) -> String {
-    let place = match added {
-        None => return String::new(),
-        Some((_, Added { factor: 1, top: 0, .. })) => format!("{row} * size.added_width + {column}"),
-        Some(_) => {
+    let Some((view, how)) = added else {
+        return String::new();
+    };
+    let place = match how {
+        Added { factor: 1, top: 0, .. } => format!("{row} * size.added_width + {column}"),
+        _ => {
             format!("({row} + size.added_top) / size.added_factor * size.added_width + {column} / size.added_factor")
         }
     };
-    format!(" + added[q * size.added_area + {place}]")
+    format!(
+        " + {}",
+        as_f32(view.half, &format!("added[q * size.added_area + {place}]"))
+    )
+}
+
+/// What a map or filters hold, to calculate with.
+pub(crate) fn as_f32(half: bool, value: &str) -> String {
+    if half {
+        format!("vec4f({value})")
+    } else {
+        value.to_owned()
+    }
+}
+
+/// What a map holds of a result.
+pub(crate) fn stored(half: bool, value: &str) -> String {
+    if half {
+        format!("vec4<f16>({value})")
+    } else {
+        value.to_owned()
+    }
 }

@@ -1,6 +1,6 @@
 //! The way of Winograd's convolutions to the points and back, see the module `winograd` of the processor's kernels.
 
-use super::shader::{Addend, Shader, Source, View, addend, place_read, rectified};
+use super::shader::{Addend, Shader, Source, View, addend, as_f32, place_read, rectified, stored};
 use super::{Gpu, Kernel};
 use crate::cpu::{READ, TILE};
 use crate::plan::{Convolution, MapShape};
@@ -20,6 +20,7 @@ var q = quad;
     for (k, source) in sources.iter().enumerate() {
         shader.source(k, source);
         let mut value = format!("in{k}[q * size.area{k} + {}]", place_read(k, &source.1, "r", "c"));
+        value = as_f32(source.0.half, &value);
         if source.1.rectified {
             value = rectified(&value);
         }
@@ -104,7 +105,7 @@ pub(super) fn to_places(
     let mut shader = Shader::default();
     shader.bind("sums", "read", sums.buffer);
     shader.bind("biases", "read", &biases);
-    shader.bind("out", "read_write", output.buffer);
+    shader.bind_map("out", "read_write", output);
     shader.addend(added);
     let MapShape { height, width, .. } = output.shape;
     for (name, value) in [
@@ -120,6 +121,7 @@ pub(super) fn to_places(
     if convolution.rectified {
         value = rectified(&value);
     }
+    let value = stored(output.half, &value);
     let put = format!(
         "fn put(q: u32, row: u32, column: u32, value: vec4f) {{
 if row < size.height && column < size.width {{
