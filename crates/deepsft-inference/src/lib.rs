@@ -33,5 +33,7 @@ pub use executor::Executor;
 pub use gpu::{Gpu, GpuError, GpuPlan};
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
 pub use residual::ResidualExecutor;
+#[cfg(feature = "gpu")]
+pub use residual::ResidualGpuExecutor;
 pub use stage::Stage;
 pub use weights::Weights;

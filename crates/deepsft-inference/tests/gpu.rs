@@ -9,8 +9,9 @@
 
 use deepsft_geometry::{Maps, Picture, training_camera};
 use deepsft_inference::{
-    Added, Architecture, CompactConfig, CompactExecutor, CompactGpuExecutor, Convolution, CpuPlan, Dense, Filters, Gpu,
-    GpuError, GpuPlan, Input, MapId, MapShape, NetworkConfig, Plan, PlanError, Pool, Stage, Weights,
+    Added, Architecture, CompactConfig, CompactExecutor, CompactGpuExecutor, Convolution, CpuPlan, Dense, Executor,
+    Filters, Gpu, GpuError, GpuPlan, Input, MapId, MapShape, NetworkConfig, PaperConfig, Plan, PlanError, Pool,
+    ResidualGpuExecutor, Stage, Weights,
 };
 
 /// The GPU, if there is one.
@@ -240,7 +241,7 @@ fn a_lost_gpu_says_so() {
 fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> Weights {
     let mut weights = Weights::new();
     loop {
-        let (name, length) = match CompactExecutor::new(config, image, &weights, 1) {
+        let (name, length) = match Executor::new(config, image, &weights, 1) {
             Ok(_) => return weights,
             Err(PlanError::Missing(name)) => (name, 0),
             Err(PlanError::Shape { what, expected, .. }) => (what, expected.iter().product()),
@@ -359,5 +360,41 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
         }
         let other = pollster::block_on(on_gpu.run(&Picture::from_fn(width, 3, |_, _| [0; 3]))).unwrap_err();
         assert!(matches!(other, GpuError::Image(_)), "{other}");
+    }
+}
+
+#[test]
+fn the_papers_network_says_the_same_on_a_gpu() {
+    let Some(gpu) = gpu() else { return };
+    let config = NetworkConfig::new(
+        Architecture::Paper(PaperConfig::narrow(32)),
+        [200.0, 150.0],
+        &training_camera(),
+    );
+    let (image, mut numbers) = ([480, 270], Numbers(4));
+    let weights = weights(&config, image, &mut numbers);
+    let picture = Picture::from_fn(480, 270, |x, y| [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]);
+    let mut cpu = Executor::new(&config, image, &weights, 1).unwrap();
+    let mut on_gpu = ResidualGpuExecutor::new(&gpu.in_f32(), &config, &weights).unwrap();
+    cpu.run(&picture).unwrap();
+    let before = gpu.submissions();
+    pollster::block_on(on_gpu.run(&picture)).unwrap();
+    assert_eq!(gpu.submissions(), before + 1, "a frame is one list of work");
+    let (mut expected, mut maps) = (Maps::empty(480, 270), Maps::empty(480, 270));
+    let all = vec![true; 480 * 270];
+    for stage in [Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement] {
+        cpu.read(stage, Some(&all), &mut expected).unwrap();
+        on_gpu.read(stage, Some(&all), &mut maps).unwrap();
+        let off = |ours: &[f32], theirs: &[f32]| {
+            let largest = theirs.iter().fold(1.0_f32, |most, value| most.max(value.abs()));
+            let off = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs() / largest);
+            off.fold(0.0, f32::max)
+        };
+        let registration = off(
+            maps.registration().as_flattened(),
+            expected.registration().as_flattened(),
+        );
+        let depth = off(maps.depth(), expected.depth());
+        assert!(depth < 1e-4 && registration < 1e-4, "{stage:?}: {depth} {registration}");
     }
 }

@@ -7,44 +7,27 @@ use super::reading::Reading;
 use super::shaders;
 use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
-use crate::gpu::{Gpu, GpuError, GpuPlan, Kernel};
+use crate::gpu::{Frames, Gpu, GpuError, GpuPlan, Kernel, Work};
 use crate::plan::{Convolution, Filters, MapId, MapShape, Plan, PlanError, plain};
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
+use deepsft_geometry::{GeometryError, Maps, Picture};
 use std::fmt;
 use std::ops::Range;
 use wgpu::Buffer;
 
 /// A compact network on a GPU, for images of one size. A frame is one list of work; only cells and the mask come back.
 pub struct CompactGpuExecutor {
-    gpu: Gpu,
-    plan: GpuPlan,
-    work: Vec<Work>,
-    image: [usize; 2],
-    pixels: Buffer,
-    /// u, v, d and what is seen of cells; the same refined; logits of the mask; and all of these where they can be read.
-    found: Buffer,
-    refined: Buffer,
-    mask: MapId,
-    readable: Buffer,
-    /// Whether a run was given up before its results were read.
-    is_open: bool,
+    frames: Frames,
     reading: Reading,
     /// Logits of the mask: [quad, patch, 4].
     logits: Vec<f32>,
 }
 
-/// A part of a frame.
-enum Work {
-    Steps(Range<usize>),
-    Kernel(Kernel),
-}
-
 impl fmt::Debug for CompactGpuExecutor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("CompactGpuExecutor")
-            .field("gpu", &self.gpu)
+            .field("plan", &self.frames.plan)
             .finish_non_exhaustive()
     }
 }
@@ -124,9 +107,8 @@ impl CompactGpuExecutor {
         kept.extend(windows.iter().flat_map(|w| [w.down, w.means[0], w.means[1]]));
         let plan = GpuPlan::new(gpu, plan, &kept);
 
-        let [width, height] = image;
         let count = rows * columns;
-        let (pixels, coarse) = (gpu.zeros((3 * width * height).div_ceil(4)), gpu.zeros(count));
+        let (pixels, coarse) = (Frames::pixels(gpu, image), gpu.zeros(count));
         let [found, refined, measured] = [(); 3].map(|()| gpu.zeros(4 * count));
         let frame = Frame {
             gpu,
@@ -159,20 +141,11 @@ impl CompactGpuExecutor {
             Work::Steps(registration..last),
             Work::Kernel(frame.refine_registration()),
         ]);
-        let logits = vec![0.0; 4 * count * 16];
+        let mask = plan.buffer(network.mask).clone();
         Ok(Self {
-            work,
-            image,
-            pixels,
-            mask: network.mask,
-            readable: gpu.readable(4 * (2 * 4 * count + logits.len()) as u64),
-            is_open: false,
+            frames: Frames::new(gpu, plan, work, (image, pixels), vec![found, refined, mask]),
             reading: Reading::new(image, config),
-            logits,
-            found,
-            refined,
-            plan,
-            gpu: gpu.clone(),
+            logits: vec![0.0; 4 * count * 16],
         })
     }
 
@@ -181,39 +154,6 @@ impl CompactGpuExecutor {
     /// # Errors
     /// [`GpuError::Image`] when the image has another size; others when the GPU was lost or failed.
     pub async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
-        let [width, height] = self.image;
-        check_size(image.size(), (width, height))?;
-        self.gpu.check()?;
-        if std::mem::replace(&mut self.is_open, true) {
-            self.readable.unmap();
-        }
-        // Whole words are written.
-        let (whole, rest) = image.rgb().split_at(image.rgb().len() / 4 * 4);
-        self.gpu.queue.write_buffer(&self.pixels, 0, whole);
-        if !rest.is_empty() {
-            let mut word = [0; 4];
-            word[..rest.len()].copy_from_slice(rest);
-            self.gpu.queue.write_buffer(&self.pixels, whole.len() as u64, &word);
-        }
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        for work in &self.work {
-            match work {
-                Work::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
-                Work::Kernel(kernel) => kernel.run(&mut pass),
-            }
-        }
-        drop(pass);
-        let mut at = 0;
-        for (buffer, length) in [
-            (&self.found, self.found.size()),
-            (&self.refined, self.refined.size()),
-            (self.plan.buffer(self.mask), 4 * self.logits.len() as u64),
-        ] {
-            encoder.copy_buffer_to_buffer(buffer, 0, &self.readable, at, length);
-            at += length;
-        }
-        self.gpu.submit(encoder);
         let (reading, logits) = (&mut self.reading, &mut self.logits);
         let read = |values: &mut dyn Iterator<Item = f32>| {
             for maps in [&mut reading.main, &mut reading.refined] {
@@ -226,9 +166,7 @@ impl CompactGpuExecutor {
             }
             logits.iter_mut().zip(values).for_each(|(logit, value)| *logit = value);
         };
-        self.gpu.mapped(&self.readable, read).await?;
-        self.is_open = false;
-        Ok(())
+        self.frames.run(image, read).await
     }
 
     /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.

@@ -1,6 +1,7 @@
 //! Plans on a GPU, by WebGPU in a browser and by Vulkan, Metal or Direct3D 12 natively.
 
 mod convolution;
+mod frames;
 mod plan;
 pub(crate) mod shader;
 mod simple;
@@ -9,6 +10,7 @@ mod winograd;
 
 use crate::plan::PlanError;
 use deepsft_geometry::GeometryError;
+pub(crate) use frames::{Frames, Work};
 use half::f16;
 pub use plan::GpuPlan;
 use std::collections::HashMap;

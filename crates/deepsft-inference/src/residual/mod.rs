@@ -1,8 +1,13 @@
 //! The paper's network and R50F: a plan from the image to the pixels' depths and registration.
 
+#[cfg(feature = "gpu")]
+mod gpu;
 mod network;
 
-use crate::config::{Architecture, DepthRange, NetworkConfig};
+#[cfg(feature = "gpu")]
+pub use gpu::ResidualGpuExecutor;
+
+use crate::config::{DepthRange, NetworkConfig};
 use crate::cpu::{CpuPlan, awake};
 use crate::plan::{MapId, PlanError};
 use crate::stage::Stage;
@@ -35,20 +40,8 @@ impl ResidualExecutor {
     /// # Errors
     /// [`PlanError`] when `weights` are not those of `config`, and when that is of another architecture.
     pub fn new(config: &NetworkConfig, weights: &Weights, threads: usize) -> Result<Self, PlanError> {
-        let network = match &config.architecture {
-            Architecture::Paper(layers) => ResidualPlan::paper(layers, weights)?,
-            Architecture::R50F(layers) => ResidualPlan::r50f(layers, weights)?,
-            Architecture::Compact(_) => return Err(PlanError::Architecture(config.architecture.name())),
-        };
-        let ResidualPlan { plan, image, said } = network;
-        let kept = match said {
-            Said::Blocks {
-                main,
-                depth,
-                correction,
-            } => vec![main, depth, correction],
-            Said::Planes(map) => vec![map],
-        };
+        let ResidualPlan { plan, image, said } = ResidualPlan::new(config, weights)?;
+        let kept = said.maps();
         Ok(Self {
             cpu: CpuPlan::new(plan, &kept, threads),
             image,
@@ -75,51 +68,64 @@ impl ResidualExecutor {
         Ok(())
     }
 
-    /// Normalised depth, u and v at a pixel of the last image.
-    fn at(&self, stage: Stage, pixel: usize) -> [f32; 3] {
-        let place = |map: MapId| &self.cpu.values(map)[pixel * self.cpu.pitch(map)..];
-        match self.said {
-            Said::Planes(map) => {
-                let values = self.cpu.values(map);
-                [0, 1, 2].map(|k| values[k * CANONICAL_WIDTH * CANONICAL_HEIGHT + pixel])
-            }
-            Said::Blocks {
-                main,
-                depth,
-                correction,
-            } => {
-                let (main, correction) = (place(main), place(correction));
-                match stage {
-                    Stage::Main => [main[0], main[1], main[2]],
-                    Stage::DepthRefinement => [place(depth)[0], main[1], main[2]],
-                    Stage::RegistrationRefinement => {
-                        [place(depth)[0], main[1] + correction[0], main[2] + correction[1]]
-                    }
-                }
-            }
-        }
-    }
-
     /// Writes the maps of the last image, see [`crate::Executor::read`].
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        let (width, height) = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
-        check_size(maps.size(), (width, height))?;
-        if let Some(seen) = seen {
-            check_size((seen.len(), 1), (width * height, 1))?;
-        }
-        for pixel in 0..width * height {
-            let [depth, u, v] = self.at(stage, pixel);
-            if !seen.map_or(depth >= SEEN, |seen| seen[pixel]) {
-                maps.clear(pixel);
-                continue;
-            }
-            // Inside is above half of the nearest depth and the -1 outside: what is inside is nowhere nearer than near.
-            let mm = self.range.depth_mm_linear(f64::from(depth)).max(self.range.near_mm);
-            maps.set(pixel, mm as f32, [u, v]);
-        }
-        Ok(())
+        let values = |map| (self.cpu.values(map), self.cpu.pitch(map));
+        read(self.said, self.range, values, (stage, seen), maps)
     }
+}
+
+/// Depth, u and v at a pixel, normalised; `values` gives a map's values and how many of them a place has.
+fn at<'a>(said: Said, values: &impl Fn(MapId) -> (&'a [f32], usize), stage: Stage, pixel: usize) -> [f32; 3] {
+    let place = |map: MapId| {
+        let (values, pitch) = values(map);
+        &values[pixel * pitch..]
+    };
+    match said {
+        Said::Planes(map) => {
+            let (values, _) = values(map);
+            [0, 1, 2].map(|k| values[k * CANONICAL_WIDTH * CANONICAL_HEIGHT + pixel])
+        }
+        Said::Blocks {
+            main,
+            depth,
+            correction,
+        } => {
+            let (main, correction) = (place(main), place(correction));
+            match stage {
+                Stage::Main => [main[0], main[1], main[2]],
+                Stage::DepthRefinement => [place(depth)[0], main[1], main[2]],
+                Stage::RegistrationRefinement => [place(depth)[0], main[1] + correction[0], main[2] + correction[1]],
+            }
+        }
+    }
+}
+
+/// Writes maps of what a network said, wherever it ran.
+fn read<'a>(
+    said: Said,
+    range: DepthRange,
+    values: impl Fn(MapId) -> (&'a [f32], usize),
+    (stage, seen): (Stage, Option<&[bool]>),
+    maps: &mut Maps,
+) -> Result<(), GeometryError> {
+    let (width, height) = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    check_size(maps.size(), (width, height))?;
+    if let Some(seen) = seen {
+        check_size((seen.len(), 1), (width * height, 1))?;
+    }
+    for pixel in 0..width * height {
+        let [depth, u, v] = at(said, &values, stage, pixel);
+        if !seen.map_or(depth >= SEEN, |seen| seen[pixel]) {
+            maps.clear(pixel);
+            continue;
+        }
+        // Inside is above half of the nearest depth and the -1 outside: what is inside is nowhere nearer than near.
+        let mm = range.depth_mm_linear(f64::from(depth)).max(range.near_mm);
+        maps.set(pixel, mm as f32, [u, v]);
+    }
+    Ok(())
 }

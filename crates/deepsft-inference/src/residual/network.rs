@@ -1,6 +1,6 @@
 //! The paper's network and R50F as plans.
 
-use crate::config::{ENCODED_WIDTH, MAP_VALUES, PaperConfig, R50FConfig};
+use crate::config::{Architecture, ENCODED_WIDTH, MAP_VALUES, NetworkConfig, PaperConfig, R50FConfig};
 use crate::plan::{Added, Dense, Input, MapId, MapShape, Plan, PlanError, Pool, plain};
 use crate::weights::{Builder, Shape, Weights};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
@@ -40,8 +40,30 @@ struct Residual<'a> {
     divisor: usize,
 }
 
+impl Said {
+    /// All maps.
+    pub(super) fn maps(self) -> Vec<MapId> {
+        match self {
+            Self::Blocks {
+                main,
+                depth,
+                correction,
+            } => vec![main, depth, correction],
+            Self::Planes(map) => vec![map],
+        }
+    }
+}
+
 impl ResidualPlan {
-    pub(super) fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
+    pub(super) fn new(config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
+        match &config.architecture {
+            Architecture::Paper(layers) => Self::paper(layers, weights),
+            Architecture::R50F(layers) => Self::r50f(layers, weights),
+            Architecture::Compact(_) => Err(PlanError::Architecture(config.architecture.name())),
+        }
+    }
+
+    fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
@@ -57,7 +79,7 @@ impl ResidualPlan {
         Ok(Self { plan, image, said })
     }
 
-    pub(super) fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
+    fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
         use Resizing::{Kept, Stride};
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();

@@ -1,0 +1,92 @@
+//! Frames: an image goes in, some maps come back.
+
+use super::{Gpu, GpuError, GpuPlan, Kernel};
+use deepsft_geometry::{Picture, check_size};
+use std::ops::Range;
+use wgpu::Buffer;
+
+/// A part of a frame.
+pub(crate) enum Work {
+    Steps(Range<usize>),
+    Kernel(Kernel),
+}
+
+/// A network's work for an image of one size: one list for the GPU, of which only `results` come back.
+pub(crate) struct Frames {
+    pub(crate) plan: GpuPlan,
+    gpu: Gpu,
+    image: [usize; 2],
+    work: Vec<Work>,
+    /// The image's bytes, see [`Frames::pixels`].
+    pixels: Buffer,
+    results: Vec<Buffer>,
+    readable: Buffer,
+    /// Whether a run was given up before its results were read.
+    is_open: bool,
+}
+
+impl Frames {
+    /// A buffer for an image of `image` (columns, rows) pixels: red, green and blue in turns, a byte each.
+    pub(crate) fn pixels(gpu: &Gpu, [width, height]: [usize; 2]) -> Buffer {
+        gpu.zeros((3 * width * height).div_ceil(4))
+    }
+
+    pub(crate) fn new(
+        gpu: &Gpu,
+        plan: GpuPlan,
+        work: Vec<Work>,
+        (image, pixels): ([usize; 2], Buffer),
+        results: Vec<Buffer>,
+    ) -> Self {
+        Self {
+            plan,
+            gpu: gpu.clone(),
+            image,
+            work,
+            pixels,
+            readable: gpu.readable(results.iter().map(Buffer::size).sum()),
+            results,
+            is_open: false,
+        }
+    }
+
+    /// Takes an image through the network; `read` gets the numbers of the results.
+    pub(crate) async fn run(
+        &mut self,
+        image: &Picture,
+        read: impl FnOnce(&mut dyn Iterator<Item = f32>),
+    ) -> Result<(), GpuError> {
+        let [width, height] = self.image;
+        check_size(image.size(), (width, height))?;
+        self.gpu.check()?;
+        if std::mem::replace(&mut self.is_open, true) {
+            self.readable.unmap();
+        }
+        // Whole words are written.
+        let (whole, rest) = image.rgb().split_at(image.rgb().len() / 4 * 4);
+        self.gpu.queue.write_buffer(&self.pixels, 0, whole);
+        if !rest.is_empty() {
+            let mut word = [0; 4];
+            word[..rest.len()].copy_from_slice(rest);
+            self.gpu.queue.write_buffer(&self.pixels, whole.len() as u64, &word);
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        for work in &self.work {
+            match work {
+                Work::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
+                Work::Kernel(kernel) => kernel.run(&mut pass),
+            }
+        }
+        drop(pass);
+        let mut at = 0;
+        for buffer in &self.results {
+            encoder.copy_buffer_to_buffer(buffer, 0, &self.readable, at, buffer.size());
+            at += buffer.size();
+        }
+        self.gpu.submit(encoder);
+        self.gpu.mapped(&self.readable, read).await?;
+        self.is_open = false;
+        Ok(())
+    }
+}
