@@ -4,8 +4,9 @@ use crate::failure::usage;
 use crate::input;
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft::{Architecture, CompactConfig, DeviceKind, Network, NetworkConfig, PaperConfig, R50FConfig, start_device};
+use deepsft::{Architecture, CompactConfig, DeviceKind, NetworkConfig, PaperConfig, R50FConfig};
 use deepsft_geometry::{Camera, training_camera};
+use deepsft_network::{Network, start_device};
 use std::path::Path;
 
 /// Size of the template that a network without a model is made for, mm: A4. No layer depends on it.
@@ -39,10 +40,11 @@ impl NetworkChoice {
 
 /// The network called `name`, untrained, or that of the model bundle in the folder `name`.
 pub fn named(name: &str) -> Result<Network> {
+    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let Ok(choice) = NetworkChoice::from_str(name, false) else {
-        return Ok(input::bundle(Path::new(name))?.network().clone());
+        let bundle = input::bundle(Path::new(name))?;
+        return Ok(Network::from_folded(bundle.network(), &device)?);
     };
     let config = choice.config(1, TEMPLATE_SIZE_MM, &training_camera())?;
-    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     Ok(Network::new(&config, &device))
 }

@@ -6,9 +6,7 @@ use crate::numbers::SizeMm;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::features::{GradeLevel, PictureGrade, PictureTarget};
-use deepsft::{
-    DescriptorNetwork, DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device,
-};
+use deepsft::{DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device};
 use deepsft_formats::read_template;
 use deepsft_geometry::{Picture, Template};
 use std::path::{Path, PathBuf};
@@ -65,13 +63,9 @@ impl DescriptorChoice {
         let Some(path) = &self.descriptors else {
             return Ok(None);
         };
-        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
         let read =
-            || -> Result<DescriptorNetwork> { Ok(DescriptorNetwork::from_bytes(&std::fs::read(path)?, &device)?) };
-        Ok(Some(SharedDescriptorNetwork::new(
-            read().blame("weights", path)?,
-            device.clone(),
-        )))
+            || -> Result<SharedDescriptorNetwork> { Ok(SharedDescriptorNetwork::from_bytes(&std::fs::read(path)?)?) };
+        Ok(Some(read().blame("weights", path)?))
     }
 
     /// The finders of `target`, the network among them if it is asked for. A picture that features find badly is warned of where
@@ -83,7 +77,7 @@ impl DescriptorChoice {
             warn_of(&grade);
         }
         if let Some(network) = self.read()? {
-            pollster::block_on(finder.add_descriptors(&network))?;
+            finder.add_descriptors(&network)?;
         }
         Ok(finder)
     }

@@ -12,7 +12,9 @@
 mod compact;
 mod config;
 mod cpu;
+mod device_kind;
 mod executor;
+mod folded;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod plan;
@@ -20,15 +22,17 @@ mod residual;
 mod stage;
 mod weights;
 
-pub use compact::CompactExecutor;
 #[cfg(feature = "gpu")]
 pub use compact::CompactGpuExecutor;
+pub use compact::{CompactExecutor, DESCRIPTOR_LENGTH, DescriptorExecutor, Similarities};
 pub use config::{
     Architecture, CompactConfig, DepthRange, ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, PaperConfig,
     R50FConfig,
 };
 pub use cpu::{CpuPlan, available_threads};
+pub use device_kind::{DeviceDescription, DeviceKind, UnknownDevice};
 pub use executor::Executor;
+pub use folded::FoldedNetwork;
 #[cfg(feature = "gpu")]
 pub use gpu::{Gpu, GpuError, GpuPlan};
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
@@ -36,4 +40,4 @@ pub use residual::ResidualExecutor;
 #[cfg(feature = "gpu")]
 pub use residual::ResidualGpuExecutor;
 pub use stage::Stage;
-pub use weights::Weights;
+pub use weights::{WeightArray, Weights};

@@ -174,6 +174,9 @@ pub enum PlanError {
     /// Weights are absent.
     #[error("the network has no weights {0}")]
     Missing(String),
+    /// Weights that no layer reads.
+    #[error("the network has no place for the weights {0}")]
+    NoPlace(String),
     /// Weights or maps do not fit each other.
     #[error("{what}: {actual:?} does not fit {expected:?}")]
     Shape {

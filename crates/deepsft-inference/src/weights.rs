@@ -1,11 +1,20 @@
 //! From a network's weights to the layers of a plan.
 
 use crate::plan::{Added, Convolution, Filters, Input, MapId, Plan, PlanError};
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Folded weights by their paths (`main.encode8.first.weight`), row-major: filters [out, in, kernel, kernel], matrices of dense layers
-/// [in, out], biases [out].
-pub type Weights = BTreeMap<String, Vec<f32>>;
+/// One array of weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeightArray {
+    /// [out, in, kernel, kernel] for filters, [in, out] for matrices of dense layers, [out] for biases.
+    pub shape: Vec<usize>,
+    /// Its values, the last axis fastest.
+    pub values: Vec<f32>,
+}
+
+/// Folded weights by their paths (`main.encode8.first.weight`, `main.bins.0.bias`).
+pub type Weights = BTreeMap<String, WeightArray>;
 
 /// A convolution's outputs, the side of its kernel, and its stride.
 pub(crate) type Shape = [usize; 3];
@@ -14,25 +23,39 @@ pub(crate) type Shape = [usize; 3];
 pub(crate) struct Builder<'a> {
     pub(crate) plan: Plan,
     weights: &'a Weights,
+    used: RefCell<BTreeSet<&'a str>>,
     /// What relu is multiplied by; here the weights beside it are.
     gain: f32,
 }
 
 impl<'a> Builder<'a> {
     pub(crate) fn new(weights: &'a Weights, gain: f32) -> Self {
-        let plan = Plan::default();
-        Self { plan, weights, gain }
+        Self {
+            plan: Plan::default(),
+            weights,
+            used: RefCell::default(),
+            gain,
+        }
+    }
+
+    /// The plan, when all weights have found their place.
+    pub(crate) fn finish(self) -> Result<Plan, PlanError> {
+        let used = self.used.into_inner();
+        match self.weights.keys().find(|name| !used.contains(name.as_str())) {
+            Some(name) => Err(PlanError::NoPlace(name.clone())),
+            None => Ok(self.plan),
+        }
     }
 
     /// The array `name`, which has `length` values.
     pub(crate) fn array(&self, name: &str, length: usize) -> Result<&'a [f32], PlanError> {
-        let values = self
-            .weights
-            .get(name)
+        let (name, WeightArray { values, .. }) = (self.weights)
+            .get_key_value(name)
             .ok_or_else(|| PlanError::Missing(name.to_owned()))?;
+        self.used.borrow_mut().insert(name);
         if values.len() != length {
             return Err(PlanError::Shape {
-                what: name.to_owned(),
+                what: name.clone(),
                 actual: vec![values.len()],
                 expected: vec![length],
             });

@@ -11,7 +11,7 @@ use deepsft_geometry::{Maps, Picture, training_camera};
 use deepsft_inference::{
     Added, Architecture, CompactConfig, CompactExecutor, CompactGpuExecutor, Convolution, CpuPlan, Dense, Executor,
     Filters, Gpu, GpuError, GpuPlan, Input, MapId, MapShape, NetworkConfig, PaperConfig, Plan, PlanError, Pool,
-    ResidualGpuExecutor, Stage, Weights,
+    ResidualGpuExecutor, Stage, WeightArray, Weights,
 };
 
 /// The GPU, if there is one.
@@ -255,19 +255,19 @@ fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> 
         } else {
             0.2
         };
-        weights.insert(name, numbers.some(length).iter().map(|w| w * scale).collect());
+        let values = numbers.some(length).iter().map(|w| w * scale).collect();
+        let shape = vec![length];
+        weights.insert(name, WeightArray { shape, values });
     }
 }
 
 /// Weights with which u and v are the image's red and green.
 fn sheet(weights: &Weights, [patch_channels, channels]: [usize; 2]) -> Weights {
-    let mut weights: Weights = weights
-        .iter()
-        .map(|(name, w)| (name.clone(), vec![0.0; w.len()]))
-        .collect();
+    let mut weights = weights.clone();
+    weights.values_mut().for_each(|array| array.values.fill(0.0));
     let mut set = |name: &str, indices: &mut dyn Iterator<Item = usize>, value: f32| {
         let array = weights.get_mut(name).unwrap();
-        indices.for_each(|index| array[index] = value);
+        indices.for_each(|index| array.values[index] = value);
     };
     for k in 0..2 {
         // The mean of the channel k of a patch's pixels, positive; the centre of a filter; the coordinate.

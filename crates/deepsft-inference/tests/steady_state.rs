@@ -4,7 +4,8 @@
 
 use deepsft_geometry::{Maps, Picture, training_camera};
 use deepsft_inference::{
-    Architecture, CompactConfig, Executor, NetworkConfig, PaperConfig, PlanError, R50FConfig, Stage, Weights,
+    Architecture, CompactConfig, Executor, NetworkConfig, PaperConfig, PlanError, R50FConfig, Stage, WeightArray,
+    Weights,
 };
 
 fn config(architecture: Architecture) -> NetworkConfig {
@@ -39,8 +40,9 @@ fn weights(config: &NetworkConfig, image: [usize; 2]) -> Weights {
                 .wrapping_add(1_442_695_040_888_963_407);
             ((state >> 40) as f32 / (1 << 23) as f32 - 1.0) * 0.1
         };
-        let before = weights.insert(name, (0..length).map(next).collect());
-        assert!(before.is_none_or(|before| before.is_empty()));
+        let (shape, values) = (vec![length], (0..length).map(next).collect());
+        let before = weights.insert(name, WeightArray { shape, values });
+        assert!(before.is_none_or(|before| before.values.is_empty()));
     }
 }
 
@@ -81,7 +83,7 @@ fn weights_that_are_absent_or_of_another_shape_are_refused_by_name() {
     };
     let absent = made(&|weights| drop(weights.remove("mask_mix.bias")));
     assert_eq!(absent, PlanError::Missing("mask_mix.bias".to_owned()));
-    let short = made(&|weights| weights.get_mut("main.down8.weight").unwrap().truncate(7));
+    let short = made(&|weights| weights.get_mut("main.down8.weight").unwrap().values.truncate(7));
     assert!(short.to_string().contains("main.down8.weight"), "{short}");
 }
 

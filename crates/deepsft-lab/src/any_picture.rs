@@ -7,10 +7,11 @@ mod training;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use deepsft::{DeviceKind, start_device};
+use deepsft::DeviceKind;
 use deepsft_cli::paths::beside;
 use deepsft_cli::{input, progress};
 use deepsft_formats::{FolderLock, write_file};
+use deepsft_network::start_device;
 use deepsft_train::existing_checkpoints;
 use std::path::PathBuf;
 use training::{Point, Training};

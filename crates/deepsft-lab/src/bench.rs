@@ -1,7 +1,7 @@
 //! `deepsft-lab bench`: how fast this machine is at every part of the work.
 
 mod mesh_times;
-mod plain_arrays;
+pub mod plain_arrays;
 mod throughput;
 mod turns;
 mod workload;

@@ -1,12 +1,19 @@
 //! `deepsft-lab network-time`: what a forward pass costs on this machine's CPU.
 
-use crate::measuring::{Times, cores};
+mod turns;
+
+use crate::bench::plain_arrays;
+use crate::measuring::{Rival, Times, cores};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, Stage, start_device};
+use deepsft::{DeviceKind, FoldedNetwork, Stage};
 use deepsft_cli::network_choice;
+use deepsft_formats::write_file;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps, Picture};
+use deepsft_network::start_device;
+use std::collections::BTreeMap;
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Args)]
@@ -23,17 +30,44 @@ pub struct NetworkTimeArguments {
     /// Passes to take the median of, after one to warm up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     passes: u32,
+    /// Measure nothing; write the network, one image and what it says of it as plain arrays, which other programs can read
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+    /// Name of another program that runs the same network, in turns with our executor on one thread and on all; see `bench`
+    #[arg(long, value_name = "NAME", hide = true, requires = "rival_command")]
+    rival: Option<String>,
+    /// Program and arguments of the rival
+    #[arg(last = true, value_name = "COMMAND", hide = true, requires = "rival")]
+    rival_command: Vec<String>,
+    /// Write the figures of the turns to this file
+    #[arg(long, value_name = "FILE", hide = true, requires = "rival")]
+    json: Option<PathBuf>,
+    /// Be the process that takes turns
+    #[arg(long, hide = true)]
+    take_turns: bool,
 }
 
-/// Runs images through the network, by burn and by the executor if it has one, and prints median times and the peak memory of
+/// Runs images through the network, by burn and by our executor, and prints median times and the peak memory of
 /// this process. Operations are those of plain convolutions, also where the executor saves some.
 pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
     let passes = arguments.passes;
+    if let Some(name) = &arguments.rival {
+        let command = &arguments.rival_command;
+        let turns = turns::measure(&arguments.network, passes, Rival { name, command })?;
+        return match &arguments.json {
+            Some(path) => Ok(write_file(path, &serde_json::to_vec_pretty(&turns)?)?),
+            None => Ok(()),
+        };
+    }
     let network = network_choice::named(&arguments.network)?.fold();
+    if arguments.take_turns {
+        return turns::take(&network.folded(), &image());
+    }
+    if let Some(folder) = &arguments.export {
+        return export(&network.folded(), folder);
+    }
     let (device, description) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-    let image = Picture::from_fn(CANONICAL_WIDTH, CANONICAL_HEIGHT, |x, y| {
-        [(x % 256) as u8, (y % 256) as u8, (x * y % 251) as u8]
-    });
+    let image = image();
     let flops: u64 = network.describe().iter().map(|layer| layer.executed_flops).sum();
     let measured = |way: &str, pass: &mut dyn FnMut() -> Result<()>| -> Result<()> {
         let mut milliseconds = Vec::new();
@@ -62,18 +96,52 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
         pollster::block_on(network.infer(&[&image], &device))?;
         Ok(())
     })?;
-    if let Some(mut executor) = network.executor(CANONICAL_WIDTH, CANONICAL_HEIGHT)? {
-        let mut maps = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
-        measured("our executor", &mut || {
-            executor.run(&image)?;
-            Ok(executor.read(Stage::RegistrationRefinement, None, &mut maps)?)
-        })?;
-    }
+    let mut executor = network.folded().executor([CANONICAL_WIDTH, CANONICAL_HEIGHT])?;
+    let mut maps = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    measured("our executor", &mut || {
+        executor.run(&image)?;
+        Ok(executor.read(Stage::RegistrationRefinement, None, &mut maps)?)
+    })?;
     match peak_bytes() {
         Some(bytes) => println!("peak memory of this process: {:.0} MB", bytes as f64 / 1e6),
         None => println!("peak memory of this process: this system does not report it"),
     }
     Ok(())
+}
+
+fn image() -> Picture {
+    Picture::from_fn(CANONICAL_WIDTH, CANONICAL_HEIGHT, |x, y| {
+        [(x % 256) as u8, (y % 256) as u8, (x * y % 251) as u8]
+    })
+}
+
+/// Writes the network, its image [1, 3, H, W], and what our executor says of all pixels: depth [1, 1, H, W] in mm, (u, v)
+/// [1, 2, H, W].
+fn export(network: &FoldedNetwork, folder: &Path) -> Result<()> {
+    let image = image();
+    let (width, height) = image.size();
+    let mut executor = network.executor([width, height])?;
+    let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
+    executor.run(&image)?;
+    executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)?;
+    let channel = |k: usize| {
+        image
+            .rgb()
+            .chunks_exact(3)
+            .map(move |color| f32::from(color[k]) / 255.0)
+    };
+    let coordinate = |k: usize| (0..width * height).map(move |pixel| (pixel, k));
+    let uv = [0, 1].into_iter().flat_map(coordinate);
+    let arrays = [
+        ("images", vec![1, 3, height, width], (0..3).flat_map(channel).collect()),
+        ("depth_mm", vec![1, 1, height, width], maps.depth().to_vec()),
+        (
+            "uv",
+            vec![1, 2, height, width],
+            uv.map(|(pixel, k)| maps.uv(pixel)[k] as f32).collect(),
+        ),
+    ];
+    plain_arrays::write_network(network, &arrays, BTreeMap::new(), folder)
 }
 
 /// The most memory that this process has held so far, where the system has it in a file (Linux).

@@ -104,6 +104,9 @@ pub enum TrainError {
     /// The core library refused something.
     #[error(transparent)]
     Core(#[from] deepsft::DeepSftError),
+    /// The network or its device refused something.
+    #[error(transparent)]
+    Network(#[from] deepsft_network::NetworkError),
     /// The synthesiser refused something.
     #[error(transparent)]
     Synth(#[from] deepsft_synth::SynthError),

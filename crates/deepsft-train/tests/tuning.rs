@@ -7,8 +7,9 @@ mod common;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use common::{SIZE, copy, frame_of, plane, small_camera, small_compact, template};
-use deepsft::{Architecture, Network, NetworkConfig, PaperConfig};
+use deepsft::{Architecture, NetworkConfig, PaperConfig};
 use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, training_camera};
+use deepsft_network::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Residual,

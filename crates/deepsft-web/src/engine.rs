@@ -10,7 +10,7 @@ use crate::{
     target::{EngineTarget, network_estimate},
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, View,
+    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, UnknownDevice, View,
     geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps},
     start_device,
 };
@@ -47,7 +47,9 @@ impl Engine {
         #[wasm_bindgen(unchecked_param_type = "\"cpu\" | \"webgpu\"")] device: String,
     ) -> Promise {
         settle::promise(async move {
-            let kind: DeviceKind = device.parse().map_err(|error| Failure::of_device(&error))?;
+            let kind: DeviceKind = device
+                .parse()
+                .map_err(|error: UnknownDevice| Failure::of_device(&error.into()))?;
             let bundle = match files.is_undefined() {
                 true => None,
                 false => {

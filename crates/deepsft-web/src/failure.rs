@@ -62,12 +62,13 @@ impl Failure {
         }
     }
 
-    /// A failure of the core while it read a model.
+    /// A failure of the core while it read a model and put it on its device.
     pub fn of_model(error: &DeepSftError) -> Self {
         let code = match error {
             DeepSftError::BundleVersion { .. } | DeepSftError::Format(FormatError::TemplateVersion { .. }) => {
                 Code::ModelVersion
             }
+            DeepSftError::DeviceUnavailable { .. } | DeepSftError::Execution { .. } => return Self::of_device(error),
             _ => Code::ModelCorrupt,
         };
         Self::new(code, format!("The model cannot be used: {error}."))

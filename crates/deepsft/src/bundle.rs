@@ -4,12 +4,10 @@
 //! `weights.bpk` holds the folded weights (burnpack, f16); `template/` is the template.
 
 use crate::error::DeepSftError;
-use crate::network::{Half, Network, NetworkConfig};
-use burn::module::Module;
-use burn::store::{ModuleRecord, burn_pack::Reader};
-use burn::tensor::{Bytes, Device};
+use crate::weights_file::{weights_from_burnpack, weights_to_burnpack};
 use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
 use deepsft_geometry::{Camera, Template};
+use deepsft_inference::{FoldedNetwork, NetworkConfig};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -114,16 +112,15 @@ struct Versioned {
 /// A checked model: network, template, training camera and card.
 #[derive(Clone, Debug)]
 pub struct ModelBundle {
-    network: Network,
+    network: FoldedNetwork,
     template: Template,
     camera: Camera,
     card: ModelCard,
 }
 
 impl ModelBundle {
-    /// Puts a bundle together. `network` is folded and moved to the CPU.
-    pub fn new(network: Network, template: Template, camera: Camera, card: ModelCard) -> Self {
-        let network = network.valid().fold().fork(&Device::flex());
+    /// Puts a bundle together.
+    pub fn new(network: FoldedNetwork, template: Template, camera: Camera, card: ModelCard) -> Self {
         Self {
             network,
             template,
@@ -149,13 +146,13 @@ impl ModelBundle {
         manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
         let (template, camera) = manifest.template(files)?;
         let weights = manifest.listed(files, WEIGHTS_FILE)?;
-        check_weights(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
-        let bytes = Bytes::from_bytes_vec(weights.to_vec());
-        let record = ModuleRecord::from_bytes(bytes).map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
-        let network = Network::new_folded(&manifest.network, &Device::flex());
-        let network = network
-            .try_load_record(record.cast_to_module_dtype())
-            .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
+        let network = FoldedNetwork {
+            weights: weights_from_burnpack(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?,
+            config: manifest.network,
+        };
+        network
+            .check()
+            .map_err(|error| content(WEIGHTS_FILE, error.to_string()))?;
         let Manifest {
             name,
             licence,
@@ -215,12 +212,8 @@ impl ModelBundle {
             reason,
         };
         let mut files = BTreeMap::new();
-        let half = self.network.clone().map(&mut Half);
-        let weights = half
-            .into_record()
-            .into_bytes()
-            .map_err(|e| content(WEIGHTS_FILE, e.to_string()))?;
-        files.insert(WEIGHTS_FILE.to_owned(), weights.to_vec());
+        let weights = weights_to_burnpack(&self.network.weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
+        files.insert(WEIGHTS_FILE.to_owned(), weights);
         for (name, bytes) in template_to_files(&self.template)? {
             files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
         }
@@ -233,7 +226,7 @@ impl ModelBundle {
             format_version: FORMAT_VERSION,
             name: self.card.name.clone(),
             licence: self.card.licence.clone(),
-            network: self.network.config().clone(),
+            network: self.network.config.clone(),
             training_camera: training_camera.map_err(|e| content(MODEL_FILE, e.to_string()))?,
             found: self.card.found,
             provenance: self.card.provenance.clone(),
@@ -261,8 +254,8 @@ impl ModelBundle {
         self.card = card;
     }
 
-    /// The folded network, on the CPU.
-    pub fn network(&self) -> &Network {
+    /// The finished network.
+    pub fn network(&self) -> &FoldedNetwork {
         &self.network
     }
 
@@ -319,18 +312,6 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
         .get(name)
         .map(Vec::as_slice)
         .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
-}
-
-/// Whether all tensors of a file of weights are of floating-point numbers: burn panics where it is to load others into them.
-pub(crate) fn check_weights(bytes: &[u8]) -> Result<(), String> {
-    let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| e.to_string())?;
-    for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
-        let (name, kind, ..) = tensor.into_parts().map_err(|e| e.to_string())?;
-        if !kind.is_float() {
-            return Err(format!("{name} holds {kind:?}, expected floating-point numbers"));
-        }
-    }
-    Ok(())
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {

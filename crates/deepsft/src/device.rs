@@ -1,51 +1,20 @@
-//! Devices to compute on: the CPU everywhere, a GPU where the build and the machine have one.
-//!
-//! This is the only place of the crate that names a backend.
+//! Devices that networks run on: the processor everywhere, a GPU where the build and the machine have one.
 
-use crate::device_kind::DeviceKind;
 use crate::error::DeepSftError;
-use burn::tensor::Device;
-#[cfg(any(feature = "webgpu", feature = "vulkan"))]
-use burn::tensor::{DeviceType, wgpu::WgpuBackend};
-use std::fmt;
-use std::str::FromStr;
+use deepsft_inference::{DeviceDescription, DeviceKind};
 
-/// What stands where a GPU would have its adapter's name.
-const CPU_NAME: &str = "processor";
-
-impl FromStr for DeviceKind {
-    type Err = DeepSftError;
-
-    /// # Errors
-    /// [`DeepSftError::DeviceUnknown`] for another name than those of [`DeviceKind::name`].
-    fn from_str(name: &str) -> Result<Self, DeepSftError> {
-        let known = [Self::Cpu, Self::WebGpu, Self::Vulkan, Self::Cuda];
-        let unknown = || DeepSftError::DeviceUnknown { name: name.to_owned() };
-        known.into_iter().find(|kind| kind.name() == name).ok_or_else(unknown)
-    }
-}
-
-/// What a started device is, for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A started device.
+#[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct DeviceDescription {
-    /// The kind that was asked for.
-    pub kind: DeviceKind,
-    /// The GPU adapter's name as its driver gives it (browsers often give an empty one), or what runs on
-    /// the CPU.
-    pub adapter_name: String,
-    /// Whether the GPU is one that a program on the CPU plays, which is slower than [`DeviceKind::Cpu`].
-    pub software: bool,
+pub enum Device {
+    /// The processor.
+    Cpu,
+    /// A GPU: the browser's WebGPU, natively what the platform offers best.
+    #[cfg(feature = "webgpu")]
+    WebGpu(deepsft_inference::Gpu),
 }
 
-/// The kind and the adapter's name.
-impl fmt::Display for DeviceDescription {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.kind, self.adapter_name)
-    }
-}
-
-/// Starts a device, before the first tensor on it. A second call for the same kind gives the same device.
+/// Starts a device for networks to run on.
 ///
 /// ```
 /// use deepsft::{DeviceKind, start_device};
@@ -55,155 +24,27 @@ impl fmt::Display for DeviceDescription {
 /// ```
 ///
 /// # Errors
-/// [`DeepSftError::DeviceUnavailable`] when this build or this machine has no such device, when it lacks
-/// something burn needs, or when it was lost (a GPU that was reset does not come back within a process;
-/// in a browser, within a page's or worker's WebAssembly instance).
+/// [`DeepSftError::DeviceUnavailable`] when this build or this machine has no such device, or when it is one for training.
 pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription), DeepSftError> {
-    match kind {
-        DeviceKind::Cpu => Ok((Device::flex(), DeviceDescription::new(kind, CPU_NAME))),
-        #[cfg(feature = "webgpu")]
-        DeviceKind::WebGpu => gpu::start(kind, WgpuBackend::Auto).await,
-        #[cfg(feature = "vulkan")]
-        DeviceKind::Vulkan => gpu::start(kind, WgpuBackend::Vulkan).await,
-        #[cfg(feature = "cuda")]
-        DeviceKind::Cuda => cuda::start(),
-        #[allow(unreachable_patterns)] // In a build with all features.
-        kind => Err(absent(kind)),
-    }
-}
-
-/// Starts the first `count` devices of a kind, for a training that divides its batches among them. One is that of
-/// [`start_device`]; several are discrete GPUs in burn's order, started by their first tensor: integrated and software
-/// adapters beside them would hold every step up.
-///
-/// The processor is one device to burn whatever its cores: `count` of [`DeviceKind::Cpu`] are `count` times that one, and
-/// what is shared is work among threads.
-///
-/// # Errors
-/// As [`start_device`]; [`DeepSftError::DevicesTooFew`] when the machine has fewer, with their number.
-pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device>, DeviceDescription), DeepSftError> {
-    if count <= 1 || kind == DeviceKind::Cpu {
-        let (device, description) = start_device(kind).await?;
-        return Ok((vec![device; count.max(1)], description));
-    }
-    let listed: Result<Vec<Device>, _> = match kind {
-        #[cfg(feature = "webgpu")]
-        DeviceKind::WebGpu => Ok(gpu::list(DeviceType::Wgpu, Device::wgpu)),
-        #[cfg(feature = "vulkan")]
-        DeviceKind::Vulkan => Ok(gpu::list(DeviceType::Vulkan, Device::vulkan)),
-        #[cfg(feature = "cuda")]
-        DeviceKind::Cuda => Ok(cuda::list()),
-        kind => Err(absent(kind)),
-    };
-    let mut devices = listed?;
-    if devices.len() < count {
-        return Err(DeepSftError::DevicesTooFew {
-            device: kind,
-            asked: count,
-            found: devices.len(),
-        });
-    }
-    devices.truncate(count);
-    Ok((devices, DeviceDescription::new(kind, format!("{count} GPUs"))))
-}
-
-impl DeviceDescription {
-    /// A device that no program on the CPU plays.
-    fn new(kind: DeviceKind, adapter_name: impl Into<String>) -> Self {
-        Self {
-            kind,
-            adapter_name: adapter_name.into(),
-            software: false,
-        }
-    }
-}
-
-/// This build has nothing for devices of `kind`.
-fn absent(kind: DeviceKind) -> DeepSftError {
-    DeepSftError::DeviceUnavailable {
+    let unavailable = |reason: &str| DeepSftError::DeviceUnavailable {
         device: kind,
-        reason: format!("this build of deepsft has no feature `{kind}`"),
-    }
-}
-
-#[cfg(any(feature = "webgpu", feature = "vulkan"))]
-mod gpu {
-    use super::{Device, DeviceDescription, DeviceKind};
-    use crate::error::DeepSftError;
-    use burn::tensor::wgpu::{WgpuBackend, wgpu};
-    use burn::tensor::{DeviceKind as Adapter, DeviceType};
-    use std::sync::{Mutex, PoisonError};
-
-    /// The GPU devices of this process. burn can start each only once and never gives it up.
-    static STARTED: Mutex<Vec<(Device, DeviceDescription)>> = Mutex::new(Vec::new());
-
-    /// The device of `kind` that `api` offers first.
-    pub(super) async fn start(kind: DeviceKind, api: WgpuBackend) -> Result<(Device, DeviceDescription), DeepSftError> {
-        let unavailable = |reason: String| DeepSftError::DeviceUnavailable { device: kind, reason };
-        if let Some(started) = started(kind) {
-            return match started.0.flush() {
-                Ok(()) => Ok(started),
-                Err(error) => Err(unavailable(format!("the device was lost ({error})"))),
+        reason: reason.to_owned(),
+    };
+    match kind {
+        DeviceKind::Cpu => Ok((Device::Cpu, DeviceDescription::cpu())),
+        #[cfg(feature = "webgpu")]
+        DeviceKind::WebGpu => {
+            let gpu = deepsft_inference::Gpu::start().await;
+            let gpu = gpu.map_err(|error| unavailable(&error.to_string()))?;
+            let description = DeviceDescription {
+                software: gpu.is_software(),
+                ..DeviceDescription::new(kind, gpu.name())
             };
+            Ok((Device::WebGpu(gpu), description))
         }
-        let starting = Device::wgpu_options().graphics_api(api).init_with_setup_async().await;
-        let (device, setup) = match (starting, started(kind)) {
-            (Ok(new), _) => new,
-            // Another caller was faster while this one waited.
-            (Err(_), Some(started)) => return Ok(started),
-            (Err(error), None) => return Err(unavailable(error.to_string())),
-        };
-        let features = setup.adapter.features();
-        if cfg!(target_family = "wasm") && !features.contains(wgpu::Features::TIMESTAMP_QUERY) {
-            // burn would panic at the first tensor: without time stamps it wants to wait, and a browser
-            // must not.
-            return Err(unavailable("the adapter lacks the feature timestamp-query".to_owned()));
+        DeviceKind::Vulkan | DeviceKind::Cuda => {
+            Err(unavailable("it is for training; finished networks run on webgpu"))
         }
-        let adapter = setup.adapter.get_info();
-        let description = DeviceDescription {
-            software: adapter.device_type == wgpu::DeviceType::Cpu,
-            ..DeviceDescription::new(kind, adapter.name)
-        };
-        let mut started = STARTED.lock().unwrap_or_else(PoisonError::into_inner);
-        started.push((device.clone(), description.clone()));
-        Ok((device, description))
-    }
-
-    /// All discrete GPUs of `kind`, which `number` makes of their numbers.
-    pub(super) fn list(kind: DeviceType, number: fn(Adapter) -> Device) -> Vec<Device> {
-        let listed = Device::enumerate(kind).into_vec();
-        let gpus = (0..).map(|gpu| number(Adapter::DiscreteGpu(gpu)));
-        gpus.take_while(|gpu| listed.contains(gpu)).collect()
-    }
-
-    fn started(kind: DeviceKind) -> Option<(Device, DeviceDescription)> {
-        let started = STARTED.lock().unwrap_or_else(PoisonError::into_inner);
-        started
-            .iter()
-            .find(|(_, description)| description.kind == kind)
-            .cloned()
-    }
-}
-
-#[cfg(feature = "cuda")]
-mod cuda {
-    use super::{Device, DeviceDescription, DeviceKind};
-    use crate::error::DeepSftError;
-    use burn::tensor::DeviceType;
-
-    /// The first CUDA device.
-    pub(super) fn start() -> Result<(Device, DeviceDescription), DeepSftError> {
-        let kind = DeviceKind::Cuda;
-        let none = || DeepSftError::DeviceUnavailable {
-            device: kind,
-            reason: "no CUDA device was found".to_owned(),
-        };
-        let device = list().into_iter().next().ok_or_else(none)?;
-        Ok((device, DeviceDescription::new(kind, "CUDA device 0")))
-    }
-
-    /// All CUDA devices.
-    pub(super) fn list() -> Vec<Device> {
-        Device::enumerate(DeviceType::Cuda).into_vec()
+        _ => Err(unavailable("this build of deepsft has no feature `webgpu`")),
     }
 }

@@ -1,8 +1,8 @@
 //! The one error type of this crate.
 
-use crate::device_kind::DeviceKind;
 use deepsft_formats::FormatError;
 use deepsft_geometry::GeometryError;
+use deepsft_inference::{DeviceKind, UnknownDevice};
 use thiserror::Error;
 
 /// What can go wrong between bytes and maps.
@@ -60,11 +60,8 @@ pub enum DeepSftError {
         reason: String,
     },
     /// A device's name is none of those there are.
-    #[error("there is no device {name:?}, only cpu, webgpu, vulkan and cuda")]
-    DeviceUnknown {
-        /// The name met.
-        name: String,
-    },
+    #[error(transparent)]
+    DeviceUnknown(#[from] UnknownDevice),
     /// A device cannot be used in this build or on this machine, or was lost.
     #[error("device {device} is not available: {reason}")]
     DeviceUnavailable {
@@ -72,16 +69,6 @@ pub enum DeepSftError {
         device: DeviceKind,
         /// What the build, the driver or the browser says.
         reason: String,
-    },
-    /// A machine has fewer devices than were asked for.
-    #[error("{asked} devices {device} were asked for, this machine has {found}")]
-    DevicesTooFew {
-        /// Their kind.
-        device: DeviceKind,
-        /// Number asked for.
-        asked: usize,
-        /// Number there is.
-        found: usize,
     },
 }
 

@@ -1,16 +1,16 @@
 //! The estimator: one image and its camera in, maps and a judgement of them out.
 
 use crate::bundle::{FoundRule, MODEL_FILE, ModelBundle, WEIGHTS_FILE};
+use crate::device::Device;
 use crate::error::DeepSftError;
-use crate::network::Network;
 use crate::photo_consistency::TemplateLuminance;
-use burn::module::Module;
-use burn::tensor::Device;
 use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, check_size, remove_islands,
 };
-use deepsft_inference::{CompactExecutor, Stage};
-use std::sync::{Arc, Mutex, PoisonError};
+#[cfg(feature = "webgpu")]
+use deepsft_inference::{CompactGpuExecutor, DeviceKind, GpuError};
+use deepsft_inference::{Executor, FoldedNetwork, PlanError, Stage};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
@@ -39,16 +39,13 @@ pub struct Estimate {
     pub judgement: Judgement,
 }
 
-/// A model on a device. Cheap to call, made once.
+/// A model on a device. Cheap to call, made once; clones share what is in it.
 ///
 /// [`Estimator::estimate`] does a frame; the stages are public so that a caller who has a clock can
 /// time them.
 #[derive(Clone, Debug)]
 pub struct Estimator {
-    network: Network,
-    device: Device,
-    /// Of the networks that the processor runs without burn.
-    executors: Option<Arc<Executors>>,
+    runners: Arc<Runners>,
     canonical: Camera,
     found: FoundRule,
     template: TemplateLuminance,
@@ -57,71 +54,105 @@ pub struct Estimator {
 /// Executors that wait for the next frame; each holds some 25 MB.
 const MOST_IDLE: usize = 2;
 
-/// Executors of one network, one for each caller at a time.
+/// A network on its device.
 #[derive(Debug)]
-struct Executors(Mutex<Vec<CompactExecutor>>);
+enum Runner {
+    Cpu(Executor),
+    #[cfg(feature = "webgpu")]
+    WebGpu(Box<CompactGpuExecutor>),
+}
 
-impl Executors {
-    /// `None` for networks that only burn runs.
-    fn of(network: &Network) -> Result<Option<Self>, DeepSftError> {
-        let first = Self::new_executor(network)?;
-        Ok(first.map(|executor| Self(Mutex::new(vec![executor]))))
-    }
-
-    fn new_executor(network: &Network) -> Result<Option<CompactExecutor>, DeepSftError> {
-        let made = network.executor(CANONICAL_WIDTH, CANONICAL_HEIGHT);
-        made.map_err(|error| DeepSftError::BundleContent {
+impl Runner {
+    fn new(network: &FoldedNetwork, device: &Device) -> Result<Self, DeepSftError> {
+        let image = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+        let refused = |error: PlanError| DeepSftError::BundleContent {
             file: WEIGHTS_FILE.to_owned(),
             reason: error.to_string(),
-        })
+        };
+        match device {
+            Device::Cpu => Ok(Self::Cpu(network.executor(image).map_err(refused)?)),
+            #[cfg(feature = "webgpu")]
+            Device::WebGpu(gpu) => match CompactGpuExecutor::new(gpu, &network.config, image, &network.weights) {
+                Ok(executor) => Ok(Self::WebGpu(Box::new(executor))),
+                Err(GpuError::Plan(PlanError::Architecture(name))) => Err(DeepSftError::DeviceUnavailable {
+                    device: DeviceKind::WebGpu,
+                    reason: format!("networks of the architecture {name} run on the processor only"),
+                }),
+                Err(GpuError::Plan(error)) => Err(refused(error)),
+                Err(error) => Err(failed(&error)),
+            },
+        }
     }
 
     /// The maps of each of `stages`.
-    fn infer(
-        &self,
-        network: &Network,
+    async fn infer(
+        &mut self,
         canonical: &Picture,
         stages: &[Stage],
         seen: Option<&[bool]>,
     ) -> Result<Vec<Maps>, DeepSftError> {
-        let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let free = idle().pop();
-        let executor = free.map_or_else(|| Self::new_executor(network), |free| Ok(Some(free)))?;
-        let mut executor = executor.ok_or_else(|| DeepSftError::Execution {
-            reason: "the network has no executor".to_owned(),
-        })?;
-        let read = Self::run(&mut executor, canonical, stages, seen);
-        let mut idle = idle();
-        if idle.len() < MOST_IDLE {
-            idle.push(executor);
+        match self {
+            Self::Cpu(executor) => executor.run(canonical)?,
+            #[cfg(feature = "webgpu")]
+            Self::WebGpu(executor) => executor.run(canonical).await.map_err(|error| failed(&error))?,
         }
-        read
-    }
-
-    fn run(
-        executor: &mut CompactExecutor,
-        canonical: &Picture,
-        stages: &[Stage],
-        seen: Option<&[bool]>,
-    ) -> Result<Vec<Maps>, DeepSftError> {
-        executor.run(canonical)?;
         let read = |&stage: &Stage| {
             let mut maps = Maps::empty(canonical.width(), canonical.height());
-            executor.read(stage, seen, &mut maps)?;
+            match self {
+                Self::Cpu(executor) => executor.read(stage, seen, &mut maps)?,
+                #[cfg(feature = "webgpu")]
+                Self::WebGpu(executor) => executor.read(stage, seen, &mut maps)?,
+            }
             Ok(maps)
         };
         stages.iter().map(read).collect()
     }
+}
 
-    fn infer_stages(
+#[cfg(feature = "webgpu")]
+fn failed(error: &GpuError) -> DeepSftError {
+    DeepSftError::Execution {
+        reason: error.to_string(),
+    }
+}
+
+/// Runners of one network, one for each caller at a time.
+#[derive(Debug)]
+struct Runners {
+    network: FoldedNetwork,
+    device: Device,
+    idle: Mutex<Vec<Runner>>,
+}
+
+impl Runners {
+    fn new(network: FoldedNetwork, device: Device) -> Result<Self, DeepSftError> {
+        let first = Runner::new(&network, &device)?;
+        Ok(Self {
+            network,
+            device,
+            idle: Mutex::new(vec![first]),
+        })
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Runner>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The maps of each of `stages`.
+    async fn infer(
         &self,
-        network: &Network,
         canonical: &Picture,
+        stages: &[Stage],
         seen: Option<&[bool]>,
-    ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
-        let stages = network.stages();
-        let maps = self.infer(network, canonical, stages, seen)?;
-        Ok(stages.iter().copied().zip(maps).collect())
+    ) -> Result<Vec<Maps>, DeepSftError> {
+        let free = self.idle().pop();
+        let mut runner = free.map_or_else(|| Runner::new(&self.network, &self.device), Ok)?;
+        let read = runner.infer(canonical, stages, seen).await;
+        let mut idle = self.idle();
+        if idle.len() < MOST_IDLE {
+            idle.push(runner);
+        }
+        read
     }
 }
 
@@ -129,7 +160,9 @@ impl Estimator {
     /// Puts the model of `bundle` on `device`.
     ///
     /// # Errors
-    /// [`DeepSftError::BundleContent`] when the bundle's training camera has no 480 x 270 image.
+    /// [`DeepSftError::BundleContent`] when the bundle's training camera has no 480 x 270 image,
+    /// [`DeepSftError::DeviceUnavailable`] for a network other than the compact one on a GPU, [`DeepSftError::Execution`]
+    /// when the GPU is lost.
     pub fn new(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
         let size = (bundle.camera().width() as usize, bundle.camera().height() as usize);
         if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
@@ -139,16 +172,8 @@ impl Estimator {
                 reason,
             });
         }
-        let network = bundle.network();
-        let executors = if *device == Device::flex() {
-            Executors::of(network)?.map(Arc::new)
-        } else {
-            None
-        };
         Ok(Self {
-            network: network.clone().fork(device),
-            device: device.clone(),
-            executors,
+            runners: Arc::new(Runners::new(bundle.network().clone(), device.clone())?),
             canonical: *bundle.camera(),
             found: bundle.card().found,
             template: TemplateLuminance::new(bundle.template().texture()),
@@ -157,7 +182,7 @@ impl Estimator {
 
     /// Number of weights.
     pub fn parameters(&self) -> usize {
-        self.network.num_params()
+        self.runners.network.parameters()
     }
 
     /// The camera of canonical images and maps.
@@ -180,10 +205,8 @@ impl Estimator {
     /// device fails.
     pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
         self.check_canonical(canonical)?;
-        let mut maps = match &self.executors {
-            Some(executors) => executors.infer(&self.network, canonical, &[Stage::RegistrationRefinement], None)?,
-            None => self.network.infer(&[canonical], &self.device).await?,
-        };
+        let answer = [Stage::RegistrationRefinement];
+        let mut maps = self.runners.infer(canonical, &answer, None).await?;
         let mut maps = maps
             .pop()
             .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
@@ -191,17 +214,16 @@ impl Estimator {
         Ok(maps)
     }
 
-    /// Stage 2 taken apart, for ablations: the maps that the network has after each of its blocks, see
-    /// [`Network::infer_stages`], small islands removed. The last are those of [`Estimator::infer`].
+    /// Stage 2 taken apart, for ablations: the maps that the network has after each of its blocks, small islands removed. The last
+    /// are those of [`Estimator::infer`].
+    ///
+    /// The compact network's mask does not depend on the stage. That of the paper's network is where the depth of the same
+    /// stage says that something is seen.
     ///
     /// # Errors
     /// As [`Estimator::infer`].
     pub async fn infer_stages(&self, canonical: &Picture) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
-        self.check_canonical(canonical)?;
-        let mut stages = match &self.executors {
-            Some(executors) => executors.infer_stages(&self.network, canonical, None)?,
-            None => self.network.infer_stages(canonical, &self.device).await?,
-        };
+        let mut stages = self.at_stages(canonical, None).await?;
         for (_, maps) in &mut stages {
             remove_islands(maps, LEAST_PIECE);
         }
@@ -218,16 +240,19 @@ impl Estimator {
         canonical: &Picture,
         seen: &[bool],
     ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
+        self.at_stages(canonical, Some(seen)).await
+    }
+
+    async fn at_stages(&self, canonical: &Picture, seen: Option<&[bool]>) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         self.check_canonical(canonical)?;
-        match &self.executors {
-            Some(executors) => executors.infer_stages(&self.network, canonical, Some(seen)),
-            None => self.network.infer_stages_where(canonical, seen, &self.device).await,
-        }
+        let stages = self.stages();
+        let maps = self.runners.infer(canonical, stages, seen).await?;
+        Ok(stages.iter().copied().zip(maps).collect())
     }
 
     /// The stages of [`Estimator::infer_stages`].
     pub fn stages(&self) -> &'static [Stage] {
-        self.network.stages()
+        self.runners.network.config.architecture.stages()
     }
 
     fn check_canonical(&self, picture: &Picture) -> Result<(), DeepSftError> {

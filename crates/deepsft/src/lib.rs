@@ -1,5 +1,5 @@
-//! Shape-from-Template from one image or video: network, model bundle, canonical warp, estimator, and [`video`], which runs
-//! the network beside the tracker.
+//! Shape-from-Template from one image or video: model bundle, canonical warp, estimator, finders, and [`video`], which runs
+//! the finders beside the tracker.
 //!
 //! The same code runs natively and in WebAssembly. Nothing here opens a file, reads a clock or
 //! fetches: bundles and pictures come as bytes, devices are started by [`start_device`].
@@ -8,13 +8,12 @@
 
 mod bundle;
 mod device;
-mod device_kind;
 mod error;
 mod estimator;
 mod finding;
-mod network;
 mod photo_consistency;
 pub mod video;
+mod weights_file;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance, WEIGHTS_FILE};
 pub use deepsft_finding as features;
@@ -24,19 +23,16 @@ pub use deepsft_formats::{
     mesh_to_obj, parse_camera, template_to_files,
 };
 pub use deepsft_geometry as geometry;
-pub use deepsft_inference::{CompactExecutor, PlanError, Stage};
-pub use device::{DeviceDescription, start_device, start_devices};
-pub use device_kind::DeviceKind;
+pub use deepsft_inference::{
+    Architecture, CompactConfig, DepthRange, DeviceDescription, DeviceKind, Executor, FoldedNetwork, NetworkConfig,
+    PaperConfig, PlanError, R50FConfig, Stage, UnknownDevice, WeightArray, Weights,
+};
+pub use device::{Device, start_device};
 pub use error::DeepSftError;
 pub use estimator::{Estimate, Estimator, Judgement};
 pub use finding::{
     DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetEstimate, TargetFinder,
     View, is_found,
 };
-pub use network::{
-    Architecture, Block, CompactConfig, CompactNetwork, DESCRIPTOR_LENGTH, DepthRange, DescriptorNetwork,
-    INPUT_MULTIPLE, LayerDescription, Network, NetworkConfig, NetworkMaps, NetworkOutput, OUTSIDE, PIXELS_PER_CELL,
-    PaperConfig, PaperNetwork, R50FConfig, R50FNetwork, SEAM_JUMP, WeightArray, cross_entropy, images_to_tensor,
-    layer_table, pictures_to_tensor,
-};
 pub use photo_consistency::TemplateLuminance;
+pub use weights_file::{weights_from_burnpack, weights_to_burnpack};

@@ -8,7 +8,7 @@ from onnx import TensorProto, helper
 from network_onnx import OPSET, Graph
 from plain_arrays import Arrays
 
-MAPS = {"paper": ["main", "depth", "registration"], "r50f": ["maps"]}
+MAPS = {"paper": ["depth", "registration"], "r50f": ["maps"]}
 """What the graphs say of every pixel."""
 
 

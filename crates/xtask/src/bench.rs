@@ -29,10 +29,19 @@ pub struct Options {
     pub browser: bool,
     /// Whether to install ONNX Runtime (for completion libigl) and measure it too.
     pub rivals: bool,
-    /// Measure ARAP completion beside libigl, and nothing else.
-    pub only_completion: bool,
+    /// Measure this, and nothing else.
+    pub only: Option<Only>,
     /// Frames for each median.
     pub runs: u32,
+}
+
+/// What can be measured alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Only {
+    /// ARAP completion beside libigl.
+    Completion,
+    /// The paper's network and R50F beside ONNX Runtime.
+    Architectures,
 }
 
 impl Default for Options {
@@ -43,7 +52,7 @@ impl Default for Options {
             build: true,
             browser: true,
             rivals: true,
-            only_completion: false,
+            only: None,
             runs: 21,
         }
     }
@@ -71,8 +80,9 @@ impl Options {
                 "--no-browser" => options.browser = false,
                 "--no-onnxruntime" | "--no-libigl" => options.rivals = false,
                 "--only" => match value()?.as_str() {
-                    "completion" => options.only_completion = true,
-                    other => anyhow::bail!("--only {other}: there is only `completion`"),
+                    "completion" => options.only = Some(Only::Completion),
+                    "architectures" => options.only = Some(Only::Architectures),
+                    other => anyhow::bail!("--only {other}: there are `completion` and `architectures`"),
                 },
                 other => anyhow::bail!("cargo xtask bench does not know {other:?}"),
             }
@@ -90,8 +100,17 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     let target_folder = tools::target_folder(root)?;
     let folder = target_folder.join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
-    if options.only_completion {
-        return completion::run(root, &target_folder, &folder, options);
+    match options.only {
+        Some(Only::Completion) => return completion::run(root, &target_folder, &folder, options),
+        Some(Only::Architectures) => {
+            if options.build {
+                build_program(root)?;
+            }
+            let rivals = Rivals::install(root, &folder, false)?;
+            let figures = architectures(&rivals, &target_folder, &folder, options.runs)?;
+            return write(root, options, &folder, &figures);
+        }
+        None => {}
     }
     let model = root.join(&options.model);
     let model = model
@@ -122,7 +141,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     tools::run(lab().arg("--export").arg(&exported))?;
     let agreement = rivals
         .as_ref()
-        .map(|rivals| rivals.write_network(&exported))
+        .map(|rivals| rivals.write_network(&exported, rivals.network()))
         .transpose()?;
 
     let native_json = folder.join("native.json");
@@ -131,7 +150,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         .args(["--runs", &options.runs.to_string(), "--json"])
         .arg(&native_json);
     if let (Some(rivals), Some(agreement)) = (&rivals, &agreement) {
-        rivals.compete(&mut native, agreement, &exported);
+        rivals.compete(&mut native, agreement, &exported, rivals.network());
     }
     println!();
     tools::run(&mut native)?;
@@ -153,19 +172,49 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     let downloads = download::sizes(root, &manifest, &model, rivals.as_ref())?;
     download::print(&downloads);
 
+    let rivals = rivals.as_ref();
+    let architectures = rivals.map(|rivals| architectures(rivals, &target_folder, &folder, options.runs));
+
     let figures = json!({
         "native": native,
         "agreement_with_onnxruntime": agreement,
+        "architectures": architectures.transpose()?,
         "browser": in_browser,
         "downloads": downloads,
     });
+    write(root, options, &folder, &figures)
+}
+
+fn write(root: &Path, options: &Options, folder: &Path, figures: &Value) -> Result<()> {
     let file = match &options.json {
         Some(file) => root.join(file),
         None => folder.join("bench.json"),
     };
-    fs::write(&file, serde_json::to_vec_pretty(&figures)?).with_context(|| format!("writing {}", file.display()))?;
+    fs::write(&file, serde_json::to_vec_pretty(figures)?).with_context(|| format!("writing {}", file.display()))?;
     println!("\nall figures: {}", file.display());
     Ok(())
+}
+
+/// The paper's network and R50F, untrained, in turns with ONNX Runtime on the same weights.
+fn architectures(rivals: &Rivals, target_folder: &Path, folder: &Path, runs: u32) -> Result<Value> {
+    let measure = |name: &str| -> Result<Value> {
+        let lab = || {
+            let mut command = program(target_folder);
+            command.args(["network-time", name]);
+            command
+        };
+        let [exported, graph, json] = ["network", "onnx", "json"].map(|kind| folder.join(format!("{name}.{kind}")));
+        println!();
+        tools::run(lab().arg("--export").arg(&exported))?;
+        let agreement = rivals.write_network(&exported, &graph)?;
+        let mut turns = lab();
+        turns.args(["--passes", &runs.to_string(), "--json"]).arg(&json);
+        rivals.compete(&mut turns, &agreement, &exported, &graph);
+        tools::run(&mut turns)?;
+        let turns: Value = serde_json::from_slice(&web::read(&json)?)?;
+        Ok(json!({ "agreement_with_onnxruntime": agreement, "turns": turns }))
+    };
+    Ok(json!({ "paper": measure("paper")?, "r50f": measure("r50f")? }))
 }
 
 /// What follows the network, natively and in the browser, both on one thread.
@@ -260,7 +309,7 @@ mod tests {
     #[test]
     fn completion_can_be_measured_alone_with_and_without_libigl() {
         let options = parse("--only completion --no-libigl").unwrap();
-        assert!(options.only_completion && !options.rivals);
+        assert!(options.only == Some(Only::Completion) && !options.rivals);
         assert!(parse("--only completion").unwrap().rivals);
         let root = crate::workspace_root().unwrap();
         let pinned = rivals::pinned_python(&root, completion::REQUIREMENTS, "libigl").unwrap();

@@ -47,6 +47,9 @@ Tasks of the DeepSfT workspace
         --no-browser      leave the browser out
         --no-onnxruntime  leave ONNX Runtime out
 
+    cargo xtask bench --only architectures [--json FILE] [--runs N] [--no-build]
+        Measures the paper's network and R50F, untrained, beside ONNX Runtime with the same weights.
+
     cargo xtask bench --only completion [--json FILE] [--runs N] [--no-build] [--no-libigl]
         Measures ARAP completion on meshes of 1,500 to 40,000 faces beside libigl (installed below the target
         folder; needs Python): energy, precompute, a frame with a new visible set, a warm-started frame.

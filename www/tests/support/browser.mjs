@@ -30,15 +30,13 @@ const SCREENSHOTS = join(WWW, "tests", "screenshots");
  * @param {object} [options]
  * @param {boolean} [options.webgpu] whether there is an adapter
  * @param {string} [options.camera] a .y4m file that the camera shows; no camera without
- * @param {string} [options.profile] a folder for what the browser keeps; a browser context comes back then
  */
-export async function launch({ webgpu = true, camera, profile } = {}) {
+export async function launch({ webgpu = true, camera } = {}) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
   if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
-  const options = { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
-  return profile === undefined ? chromium.launch(options) : chromium.launchPersistentContext(profile, options);
+  return chromium.launch({ executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 });
 }
 
 /**

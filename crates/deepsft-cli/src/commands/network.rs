@@ -3,7 +3,7 @@
 use crate::network_choice;
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft::layer_table;
+use deepsft_network::layer_table;
 
 #[derive(Subcommand)]
 pub enum NetworkCommand {

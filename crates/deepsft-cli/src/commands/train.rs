@@ -14,7 +14,8 @@ use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
 use bundle_folder::BUNDLE_FOLDER;
 use data_sets::DataSets;
-use deepsft::{ModelBundle, start_devices};
+use deepsft::ModelBundle;
+use deepsft_network::start_devices;
 use deepsft_train::{Precision, existing_checkpoints};
 use plan::Plan;
 use std::sync::Arc;
@@ -92,8 +93,9 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
 
 /// Checks that the network has the blocks that are to be trained.
 fn check_blocks(bundle: &ModelBundle, plan: &Plan<'_>) -> Result<()> {
+    let stages = bundle.network().config.architecture.stages();
     for step in &plan.steps {
-        if bundle.network().block_parameters(step.block()) == 0 {
+        if !stages.contains(&step.block().stage()) {
             bail!(
                 "its network has no {}, which step {} trains",
                 step.block().name(),

@@ -1,10 +1,11 @@
 //! What the tests of the command share: running it, and inputs for it.
 
 use deepsft::{
-    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig,
-    Provenance, encode_png, start_device, template_to_files,
+    Accuracy, Architecture, CompactConfig, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance,
+    encode_png, template_to_files,
 };
 use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_network::{Network, start_device};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
@@ -113,7 +114,7 @@ pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),
     };
-    let bundle = ModelBundle::new(network, template(), camera, card);
+    let bundle = ModelBundle::new(network.folded(), template(), camera, card);
     write_files(&folder.join(name), &bundle.to_files().unwrap());
 }
 

@@ -1,6 +1,7 @@
 //! The compact network: its plan, and the arithmetic between its convolutions.
 
 mod depths;
+mod descriptors;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod network;
@@ -14,12 +15,14 @@ pub use gpu::CompactGpuExecutor;
 
 use crate::config::NetworkConfig;
 use crate::cpu::{CpuPlan, awake};
-use crate::plan::{MapShape, PlanError};
+use crate::plan::PlanError;
 use crate::stage::Stage;
 use crate::weights::Weights;
 use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
 use depths::{DepthMeasure, MEASURED, departures, weighed};
-use network::{CompactPlan, PATCH};
+pub use descriptors::{DESCRIPTOR_LENGTH, DescriptorExecutor, Similarities};
+pub(crate) use network::CompactPlan;
+use network::{PATCH, write_patches};
 use positions::{Between, cells, expected_coordinate, interpolated, upsampled};
 use pulp::Arch;
 use reading::Reading;
@@ -94,7 +97,7 @@ impl CompactExecutor {
     }
 
     fn run_through(&mut self, image: &Picture) {
-        self.write_patches(image);
+        write_patches(&mut self.cpu, self.network.image, image);
         let [depth, registration] = self.network.marks;
         self.cpu.run(0..depth);
         self.read_main();
@@ -130,27 +133,6 @@ impl CompactExecutor {
         let (logits, pitch) = (self.cpu.values(self.network.mask), self.cpu.pitch(self.network.mask));
         self.reading
             .read(stage, seen, |patch, within| logits[patch * pitch + within], maps)
-    }
-
-    /// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
-    fn write_patches(&mut self, image: &Picture) {
-        let (MapShape { width, .. }, pitch) = (self.cpu.shape(self.network.image), self.cpu.pitch(self.network.image));
-        let values = self.cpu.values_mut(self.network.image);
-        let line = 3 * image.width();
-        for (index, patch) in values.chunks_exact_mut(pitch).enumerate() {
-            let (left, top) = (PATCH * (index % width), PATCH * (index / width));
-            for row in 0..PATCH {
-                let known = image.rgb().get((top + row) * line..).unwrap_or_default();
-                let known = &known[..known.len().min(line)];
-                let known = known.get(3 * left..).unwrap_or_default();
-                for column in 0..PATCH {
-                    for channel in 0..3 {
-                        let value = known.get(3 * column + channel).copied().unwrap_or_default();
-                        patch[(channel * PATCH + row) * PATCH + column] = f32::from(value) * (4.0 / 255.0) - 2.0;
-                    }
-                }
-            }
-        }
     }
 
     /// Coordinates of cells from bins and offsets, and how much the mask shows of each.

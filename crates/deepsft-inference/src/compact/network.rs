@@ -2,8 +2,10 @@
 
 use super::positions::cells;
 use crate::config::{Architecture, CompactConfig, NetworkConfig};
+use crate::cpu::CpuPlan;
 use crate::plan::{Added, MapId, MapShape, Plan, PlanError, plain, relu};
 use crate::weights::{Builder, Weights};
+use deepsft_geometry::Picture;
 
 /// Side of a patch, pixels.
 pub(super) const PATCH: usize = 4;
@@ -13,10 +15,10 @@ pub(super) const CUES: usize = 7;
 
 /// What relu is multiplied by in training (Brock et al. 2021, "Characterizing signal propagation in normalizer-free networks"). Here the
 /// filters behind it are.
-const RELU_GAIN: f32 = 1.713_958_7;
+pub(super) const RELU_GAIN: f32 = 1.713_958_7;
 
 /// The plan and the maps at which the caller reads and writes.
-pub(super) struct CompactPlan {
+pub(crate) struct CompactPlan {
     pub(super) plan: Plan,
     pub(super) layers: CompactConfig,
     /// Patches of the image, 48 numbers each; the caller's.
@@ -39,7 +41,7 @@ impl CompactPlan {
     /// # Errors
     /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture, for an image without
     /// pixels, and for fewer than 2 bins.
-    pub(super) fn new(image: [usize; 2], config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
+    pub(crate) fn new(image: [usize; 2], config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
         let Architecture::Compact(shape) = &config.architecture else {
             return Err(PlanError::Architecture(config.architecture.name()));
         };
@@ -54,34 +56,17 @@ impl CompactPlan {
         }
         let mut builder = Builder::new(weights, RELU_GAIN);
         let [rows, columns] = cells(image);
-        let patches = MapShape {
-            channels: 3 * PATCH * PATCH,
-            height: 2 * rows,
-            width: 2 * columns,
-        };
-        let image = builder.plan.input(patches);
-        let [c4, c8, c16, c32] = shape.channels;
-
-        let patches = builder.relu_layer(&[plain(image)], "main.patch", [c4, 1, 1], None)?;
-        let at8 = builder.layer(&[plain(patches)], "main.down8", [c8, 3, 2], None)?;
-        let at8 = block(&mut builder, at8, "main.encode8", c8)?;
-        let at16 = builder.layer(&[relu(at8)], "main.down16", [c16, 3, 2], None)?;
-        let at16 = block(&mut builder, at16, "main.encode16", c16)?;
-        let mut at32 = builder.layer(&[relu(at16)], "main.down32", [c32, 3, 2], None)?;
-        for k in 0..shape.blocks_at_32 {
-            at32 = block(&mut builder, at32, &format!("main.encode32.{k}"), c32)?;
-        }
-        let lateral = builder.layer(&[relu(at32)], "main.lateral16", [c16, 1, 1], None)?;
-        let at16 = builder.plan.add(at16, Added::doubled(lateral))?;
-        let at16 = block(&mut builder, at16, "main.decode16", c16)?;
+        let Trunk {
+            image,
+            patches,
+            at16,
+            at8,
+        } = Trunk::new(&mut builder, image, shape)?;
         let bins = builder.stacked(
             &[relu(at16)],
             &["main.bins.0", "main.bins.1", "main.bins.2"],
             &shape.bins,
         )?;
-        let lateral = builder.layer(&[relu(at16)], "main.lateral8", [c8, 1, 1], None)?;
-        let at8 = builder.plan.add(at8, Added::doubled(lateral))?;
-        let at8 = block(&mut builder, at8, "main.decode8", c8)?;
         let offset = builder.layer(&[relu(at8)], "main.offset", [3, 1, 1], None)?;
 
         let width = shape.mask_channels;
@@ -111,7 +96,7 @@ impl CompactPlan {
         let depth = refine("depth_refinement", 4)?;
         let registration = refine("registration_refinement", 2)?;
         Ok(Self {
-            plan: builder.plan,
+            plan: builder.finish()?,
             layers: shape.clone(),
             image,
             bins,
@@ -121,6 +106,71 @@ impl CompactPlan {
             corrections: [depth.2, registration.2],
             marks: [depth.0, registration.0],
         })
+    }
+}
+
+/// The main block without its heads.
+pub(super) struct Trunk {
+    /// Patches of the image, 48 numbers each; the caller's.
+    pub(super) image: MapId,
+    /// The first layer's result, rectified, stride 4.
+    pub(super) patches: MapId,
+    /// Features at strides 16 and 8.
+    pub(super) at16: MapId,
+    pub(super) at8: MapId,
+}
+
+impl Trunk {
+    pub(super) fn new(builder: &mut Builder<'_>, image: [usize; 2], shape: &CompactConfig) -> Result<Self, PlanError> {
+        let [rows, columns] = cells(image);
+        let image = builder.plan.input(MapShape {
+            channels: 3 * PATCH * PATCH,
+            height: 2 * rows,
+            width: 2 * columns,
+        });
+        let [c4, c8, c16, c32] = shape.channels;
+        let patches = builder.relu_layer(&[plain(image)], "main.patch", [c4, 1, 1], None)?;
+        let at8 = builder.layer(&[plain(patches)], "main.down8", [c8, 3, 2], None)?;
+        let at8 = block(builder, at8, "main.encode8", c8)?;
+        let at16 = builder.layer(&[relu(at8)], "main.down16", [c16, 3, 2], None)?;
+        let at16 = block(builder, at16, "main.encode16", c16)?;
+        let mut at32 = builder.layer(&[relu(at16)], "main.down32", [c32, 3, 2], None)?;
+        for k in 0..shape.blocks_at_32 {
+            at32 = block(builder, at32, &format!("main.encode32.{k}"), c32)?;
+        }
+        let lateral = builder.layer(&[relu(at32)], "main.lateral16", [c16, 1, 1], None)?;
+        let at16 = builder.plan.add(at16, Added::doubled(lateral))?;
+        let at16 = block(builder, at16, "main.decode16", c16)?;
+        let lateral = builder.layer(&[relu(at16)], "main.lateral8", [c8, 1, 1], None)?;
+        let at8 = builder.plan.add(at8, Added::doubled(lateral))?;
+        let at8 = block(builder, at8, "main.decode8", c8)?;
+        Ok(Self {
+            image,
+            patches,
+            at16,
+            at8,
+        })
+    }
+}
+
+/// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
+pub(super) fn write_patches(cpu: &mut CpuPlan, map: MapId, image: &Picture) {
+    let (MapShape { width, .. }, pitch) = (cpu.shape(map), cpu.pitch(map));
+    let values = cpu.values_mut(map);
+    let line = 3 * image.width();
+    for (index, patch) in values.chunks_exact_mut(pitch).enumerate() {
+        let (left, top) = (PATCH * (index % width), PATCH * (index / width));
+        for row in 0..PATCH {
+            let known = image.rgb().get((top + row) * line..).unwrap_or_default();
+            let known = &known[..known.len().min(line)];
+            let known = known.get(3 * left..).unwrap_or_default();
+            for column in 0..PATCH {
+                for channel in 0..3 {
+                    let value = known.get(3 * column + channel).copied().unwrap_or_default();
+                    patch[(channel * PATCH + row) * PATCH + column] = f32::from(value) * (4.0 / 255.0) - 2.0;
+                }
+            }
+        }
     }
 }
 

@@ -45,6 +45,11 @@ pub(crate) fn in_bands<T: Send>(
     }
 }
 
+/// How often a thread looks for work before it lets other programs go first: some milliseconds, longer than what one
+/// thread does alone between two layers.
+#[cfg(not(target_family = "wasm"))]
+const TRIES: u32 = 20_000;
+
 /// Does `work` in rayon's pool and keeps `threads` of its threads awake meanwhile: what is shared in bands takes less time than
 /// a thread needs to wake up.
 #[cfg(not(target_family = "wasm"))]
@@ -61,9 +66,15 @@ pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) ->
             rayon::join(|| wait(1, done), || wait(threads - 1, done));
             return;
         }
+        let mut in_vain = 0;
         while !done.load(Ordering::Acquire) {
-            if rayon::yield_now() != Some(rayon::Yield::Executed) {
+            if rayon::yield_now() == Some(rayon::Yield::Executed) {
+                in_vain = 0;
+            } else if in_vain < TRIES {
+                in_vain += 1;
                 std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
             }
         }
     }

@@ -13,7 +13,8 @@ use crate::plan::{MapId, PlanError};
 use crate::stage::Stage;
 use crate::weights::Weights;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, Maps, Picture, check_size};
-use network::{ResidualPlan, Said};
+pub(crate) use network::ResidualPlan;
+use network::Said;
 use std::fmt;
 
 /// Depth beyond which something is seen: halfway between the -1 outside and the near end of the range.

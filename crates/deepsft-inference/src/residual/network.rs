@@ -6,7 +6,7 @@ use crate::weights::{Builder, Shape, Weights};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
 /// A plan and where it is written and read.
-pub(super) struct ResidualPlan {
+pub(crate) struct ResidualPlan {
     pub(super) plan: Plan,
     /// The image, the caller's: values -1..=1.
     pub(super) image: MapId,
@@ -55,7 +55,7 @@ impl Said {
 }
 
 impl ResidualPlan {
-    pub(super) fn new(config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
+    pub(crate) fn new(config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
         match &config.architecture {
             Architecture::Paper(layers) => Self::paper(layers, weights),
             Architecture::R50F(layers) => Self::r50f(layers, weights),
@@ -63,7 +63,7 @@ impl ResidualPlan {
         }
     }
 
-    fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
+    pub(crate) fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
@@ -75,11 +75,11 @@ impl ResidualPlan {
             depth,
             correction,
         };
-        let plan = network.builder.plan;
+        let plan = network.builder.finish()?;
         Ok(Self { plan, image, said })
     }
 
-    fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
+    pub(crate) fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
         use Resizing::{Kept, Stride};
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
@@ -91,7 +91,7 @@ impl ResidualPlan {
         let neurons = config.neurons / config.width_divisor;
         let x = network.dense("neurons", x.map, neurons, true)?;
         let said = Said::Planes(network.dense("maps", x, MAP_VALUES, false)?);
-        let plan = network.builder.plan;
+        let plan = network.builder.finish()?;
         Ok(Self { plan, image, said })
     }
 }

@@ -3,8 +3,8 @@
 use super::pairs::{CELL, Pair, VIEW, WINDOW};
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
-use deepsft::DescriptorNetwork;
 use deepsft_geometry::glam::DVec2;
+use deepsft_network::DescriptorNetwork;
 
 /// Cells of a view in a row, of a view, and of a window.
 const SIDE: usize = VIEW[0] / CELL;

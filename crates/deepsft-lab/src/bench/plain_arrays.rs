@@ -2,10 +2,11 @@
 
 use super::workload::{self, compact_network};
 use anyhow::{Result, anyhow};
-use deepsft::{CompactNetwork, DeviceKind, ModelBundle, NetworkConfig, encode_png, images_to_tensor, start_device};
+use deepsft::{DeviceKind, FoldedNetwork, ModelBundle, NetworkConfig, encode_png};
 use deepsft_cli::input;
 use deepsft_formats::{FolderKind, write_folder};
 use deepsft_geometry::Picture;
+use deepsft_network::{CompactNetwork, images_to_tensor, start_device};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,7 +60,7 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let canonical = estimator.canonical_image(image, &workload::camera(bundle)?)?;
     let images = images_to_tensor(&[&canonical], &device);
-    let output = compact_network(bundle)?.forward(images.clone());
+    let output = compact_network(bundle, &device)?.forward(images.clone());
     let [u, v, d] = output.bins;
     let pixels = CompactNetwork::at_pixels(output.refined.clone());
     let tensors = [
@@ -72,42 +73,51 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
         ("pixels", pixels),
         ("mask", output.mask),
     ];
-    let mut values = Values::default();
-    let weights = bundle.network().weight_arrays().into_iter();
-    let weights = weights
-        .map(|array| values.add(array.name, array.shape, &array.values))
-        .collect();
-    let mut entries = Vec::new();
+    let mut arrays = Vec::new();
     for (name, tensor) in tensors {
         let shape = tensor.dims().to_vec();
         let read = tensor
             .into_data()
             .try_to_vec::<f32>()
             .map_err(|error| anyhow!("reading {name}: {error:?}"))?;
-        entries.push(values.add(name, shape, &read));
+        arrays.push((name, shape, read));
     }
-    let outputs = entries.split_off(1);
-    let description = Description {
-        config: bundle.network().config(),
-        weights,
-        inputs: entries,
-        outputs,
-    };
-    let mut files = BTreeMap::from([
-        (DESCRIPTION.to_owned(), serde_json::to_vec_pretty(&description)?),
-        (
-            VALUES.to_owned(),
-            values.0.iter().flat_map(|value| value.to_le_bytes()).collect(),
-        ),
-        (FRAME.to_owned(), encode_png(image)?),
-    ]);
+    let mut files = BTreeMap::from([(FRAME.to_owned(), encode_png(image)?)]);
     for (k, picture) in workload::clip(bundle)?.iter().enumerate() {
         files.insert(format!("clip-{k:02}.png"), encode_png(picture)?);
     }
+    write_network(bundle.network(), &arrays, files, folder)
+}
+
+/// Writes a network, `arrays` (its input, then what comes out) and `files`.
+pub fn write_network(
+    network: &FoldedNetwork,
+    arrays: &[(&str, Vec<usize>, Vec<f32>)],
+    mut files: BTreeMap<String, Vec<u8>>,
+    folder: &Path,
+) -> Result<()> {
+    let mut values = Values::default();
+    let weights = network.weights.iter();
+    let weights = weights
+        .map(|(name, array)| values.add(name.clone(), array.shape.clone(), &array.values))
+        .collect();
+    let mut inputs: Vec<Entry> = (arrays.iter())
+        .map(|(name, shape, array)| values.add(*name, shape.clone(), array))
+        .collect();
+    let outputs = inputs.split_off(1);
+    let description = Description {
+        config: &network.config,
+        weights,
+        inputs,
+        outputs,
+    };
+    files.insert(DESCRIPTION.to_owned(), serde_json::to_vec_pretty(&description)?);
+    let values = values.0.iter().flat_map(|value| value.to_le_bytes()).collect();
+    files.insert(VALUES.to_owned(), values);
     write_folder(folder, &KIND, &files)?;
     println!(
         "{} weights in {} arrays: {}",
-        estimator.parameters(),
+        network.parameters(),
         description.weights.len(),
         folder.display()
     );

@@ -2,9 +2,10 @@
 
 use crate::toy::toy_template;
 use anyhow::{Context, Result};
-use deepsft::{DeviceKind, ModelBundle, start_device};
+use deepsft::{DeviceKind, ModelBundle};
 use deepsft_cli::synthesis::{self, Preset, SynthesisOptions};
 use deepsft_geometry::Template;
+use deepsft_network::start_device;
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SampleRecord, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
@@ -188,7 +189,7 @@ fn training_on(bundle: &ModelBundle, synthesizer: &Arc<Synthesizer>, shape: Batc
     };
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let mut steps = Vec::new();
-    train(synthesizer, bundle.network().config(), &config, &device, |progress| {
+    train(synthesizer, &bundle.network().config, &config, &device, |progress| {
         if let Progress::Step { samples, seconds, .. } = progress {
             steps.push((samples, seconds));
         }

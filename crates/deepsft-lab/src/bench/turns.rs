@@ -163,8 +163,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let canonical = estimator.canonical_image(image, &camera)?;
     let (width, height) = canonical.size();
-    let executor = bundle.network().executor(width, height)?;
-    let mut executor = executor.context("only compact networks are compared with other programs")?;
+    let mut executor = bundle.network().executor([width, height])?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     for question in stdin().lines() {
         let answer = match question?.as_str() {

@@ -1,8 +1,10 @@
 //! What is measured on: a compact network, one camera frame, and a clip that the mesh is followed through.
 
-use anyhow::{Context, Result, anyhow};
-use deepsft::{CompactNetwork, ModelBundle};
+use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
+use deepsft::ModelBundle;
 use deepsft_geometry::{Camera, Picture};
+use deepsft_network::{CompactNetwork, Network};
 use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 
 /// What browsers and phones deliver when asked for video.
@@ -56,9 +58,12 @@ pub fn clip(bundle: &ModelBundle) -> Result<Vec<Picture>> {
 }
 
 /// The compact network of `bundle`: the other programs know how to write down no other.
-pub fn compact_network(bundle: &ModelBundle) -> Result<&CompactNetwork> {
-    bundle.network().as_compact().ok_or_else(|| {
-        let name = bundle.network().config().architecture.name();
-        anyhow!("only compact networks are compared with other programs, this one's architecture is {name}")
-    })
+pub fn compact_network(bundle: &ModelBundle, device: &Device) -> Result<CompactNetwork> {
+    match Network::from_folded(bundle.network(), device)? {
+        Network::Compact(network) => Ok(network),
+        other => {
+            let name = other.config().architecture.name();
+            bail!("only compact networks are compared with other programs, this one's architecture is {name}")
+        }
+    }
 }

@@ -69,7 +69,7 @@ pub struct TrainConfig {
     pub more_devices: Vec<Device>,
     /// What the network computes in while it is trained, beyond the paper: [`Precision::F32`] by default.
     pub precision: Precision,
-    /// Step 1: folder with a file `weights.bpk` whose trunk the network begins with ([`deepsft::Network::with_trunk`]): of the
+    /// Step 1: folder with a file `weights.bpk` whose trunk the network begins with ([`deepsft_network::Network::with_trunk`]): of the
     /// network that describes any picture, or a model bundle. `None` for random weights. A training that is resumed was
     /// begun already; it must name the same weights.
     pub from: Option<PathBuf>,

@@ -1,6 +1,6 @@
 //! The training steps on a recording.
 
-use deepsft::Block;
+use deepsft_network::Block;
 
 /// A training step on a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,9 +6,10 @@
 //! up-sampling is then right up to the last visible pixel. Cells without enough pixels, and those
 //! across a fold (where no affine function fits), do not count.
 
-use deepsft::{DepthRange, PIXELS_PER_CELL, SEAM_JUMP};
+use deepsft::DepthRange;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::DVec3;
+use deepsft_network::{PIXELS_PER_CELL, SEAM_JUMP};
 
 /// Fewest visible pixels around a cell that the object covers.
 const FEWEST_INSIDE: f64 = 12.0;

@@ -1,8 +1,9 @@
 //! A batch of whole frames with their full-resolution labels, for the architectures that are trained on maps.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{DepthRange, OUTSIDE};
+use deepsft::DepthRange;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
+use deepsft_network::OUTSIDE;
 use deepsft_synth::Sample;
 
 /// N whole frames with their labels.

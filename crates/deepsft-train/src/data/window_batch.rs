@@ -2,7 +2,8 @@
 
 use super::cell_targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{DepthRange, NetworkConfig, PIXELS_PER_CELL};
+use deepsft::{DepthRange, NetworkConfig};
+use deepsft_network::PIXELS_PER_CELL;
 use deepsft_synth::Sample;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 //!
 //! The usual recipe (Micikevicius et al. 2018, "Mixed Precision Training"): weights, optimiser, batch normalisation, what
 //! the network hands out and the loss stay in single precision; the layers between compute and keep their activations in
-//! half precision, since a layer of [`deepsft::Network`] computes in the precision of what comes in and the images are cast.
+//! half precision, since a layer of [`deepsft_network::Network`] computes in the precision of what comes in and the images are cast.
 //! Gradients that would vanish in [`Precision::F16`] are kept by a scale on the loss.
 
 use crate::error::TrainError;

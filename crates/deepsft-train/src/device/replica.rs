@@ -2,7 +2,7 @@
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::tensor::{Device, Tensor};
-use deepsft::Network;
+use deepsft_network::Network;
 use std::collections::BTreeMap;
 
 /// Names of the running statistics in burn's batch normalisation.

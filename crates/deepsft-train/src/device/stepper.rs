@@ -6,7 +6,7 @@ use crate::error::TrainError;
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::Network;
+use deepsft_network::Network;
 use std::panic::resume_unwind;
 use std::thread;
 

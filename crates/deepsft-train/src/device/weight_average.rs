@@ -2,7 +2,7 @@
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Tensor, TensorData};
-use deepsft::Network;
+use deepsft_network::Network;
 
 /// The average of the weights over the last iterations: what is evaluated and shipped. In the first
 /// ones it forgets faster, so that it leaves the start behind: iteration k keeps (1 + k) / (10 + k) at most.
@@ -74,7 +74,10 @@ impl ModuleMapper for Replace<'_> {
 
 /// All weights in the module's order.
 fn weights(network: &Network) -> Vec<Vec<f32>> {
-    network.weight_arrays().into_iter().map(|array| array.values).collect()
+    let mut all = Vec::new();
+    // Of the type that they were just converted to: always there.
+    network.each_weight(|_, data| all.push(data.convert::<f32>().try_to_vec().unwrap_or_default()));
+    all
 }
 
 #[cfg(test)]

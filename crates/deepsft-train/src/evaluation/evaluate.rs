@@ -183,7 +183,7 @@ impl Evaluation {
         Ok(Self { frames: results })
     }
 
-    /// Evaluates each stage of the network of `estimator` (see [`deepsft::Network::stages`]) on the same `frames`: the
+    /// Evaluates each stage of the network of `estimator` (see [`deepsft_network::Network::stages`]) on the same `frames`: the
     /// ablation of its refinement blocks. The last stage is the network's answer, as [`Evaluation::run`] has it without a
     /// recovery.
     ///

@@ -3,7 +3,7 @@
 
 use crate::data::BatchTensors;
 use burn::tensor::{Tensor, activation};
-use deepsft::{NetworkOutput, cross_entropy};
+use deepsft_network::{NetworkOutput, cross_entropy};
 use serde::Serialize;
 
 /// Weight of each term, and the width of the quadratic part of the robust loss.

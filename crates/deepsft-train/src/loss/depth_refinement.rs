@@ -3,7 +3,8 @@
 use super::Reduction;
 use super::total_variation::squared_total_variation;
 use burn::tensor::Tensor;
-use deepsft::{DepthRange, OUTSIDE};
+use deepsft::DepthRange;
+use deepsft_network::OUTSIDE;
 use serde::Serialize;
 
 /// Squared depth error and total variation.

@@ -8,7 +8,7 @@ use crate::device::{Step, Stepper, WeightAverage};
 use crate::error::TrainError;
 use burn::module::Module;
 use burn::tensor::Tensor;
-use deepsft::Network;
+use deepsft_network::Network;
 use std::time::Instant;
 
 /// What one of the paper's training steps brings to the loop.

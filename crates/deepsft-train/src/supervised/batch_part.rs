@@ -5,7 +5,7 @@ use crate::device::{part_sizes, weighed};
 use crate::error::TrainError;
 use crate::loss::{LossWeights, step_one_loss, supervised_maps_loss};
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::Network;
+use deepsft_network::Network;
 
 /// A part of a batch of step 1. The losses divide sums over the batch by what counts in it; a part divides by its own,
 /// so each of its terms is weighed by the part that is its own.

@@ -5,7 +5,6 @@ use super::training::Trained;
 use crate::config::TrainConfig;
 use crate::error::TrainError;
 use crate::evaluation::Evaluation;
-use burn::tensor::Device;
 use deepsft::{Accuracy, Estimator, FoundRule, ModelBundle, ModelCard, Provenance};
 use deepsft_synth::Synthesizer;
 
@@ -45,8 +44,8 @@ pub fn export_bundle(
         },
         accuracy: Accuracy::default(),
     };
-    let mut bundle = ModelBundle::new(trained.network, template, synthesizer.config().camera, card);
-    let estimator = Estimator::new(&bundle, &Device::flex())?;
+    let mut bundle = ModelBundle::new(trained.network.folded(), template, synthesizer.config().camera, card);
+    let estimator = Estimator::new(&bundle, &deepsft::Device::Cpu)?;
     let samples = (0..FRAMES).map(|index| synthesizer.sample(ACCURACY_SEED, index));
     let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _, _| {})?;
     synthesizer.check_photographs()?;

@@ -8,8 +8,9 @@ use crate::device::Stepper;
 use crate::error::TrainError;
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::{Network, NetworkConfig, WEIGHTS_FILE};
+use deepsft::{NetworkConfig, WEIGHTS_FILE};
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_network::Network;
 use deepsft_synth::Sample;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -122,7 +123,7 @@ impl TrainingStep for StepOne<'_> {
     type Metrics = Vec<FrameMetrics>;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let network = Network::new(&self.network_config, &self.device.clone().autodiff());
+        let network = Network::new(self.network_config, &self.device.clone().autodiff());
         match self.trunk {
             Some(Trunk { path, weights }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
             None => Ok(network),

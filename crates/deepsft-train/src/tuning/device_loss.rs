@@ -5,8 +5,8 @@ use super::training_frame::{FrameTensors, TrainingFrame};
 use crate::config::{TrainConfig, TuningStep};
 use crate::loss::TexturePyramid;
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::{Network, NetworkMaps};
 use deepsft_geometry::Picture;
+use deepsft_network::{Network, NetworkMaps};
 
 /// A device and what it needs for its parts of batches.
 pub struct DeviceLoss {

@@ -4,8 +4,8 @@ use super::recorded_frames::TuningSet;
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
 use crate::error::TrainError;
 use crate::run::{CheckpointFolder, Fingerprint};
-use deepsft::Network;
 use deepsft_formats::{picture_fingerprint, sha256};
+use deepsft_network::Network;
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -4,9 +4,9 @@ use super::training_frame::TrainingFrame;
 use crate::error::TrainError;
 use burn::module::Module;
 use burn::tensor::Device;
-use deepsft::Network;
 use deepsft_formats::FormatError;
 use deepsft_geometry::{Camera, ColorMatch, ColorResponse, Picture, Template};
+use deepsft_network::Network;
 use deepsft_synth::{Recording, Sample};
 use std::collections::BTreeMap;
 

@@ -4,9 +4,9 @@ use super::recorded_frames::TuningSet;
 use super::training_frame::TrainingFrame;
 use crate::error::TrainError;
 use burn::tensor::Device;
-use deepsft::Network;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Maps, Picture, photo_consistency_error, relit_photo_consistency_error};
+use deepsft_network::Network;
 use serde::{Deserialize, Serialize};
 
 /// The errors of a network on the held-out frames of a recording: means and medians over frames.

@@ -3,8 +3,8 @@
 use crate::error::TrainError;
 use crate::evaluation::{comparable_depth, eroded, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{Network, pictures_to_tensor};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, check_size, mipmap_level};
+use deepsft_network::{Network, pictures_to_tensor};
 use deepsft_synth::{RecordedFrame, Recording};
 
 /// Fewest pixels of the object in a frame that is used.

@@ -14,7 +14,7 @@ use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, Traini
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
-use deepsft::Network;
+use deepsft_network::Network;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -180,6 +180,6 @@ fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
         .into_bytes()
         .map_err(|e| failure(e.to_string()))?;
     let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| failure(e.to_string()))?;
-    let fresh = Network::new(&network.config(), device).fold();
+    let fresh = Network::new(network.config(), device).fold();
     Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
 }

@@ -3,8 +3,9 @@
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
-use deepsft::{Architecture, CompactConfig, Network, NetworkConfig};
+use deepsft::{Architecture, CompactConfig, NetworkConfig};
 use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+use deepsft_network::Network;
 use deepsft_train::TrainingFrame;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};

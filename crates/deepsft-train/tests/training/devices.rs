@@ -2,8 +2,9 @@
 
 use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::tensor::Device;
-use deepsft::{Architecture, Network, NetworkConfig, R50FConfig};
+use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
+use deepsft_network::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, Optimizer, Progress, RecordedFrames, Schedule, TrainConfig, Trained,

@@ -3,8 +3,9 @@
 use crate::common::{alone, copy, frame_of, plane, small_camera, small_compact, template, weights};
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use deepsft::{Architecture, Network, NetworkConfig, R50FConfig};
+use deepsft::{Architecture, NetworkConfig, R50FConfig};
 use deepsft_geometry::{ColorResponse, training_camera};
+use deepsft_network::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
     BatchShape, Budget, LearningRate, LossScale, Optimizer, Precision, Progress, RecordedFrames, Schedule, TrainConfig,

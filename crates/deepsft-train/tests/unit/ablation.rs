@@ -1,12 +1,10 @@
 //! The ablation of the refinement blocks measures the maps that each block has.
 
 use burn::tensor::Tensor;
-use deepsft::{
-    Architecture, DeviceKind, Estimator, ModelBundle, Network, NetworkConfig, NetworkMaps, R50FConfig, Stage,
-    pictures_to_tensor, start_device,
-};
+use deepsft::{Architecture, DeviceKind, Estimator, ModelBundle, NetworkConfig, R50FConfig, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::{Camera, Maps, remove_islands};
+use deepsft_network::{Network, NetworkMaps, pictures_to_tensor, start_device};
 use deepsft_synth::{Sample, SynthConfig, Synthesizer};
 use deepsft_train::{Device, Evaluation};
 use std::collections::BTreeMap;
@@ -68,14 +66,14 @@ fn close(a: &FrameMetrics, b: &FrameMetrics) -> bool {
 #[test]
 fn each_row_measures_the_maps_of_its_block_and_the_last_is_the_answer() {
     let bundle = poster();
-    let estimator = Estimator::new(&bundle, &device()).unwrap();
+    let estimator = Estimator::new(&bundle, &deepsft::Device::Cpu).unwrap();
     let samples = samples(&bundle, 2);
     let template = bundle.template();
     let rows = Evaluation::ablation(&estimator, template, samples.clone(), || {}).unwrap();
     let answer = Evaluation::run(&estimator, None, template, samples.clone(), |_, _, _, _| {}).unwrap();
     let stages: Vec<Stage> = rows.iter().map(|row| row.0).collect();
-    assert_eq!(stages, bundle.network().stages());
-    let network = bundle.network();
+    assert_eq!(stages, bundle.network().config.architecture.stages());
+    let network = &Network::from_folded(bundle.network(), &device()).unwrap();
     let camera: &Camera = bundle.camera();
     for (index, sample) in samples.iter().enumerate() {
         let metrics = |row: usize| &rows[row].1.frames[index].metrics;

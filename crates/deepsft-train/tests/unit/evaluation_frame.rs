@@ -1,12 +1,10 @@
 //! Estimates against exact and against measured truth.
 
-use deepsft::{
-    Accuracy, DeviceKind, Estimator, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig, Provenance,
-    start_device,
-};
+use deepsft::{Accuracy, DeviceKind, Estimator, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::FrameMetrics;
 use deepsft_geometry::{Maps, Picture, Template, training_camera};
+use deepsft_network::{Network, start_device};
 use deepsft_synth::RecordedFrame;
 use deepsft_train::{Evaluation, EvaluationFrame};
 
@@ -97,8 +95,8 @@ fn every_model_is_compared_at_all_pixels_that_the_recording_offers_whatever_its_
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),
     };
-    let bundle = ModelBundle::new(network, template.clone(), training_camera(), card);
-    let estimator = Estimator::new(&bundle, &device).unwrap();
+    let bundle = ModelBundle::new(network.folded(), template.clone(), training_camera(), card);
+    let estimator = Estimator::new(&bundle, &deepsft::Device::Cpu).unwrap();
     // What an untrained network has in its mask is a matter of chance: half of the image is offered, then the other.
     let halves = [true, false].map(|left| {
         let mask = (0..480 * 270).map(|pixel| (pixel % 480 < 240) == left);

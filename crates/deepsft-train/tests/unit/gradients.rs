@@ -1,8 +1,9 @@
 //! The gradients of the loss against central differences, in double precision.
 
 use burn::tensor::{DType, Device, Tensor, TensorData};
-use deepsft::{DepthRange, NetworkMaps, NetworkOutput};
+use deepsft::DepthRange;
 use deepsft_geometry::Picture;
+use deepsft_network::{NetworkMaps, NetworkOutput};
 use deepsft_train::{
     BatchTensors, DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid,
     squared_total_variation, step_one_loss, supervised_maps_loss,

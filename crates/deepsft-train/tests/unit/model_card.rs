@@ -1,10 +1,8 @@
 //! What a bundle tells people, and its curve as a table.
 
-use deepsft::{
-    Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, Network, NetworkConfig, Provenance, R50FConfig,
-    start_device,
-};
+use deepsft::{Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, R50FConfig};
 use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_network::{Network, start_device};
 use deepsft_synth::capsule;
 use deepsft_train::{CurvePoint, TrainingCourse, curve_csv, model_card};
 
@@ -31,7 +29,12 @@ fn card(template: Template, curve: &[CurvePoint]) -> String {
         tuning: None,
         measured_images: Default::default(),
     };
-    let bundle = ModelBundle::new(Network::new(&network, &device), template, training_camera(), card);
+    let bundle = ModelBundle::new(
+        Network::new(&network, &device).folded(),
+        template,
+        training_camera(),
+        card,
+    );
     model_card(&bundle, &course)
 }
 

@@ -1,7 +1,7 @@
 //! The paper's loss of step 1 by hand.
 
 use burn::tensor::{Device, Tensor};
-use deepsft::NetworkMaps;
+use deepsft_network::NetworkMaps;
 use deepsft_train::supervised_maps_loss;
 
 #[test]

@@ -64,10 +64,10 @@ impl DescriptorFinder {
     /// Describes the picture on `template`, a sheet.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] for a template that is no sheet, [`DeepSftError::Execution`] when the device fails.
-    pub async fn new(network: &SharedDescriptorNetwork, template: &Template) -> Result<Self, DeepSftError> {
+    /// [`DeepSftError::Geometry`] for a template that is no sheet.
+    pub fn new(network: &SharedDescriptorNetwork, template: &Template) -> Result<Self, DeepSftError> {
         Ok(Self {
-            picture: network.describe_picture(template).await?,
+            picture: network.describe_picture(template)?,
             network: network.clone(),
             features: FeatureFinder::new(PictureTarget::new(template.clone())?)?,
         })
@@ -78,11 +78,8 @@ impl DescriptorFinder {
     ///
     /// # Errors
     /// As [`Finder::find`].
-    pub async fn matches(&self, view: &mut View<'_>, canonical: &Camera) -> Result<Vec<Match>, DeepSftError> {
-        let matches = self
-            .picture
-            .matches(view.descriptors(&self.network, canonical)?)
-            .await?;
+    pub fn matches(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Vec<Match>, DeepSftError> {
+        let matches = self.picture.matches(view.descriptors(&self.network, canonical)?);
         let (_, camera) = view.features()?;
         let ratio = (camera.focal().x / canonical.focal().x) as f32;
         let to_camera = |m: Match| {
@@ -93,8 +90,8 @@ impl DescriptorFinder {
         Ok(matches.into_iter().filter_map(to_camera).collect())
     }
 
-    async fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<FoundSheet>, DeepSftError> {
-        let candidates = self.matches(view, canonical).await?;
+    fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<FoundSheet>, DeepSftError> {
+        let candidates = self.matches(view, canonical)?;
         let (features, camera) = view.features()?;
         Ok(self.features.find_among(&candidates, features, camera, canonical)?)
     }
@@ -134,7 +131,7 @@ impl Finder {
                     .find(features, camera, canonical)?
                     .map(|sheet| by_matches(by, sheet)))
             }
-            Self::Descriptors(finder) => Ok(finder.find(view, canonical).await?.map(|sheet| by_matches(by, sheet))),
+            Self::Descriptors(finder) => Ok(finder.find(view, canonical)?.map(|sheet| by_matches(by, sheet))),
         }
     }
 }

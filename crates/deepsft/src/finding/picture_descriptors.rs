@@ -1,11 +1,13 @@
 //! A picture as the descriptor network sees it, and matches of images with it.
 
 use crate::error::DeepSftError;
-use crate::network::{DESCRIPTOR_LENGTH, DescriptorNetwork, INPUT_MULTIPLE, images_to_tensor};
-use burn::tensor::{Device, Tensor, TensorData};
+use crate::weights_file::weights_from_burnpack;
 use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
-use deepsft_geometry::{MipLevel, Picture, Template};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, MipLevel, Picture, Template};
+use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, PlanError, Similarities, Weights, available_threads};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, btree_map::Entry};
 use std::f32::consts::TAU;
 use std::rc::Rc;
 
@@ -36,46 +38,77 @@ const ELSEWHERE_CELLS: f32 = 2.5;
 /// Cells of the image that are compared at a time: bounds the memory of the similarities.
 const BATCH: usize = 512;
 
-/// The descriptor network on its device, shared by all targets.
+/// Sides of the pictures that the network is shown are multiples of this.
+const INPUT_MULTIPLE: usize = 16;
+
+/// What its file is called in errors.
+const FILE: &str = "the weights of the descriptor network";
+
+/// The network that describes any picture, shared by all targets.
 #[derive(Clone, Debug)]
-pub struct SharedDescriptorNetwork {
-    network: Rc<DescriptorNetwork>,
-    device: Device,
+pub struct SharedDescriptorNetwork(Rc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    weights: Weights,
+    /// For canonical images.
+    canonical: RefCell<DescriptorExecutor>,
 }
 
 impl SharedDescriptorNetwork {
-    /// `network`, which is on `device`.
-    pub fn new(network: DescriptorNetwork, device: Device) -> Self {
-        Self {
-            network: Rc::new(network),
-            device,
-        }
+    /// Reads the network from its file.
+    ///
+    /// # Errors
+    /// [`DeepSftError::BundleContent`] for bytes that are no weights of this network.
+    pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
+        let weights = weights_from_burnpack(file).map_err(refused)?;
+        let canonical = executor([CANONICAL_WIDTH, CANONICAL_HEIGHT], &weights)?;
+        Ok(Self(Rc::new(Shared {
+            weights,
+            canonical: RefCell::new(canonical),
+        })))
     }
 
     /// Descriptors of a canonical image.
-    pub(super) fn describe(&self, image: &Picture) -> ImageDescriptors {
-        let descriptors = self.network.forward(images_to_tensor(&[image], &self.device));
-        let [_, d, rows, columns] = descriptors.dims();
-        ImageDescriptors {
-            rows: descriptors.reshape([1, d, rows * columns]).swap_dims(1, 2),
-            columns,
-        }
+    pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
+        let mut network = self.0.canonical.borrow_mut();
+        Ok(ImageDescriptors {
+            rows: network.describe(image)?,
+            columns: network.cells()[1],
+        })
     }
 
     /// Descriptors of the picture on `template`, a sheet.
     ///
     /// # Errors
-    /// [`DeepSftError::Execution`] when the device fails.
-    pub async fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
-        PictureDescriptors::new(&self.network, template, &self.device).await
+    /// [`DeepSftError::Geometry`] for a picture without pixels.
+    pub fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
+        PictureDescriptors::new(&self.0.weights, template)
+    }
+}
+
+fn executor(size: [usize; 2], weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
+    let made = DescriptorExecutor::new(size, weights, available_threads());
+    made.map_err(|error| refused(error.to_string()))
+}
+
+fn refused(reason: String) -> DeepSftError {
+    DeepSftError::BundleContent {
+        file: FILE.to_owned(),
+        reason,
     }
 }
 
 /// Descriptors of a picture, rolled and scaled.
 #[derive(Debug)]
 pub struct PictureDescriptors {
-    /// [1, D, M]
-    columns: Tensor<3>,
+    similarities: Similarities,
+    places: PicturePlaces,
+}
+
+/// Where on the picture each descriptor is.
+#[derive(Debug)]
+struct PicturePlaces {
     values: Vec<f32>,
     cells: Vec<PictureCell>,
     views: Vec<PictureView>,
@@ -101,29 +134,31 @@ struct PictureView {
 /// Descriptors of an image, cell after cell, row-major.
 #[derive(Debug)]
 pub struct ImageDescriptors {
-    /// [1, N, D]
-    rows: Tensor<3>,
+    rows: Vec<f32>,
     columns: usize,
 }
 
 impl PictureDescriptors {
     /// Those of the picture on `template`, a sheet.
-    ///
-    /// # Errors
-    /// [`DeepSftError::Execution`] when the device fails.
-    async fn new(network: &DescriptorNetwork, template: &Template, device: &Device) -> Result<Self, DeepSftError> {
+    fn new(weights: &Weights, template: &Template) -> Result<Self, DeepSftError> {
         let (mut values, mut cells, mut views) = (Vec::new(), Vec::new(), Vec::new());
+        // Most views are of the size of another one.
+        let mut networks = BTreeMap::new();
         let size = template.size_mm();
         for side in SIDES {
             let mm_per_pixel = size.max_element() / side;
             for roll in 0..ROLLS {
                 let angle = f64::from(TAU) * roll as f64 / ROLLS as f64;
                 let (picture, from_view) = turned(template, angle, mm_per_pixel);
-                let descriptors = network.forward(images_to_tensor(&[&picture], device));
-                let [_, d, rows, columns] = descriptors.dims();
-                let descriptors = read(descriptors.reshape([d, rows * columns]).swap_dims(0, 1)).await?;
+                let picture_size = [picture.width(), picture.height()];
+                let network = match networks.entry(picture_size) {
+                    Entry::Occupied(made) => made.into_mut(),
+                    Entry::Vacant(none) => none.insert(executor(picture_size, weights)?),
+                };
+                let descriptors = network.describe(&picture)?;
+                let [rows, columns] = network.cells();
                 let mut index = vec![None; rows * columns];
-                for (cell, descriptor) in descriptors.chunks_exact(d).enumerate() {
+                for (cell, descriptor) in descriptors.chunks_exact(DESCRIPTOR_LENGTH).enumerate() {
                     let at = [cell % columns, cell / columns];
                     let centre = at.map(|k| (CELL * k + CELL / 2) as f64);
                     let place = from_view(DVec2::from(centre));
@@ -146,48 +181,37 @@ impl PictureDescriptors {
                 });
             }
         }
-        let data = TensorData::new(values.clone(), [1, cells.len(), DESCRIPTOR_LENGTH]);
+        let similarities = Similarities::new(values.clone(), BATCH, available_threads());
         let elsewhere_mm = ELSEWHERE_CELLS * CELL as f32 * (size.max_element() / SIDES[1]) as f32;
         Ok(Self {
-            columns: Tensor::<3>::from_data(data, device).swap_dims(1, 2),
-            values,
-            cells,
-            views,
-            elsewhere_mm,
+            similarities: similarities.map_err(|error: PlanError| refused(error.to_string()))?,
+            places: PicturePlaces {
+                values,
+                cells,
+                views,
+                elsewhere_mm,
+            },
         })
     }
 
     /// Matches of an image's cells with places on the picture, the clearest first. Pixels are those of the image that was
     /// described.
-    ///
-    /// # Errors
-    /// [`DeepSftError::Execution`] when the device fails.
-    pub async fn matches(&self, image: &ImageDescriptors) -> Result<Vec<Match>, DeepSftError> {
-        let [_, count, d] = image.rows.dims();
-        let rows = read(image.rows.clone().reshape([count, d])).await?;
+    pub fn matches(&mut self, image: &ImageDescriptors) -> Vec<Match> {
         let mut found = Vec::new();
-        for start in (0..count).step_by(BATCH) {
-            let end = (start + BATCH).min(count);
-            let batch = image.rows.clone().slice([0..1, start..end, 0..d]);
-            let similarities = read(
-                batch
-                    .matmul(self.columns.clone())
-                    .reshape([end - start, self.cells.len()]),
-            )
-            .await?;
-            for (k, similarities) in similarities.chunks_exact(self.cells.len()).enumerate() {
-                let cell = start + k;
-                let descriptor = &rows[d * cell..d * (cell + 1)];
+        for (batch, rows) in image.rows.chunks(BATCH * DESCRIPTOR_LENGTH).enumerate() {
+            let descriptors = rows.chunks_exact(DESCRIPTOR_LENGTH);
+            for (k, (descriptor, similarities)) in descriptors.zip(self.similarities.of(rows)).enumerate() {
+                let cell = BATCH * batch + k;
                 let centre = [cell % image.columns, cell / image.columns].map(|at| (CELL * at) as f32 + CELL_CENTRE);
-                found.extend(self.best(descriptor, similarities, centre.into()));
+                found.extend(self.places.best(descriptor, similarities, centre.into()));
             }
         }
         found.sort_by(|a: &(f32, Match), b| b.0.total_cmp(&a.0));
-        Ok(with_local_similarity(
-            &found.into_iter().map(|(_, m)| m).collect::<Vec<_>>(),
-        ))
+        with_local_similarity(&found.into_iter().map(|(_, m)| m).collect::<Vec<_>>())
     }
+}
 
+impl PicturePlaces {
     /// The most similar place, if it stands out, and by how much.
     fn best(&self, descriptor: &[f32], similarities: &[f32], pixel: Vec2) -> Option<(f32, Match)> {
         let (mut best, mut most) = (0, f32::NEG_INFINITY);
@@ -236,13 +260,6 @@ impl PictureDescriptors {
         }
         if weights > 0.0 { sum / weights } else { cell.place }
     }
-}
-
-/// Values of a tensor, row-major.
-async fn read<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, DeepSftError> {
-    let failed = |reason: String| DeepSftError::Execution { reason };
-    let data = tensor.into_data_async().await.map_err(|e| failed(format!("{e:?}")))?;
-    data.convert::<f32>().try_to_vec().map_err(|e| failed(format!("{e:?}")))
 }
 
 /// The picture on `template` turned by `angle` on a ground of its mean colour, and the way from the view's pixels to mm on

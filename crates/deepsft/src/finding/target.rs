@@ -1,9 +1,9 @@
 //! What is looked for.
 
 use crate::bundle::ModelBundle;
+use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use burn::tensor::Device;
 use deepsft_geometry::{Camera, Picture, Template, training_camera};
 
 /// An object to look for: its template, and its network if one was trained for it.

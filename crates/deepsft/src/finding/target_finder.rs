@@ -90,9 +90,9 @@ impl TargetFinder {
     ///
     /// # Errors
     /// As [`DescriptorFinder::new`].
-    pub async fn add_descriptors(&mut self, network: &SharedDescriptorNetwork) -> Result<(), DeepSftError> {
+    pub fn add_descriptors(&mut self, network: &SharedDescriptorNetwork) -> Result<(), DeepSftError> {
         if self.target.template().is_sheet() {
-            let finder = DescriptorFinder::new(network, self.target.template()).await?;
+            let finder = DescriptorFinder::new(network, self.target.template())?;
             self.finders.push(Finder::Descriptors(Box::new(finder)));
         }
         Ok(())

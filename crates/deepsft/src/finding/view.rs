@@ -61,7 +61,7 @@ impl<'a> View<'a> {
         self.canonical(canonical)?;
         let descriptors = match self.descriptors.take() {
             Some(known) => known,
-            None => network.describe(self.canonical(canonical)?),
+            None => network.describe(self.canonical(canonical)?)?,
         };
         Ok(self.descriptors.insert(descriptors))
     }

@@ -1,10 +1,11 @@
 //! Model bundles: written, read back, and refused when a file is not as published.
 
-use burn::store::burn_pack::Reader;
-use burn::tensor::{Bytes, Device, Tensor};
-use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Network, NetworkConfig, Provenance};
+use burn::tensor::Device;
+use burn_pack::{Bytes, DType, Reader};
+use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, NetworkConfig, Provenance};
 use deepsft_formats::sha256;
 use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_network::Network;
 use std::collections::BTreeMap;
 
 type Files = BTreeMap<String, Vec<u8>>;
@@ -24,7 +25,7 @@ fn files() -> Files {
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),
     };
-    ModelBundle::new(network, template, training_camera(), card)
+    ModelBundle::new(network.folded(), template, training_camera(), card)
         .to_files()
         .unwrap()
 }
@@ -114,7 +115,7 @@ fn what_is_missing_cut_altered_newer_or_does_not_fit_is_refused_and_named() {
 
 #[test]
 fn weights_that_are_no_floating_point_numbers_are_refused() {
-    use burn::store::burn_pack::{Tensor as Packed, Writer};
+    use burn_pack::{Tensor as Packed, Writer};
     let mut files = files();
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();
     let mut spoilt = String::new();
@@ -129,11 +130,8 @@ fn weights_that_are_no_floating_point_numbers_are_refused() {
                 return Packed::new(name, kind, shape, id, bytes);
             }
             spoilt = name.clone();
-            let flags = Tensor::<1>::zeros([shape.num_elements()], &Device::flex())
-                .equal_elem(1.0)
-                .into_data();
-            let (bytes, _, kind) = flags.into_parts();
-            Packed::new(name, kind, shape, id, bytes)
+            let numbers = Bytes::from_bytes_vec(vec![0; shape.num_elements()]);
+            Packed::new(name, DType::U8, shape, id, numbers)
         });
     let weights = Writer::new(packed.collect()).into_bytes().unwrap().to_vec();
     let old = files[WEIGHTS_FILE].clone();
@@ -142,7 +140,7 @@ fn weights_that_are_no_floating_point_numbers_are_refused() {
     edit(&mut files, &size(&old), &size(&weights));
     files.insert(WEIGHTS_FILE.to_owned(), weights);
     let refusal = refusal(&files);
-    assert!(refusal.contains(&spoilt) && refusal.contains("Bool"), "{refusal}");
+    assert!(refusal.contains(&spoilt) && refusal.contains("U8"), "{refusal}");
 }
 
 #[test]

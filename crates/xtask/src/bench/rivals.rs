@@ -67,24 +67,24 @@ impl Rivals {
         &self.network
     }
 
-    /// Writes the ONNX graph of an exported network and gives back how well ONNX Runtime agrees with us on it.
+    /// Writes the ONNX graph of an exported network to `graph` and gives back how well ONNX Runtime agrees with us on it.
     ///
     /// # Errors
     /// When it does not agree.
-    pub fn write_network(&self, exported: &Path) -> Result<Value> {
+    pub fn write_network(&self, exported: &Path, graph: &Path) -> Result<Value> {
         let mut command = self.script("write_network.py");
-        command.arg(exported).arg(&self.network);
+        command.arg(exported).arg(graph);
         let printed = printed_by(&mut command).context("ONNX Runtime and DeepSfT do not agree")?;
         serde_json::from_str(&printed).context("reading what write_network.py printed")
     }
 
-    /// Tells `deepsft-lab bench` to let ONNX Runtime take turns with it.
-    pub fn compete(&self, bench: &mut Command, agreement: &Value, exported: &Path) {
+    /// Tells a command of `deepsft-lab` to let ONNX Runtime take turns with it, with the graph `graph`.
+    pub fn compete(&self, bench: &mut Command, agreement: &Value, exported: &Path, graph: &Path) {
         let version = agreement["onnxruntime"].as_str().unwrap_or_default();
         let turns = self.script("onnxruntime_turns.py");
         bench.args(["--rival", &format!("ONNX Runtime {version}"), "--"]);
         bench.arg(turns.get_program()).args(turns.get_args());
-        bench.arg(exported).arg(&self.network);
+        bench.arg(exported).arg(graph);
     }
 
     /// One of our Python scripts; `-B` leaves no compiled files among the sources.

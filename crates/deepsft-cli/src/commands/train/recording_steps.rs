@@ -6,9 +6,10 @@ use crate::failure::BlameInput;
 use crate::output::curve_plot;
 use crate::progress;
 use anyhow::Result;
-use deepsft::{ModelBundle, Network, encode_png};
+use deepsft::{ModelBundle, encode_png};
 use deepsft_formats::{DATASET_FILE, DatasetFolder};
 use deepsft_geometry::{ColorResponse, training_camera};
+use deepsft_network::Network;
 use deepsft_synth::{Recording, Sample, TRUTH_FOLDER};
 use deepsft_train::{
     Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep, curve_csv,
@@ -39,7 +40,7 @@ pub struct TunedBundle {
 pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<TunedBundle> {
     let recording = Recording::open(folder).blame("recording", folder)?;
     let canonical = training_camera();
-    let mut network = bundle.network().clone();
+    let mut network = Network::from_folded(bundle.network(), device)?;
     let bar = progress::counting(recording.frames() as u64, "frames read");
     let frames = RecordedFrames::read(
         &recording,

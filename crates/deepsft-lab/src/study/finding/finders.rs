@@ -100,7 +100,7 @@ impl NetworkFinding {
         Self {
             kind: FinderKind::Descriptors,
             finder_of: Box::new(move |template| {
-                let finder = pollster::block_on(DescriptorFinder::new(&network, template))?;
+                let finder = DescriptorFinder::new(&network, template)?;
                 Ok(deepsft::Finder::Descriptors(Box::new(finder)))
             }),
             finder: None,

@@ -1,0 +1,137 @@
+//! The network that describes any picture: the trunk of a compact network with one head.
+
+use super::network::{RELU_GAIN, Trunk, write_patches};
+use super::positions::cells;
+use crate::config::CompactConfig;
+use crate::cpu::{CpuPlan, awake};
+use crate::plan::{Convolution, Filters, MapId, MapShape, Plan, PlanError, plain, relu};
+use crate::weights::{Builder, Weights};
+use deepsft_geometry::{GeometryError, Picture, check_size};
+use std::fmt;
+
+/// Numbers in a descriptor.
+pub const DESCRIPTOR_LENGTH: usize = 64;
+
+/// Keeps the division by a descriptor's length finite.
+const LENGTH_FLOOR: f32 = 1e-12;
+
+/// The network that describes any picture, on the processor, for images of one size.
+pub struct DescriptorExecutor {
+    cpu: CpuPlan,
+    image: MapId,
+    descriptors: MapId,
+    size: [usize; 2],
+}
+
+impl fmt::Debug for DescriptorExecutor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("DescriptorExecutor")
+            .field("size", &self.size)
+            .finish_non_exhaustive()
+    }
+}
+
+impl DescriptorExecutor {
+    /// Gets the network ready for images of `size` (columns, rows) pixels, see [`crate::Executor::new`].
+    ///
+    /// # Errors
+    /// [`PlanError`] when `weights` are not those of such a network.
+    pub fn new(size: [usize; 2], weights: &Weights, threads: usize) -> Result<Self, PlanError> {
+        let mut builder = Builder::new(weights, RELU_GAIN);
+        let trunk = Trunk::new(&mut builder, size, &CompactConfig::default())?;
+        let descriptors = builder.layer(&[relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
+        Ok(Self {
+            // Its file also has the heads of a main block, which nothing reads.
+            cpu: CpuPlan::new(builder.plan, &[descriptors], threads),
+            image: trunk.image,
+            descriptors,
+            size,
+        })
+    }
+
+    /// Rows and columns of cells of 8 pixels; the image is padded to an even number of them.
+    pub fn cells(&self) -> [usize; 2] {
+        cells(self.size)
+    }
+
+    /// The unit vectors of all cells, row after row, [`DESCRIPTOR_LENGTH`] numbers each.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the image has another size.
+    pub fn describe(&mut self, image: &Picture) -> Result<Vec<f32>, GeometryError> {
+        check_size(image.size(), (self.size[0], self.size[1]))?;
+        write_patches(&mut self.cpu, self.image, image);
+        let steps = 0..self.cpu.steps();
+        awake(self.cpu.threads(), || self.cpu.run(steps));
+        let (values, pitch) = (self.cpu.values(self.descriptors), self.cpu.pitch(self.descriptors));
+        let mut descriptors = Vec::with_capacity(values.len() / pitch * DESCRIPTOR_LENGTH);
+        for cell in values.chunks_exact(pitch) {
+            let descriptor = &cell[..DESCRIPTOR_LENGTH];
+            let square: f32 = descriptor.iter().map(|value| value * value).sum();
+            let length = (square + LENGTH_FLOOR).sqrt();
+            descriptors.extend(descriptor.iter().map(|value| value / length));
+        }
+        Ok(descriptors)
+    }
+}
+
+/// The products of some vectors with many others, a batch at a time.
+pub struct Similarities {
+    cpu: CpuPlan,
+    vectors: MapId,
+    products: MapId,
+}
+
+impl fmt::Debug for Similarities {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Similarities").finish_non_exhaustive()
+    }
+}
+
+impl Similarities {
+    /// Products with `others`, vectors of [`DESCRIPTOR_LENGTH`] numbers one after another, of `batch` vectors at a time.
+    ///
+    /// # Errors
+    /// [`PlanError::Shape`] when `others` are no such vectors, or none.
+    pub fn new(others: Vec<f32>, batch: usize, threads: usize) -> Result<Self, PlanError> {
+        let mut plan = Plan::default();
+        // Rows are shared among threads.
+        let rows = threads.max(1);
+        let vectors = plan.input(MapShape {
+            channels: DESCRIPTOR_LENGTH,
+            height: rows,
+            width: batch.div_ceil(rows),
+        });
+        let filters = Filters {
+            biases: vec![0.0; others.len() / DESCRIPTOR_LENGTH],
+            weights: others,
+            inputs: DESCRIPTOR_LENGTH,
+            kernel: 1,
+        };
+        let products = plan.convolve(Convolution {
+            inputs: vec![plain(vectors)],
+            filters,
+            stride: 1,
+            added: None,
+            rectified: false,
+        })?;
+        Ok(Self {
+            cpu: CpuPlan::new(plan, &[products], threads),
+            vectors,
+            products,
+        })
+    }
+
+    /// For each of the first vectors of `vectors`, at most as many as a batch has, its products with all others.
+    pub fn of<'a>(&'a mut self, vectors: &[f32]) -> impl Iterator<Item = &'a [f32]> {
+        let (count, pitch) = (vectors.len() / DESCRIPTOR_LENGTH, self.cpu.pitch(self.vectors));
+        let places = self.cpu.values_mut(self.vectors).chunks_exact_mut(pitch);
+        for (place, vector) in places.zip(vectors.chunks_exact(DESCRIPTOR_LENGTH)) {
+            place[..DESCRIPTOR_LENGTH].copy_from_slice(vector);
+        }
+        awake(self.cpu.threads(), || self.cpu.run(0..1));
+        let (others, pitch) = (self.cpu.shape(self.products).channels, self.cpu.pitch(self.products));
+        let products = self.cpu.values(self.products).chunks_exact(pitch);
+        products.map(move |products| &products[..others]).take(count)
+    }
+}

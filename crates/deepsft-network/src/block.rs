@@ -1,0 +1,47 @@
+//! The three blocks of a network and which of them are trained.
+
+use burn::module::Module;
+use deepsft_inference::Stage;
+
+/// A block of the network (paper, section 3.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// Main Block: image -> depth and registration. For the compact network with its mask head, for R50F everything.
+    Main,
+    /// Depth Refinement Block.
+    DepthRefinement,
+    /// Registration Refinement Block.
+    RegistrationRefinement,
+}
+
+impl Block {
+    /// All of them, in the order of the network.
+    pub const ALL: [Self; 3] = [Self::Main, Self::DepthRefinement, Self::RegistrationRefinement];
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Main => "main block",
+            Self::DepthRefinement => "depth refinement",
+            Self::RegistrationRefinement => "registration refinement",
+        }
+    }
+
+    /// The stage at which its maps are read.
+    pub fn stage(self) -> Stage {
+        match self {
+            Self::Main => Stage::Main,
+            Self::DepthRefinement => Stage::DepthRefinement,
+            Self::RegistrationRefinement => Stage::RegistrationRefinement,
+        }
+    }
+}
+
+/// `module`, a part of `block`, as [`super::Network::train_only`] wants it.
+pub(super) fn train_if_listed<M: Module>(module: M, block: Block, blocks: &[Block]) -> M {
+    if blocks.contains(&block) {
+        module.unfreeze()
+    } else {
+        module.freeze()
+    }
+}

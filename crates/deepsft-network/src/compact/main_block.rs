@@ -1,0 +1,165 @@
+//! Main Block: an encoder-decoder over the image that finds the object (paper, section 3.2).
+
+use super::bins::expected_coordinate;
+use super::cells::PATCH;
+use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
+use crate::description::{Cost, LayerTable};
+use crate::fold::{Fold, folded};
+use crate::half_precision::widened;
+use crate::upsampling::upsample_nearest;
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use deepsft_inference::CompactConfig;
+
+/// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
+/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
+/// coordinates in single precision.
+pub struct MainBlockOutput {
+    /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
+    pub patches: Tensor<4>,
+    /// Features, [N, C8, H/8, W/8].
+    pub features: Tensor<4>,
+    /// Bin logits of u, v and d, [N, K, H/16, W/16] each.
+    pub bins: [Tensor<4>; 3],
+    /// (u, v, d), [N, 3, H/8, W/8].
+    pub coordinates: Tensor<4>,
+}
+
+/// Features of an image before anything is read off them; strides 4, 16 and 8.
+pub struct Features {
+    pub patches: Tensor<4>,
+    pub at16: Tensor<4>,
+    pub at8: Tensor<4>,
+}
+
+/// Encoder to stride 32, decoder back to stride 8 with skip connections, bins at stride 16.
+#[derive(Module, Debug)]
+pub struct MainBlock {
+    patch: Convolution,
+    down8: Convolution,
+    encode8: ResidualBlock,
+    down16: Convolution,
+    encode16: ResidualBlock,
+    down32: Convolution,
+    encode32: Vec<ResidualBlock>,
+    lateral16: Convolution,
+    decode16: ResidualBlock,
+    bins: [Convolution; 3],
+    lateral8: Convolution,
+    decode8: ResidualBlock,
+    offset: Convolution,
+}
+
+impl MainBlock {
+    /// Layers of the widths and bins of `config`, randomly initialised.
+    pub fn new(config: &CompactConfig, device: &Device) -> Self {
+        let [c4, c8, c16, c32] = config.channels;
+        let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, device);
+        Self {
+            patch: conv([3 * PATCH * PATCH, c4], 1, 1),
+            down8: conv([c4, c8], 3, 2),
+            encode8: ResidualBlock::new(c8, device),
+            down16: conv([c8, c16], 3, 2),
+            encode16: ResidualBlock::new(c16, device),
+            down32: conv([c16, c32], 3, 2),
+            encode32: (0..config.blocks_at_32)
+                .map(|_| ResidualBlock::new(c32, device))
+                .collect(),
+            lateral16: conv([c32, c16], 1, 1),
+            decode16: ResidualBlock::new(c16, device),
+            bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, device)),
+            lateral8: conv([c16, c8], 1, 1),
+            decode8: ResidualBlock::new(c8, device),
+            offset: Convolution::head([c8, 3], 1, device),
+        }
+    }
+
+    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> features.
+    pub fn features(&self, image: Tensor<4>) -> Features {
+        let patches = self.patch.forward(space_to_depth(image, PATCH)); // [N, C4, H/4, W/4]
+        let at8 = self.encode8.forward(self.down8.forward(scaled_relu(patches.clone())));
+        let at16 = self.encode16.forward(self.down16.forward(scaled_relu(at8.clone())));
+        let mut at32 = self.down32.forward(scaled_relu(at16.clone()));
+        for block in &self.encode32 {
+            at32 = block.forward(at32);
+        }
+        let at16 = at16.clone() + up(&self.lateral16, at32, &at16);
+        let at16 = self.decode16.forward(at16);
+        let at8 = self
+            .decode8
+            .forward(at8.clone() + up(&self.lateral8, at16.clone(), &at8));
+        Features { patches, at16, at8 }
+    }
+
+    /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> [`MainBlockOutput`].
+    pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
+        let Features { patches, at16, at8 } = self.features(image);
+        let read = widened(scaled_relu(at16));
+        let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
+        let coarse = Tensor::cat(
+            bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
+            1,
+        );
+        let read = widened(scaled_relu(at8.clone()));
+        let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(read);
+        MainBlockOutput {
+            patches,
+            features: at8,
+            bins,
+            coordinates,
+        }
+    }
+
+    /// Writes its layers into `table`, which holds an image whose sides are multiples of 16.
+    pub fn describe(&self, table: &mut LayerTable) {
+        let [_, height, width] = table.size();
+        let mut add = |name: &str, stride: usize, channels: usize, cost: &dyn Fn(usize) -> Cost| {
+            let (rows, columns) = (height.div_ceil(stride), width.div_ceil(stride));
+            table.add(name, [channels, rows, columns], cost(rows * columns));
+        };
+        let [c4, c8, c16, c32] = [&self.patch, &self.down8, &self.down16, &self.down32].map(Convolution::channels);
+        add("4x4 patches", 4, c4, &|n| self.patch.cost(n));
+        add("down 3x3 stride 2", 8, c8, &|n| self.down8.cost(n));
+        add("enc8 residual block", 8, c8, &|n| self.encode8.cost(n));
+        add("down 3x3 stride 2", 16, c16, &|n| self.down16.cost(n));
+        add("enc16 residual block", 16, c16, &|n| self.encode16.cost(n));
+        add("down 3x3 stride 2", 32, c32, &|n| self.down32.cost(n));
+        let blocks = format!("enc32 {} residual blocks", self.encode32.len());
+        add(&blocks, 32, c32, &|n| {
+            self.encode32.iter().map(|block| block.cost(n)).sum()
+        });
+        add("lateral 1x1", 32, c16, &|n| self.lateral16.cost(n));
+        add("dec16 residual block", 16, c16, &|n| self.decode16.cost(n));
+        let bins = self.bins.iter().map(Convolution::channels).sum();
+        add("bins of u, v, depth 1x1", 16, bins, &|n| {
+            self.bins.iter().map(|head| head.cost(n)).sum()
+        });
+        add("lateral 1x1", 16, c8, &|n| self.lateral8.cost(n));
+        add("dec8 residual block", 8, c8, &|n| self.decode8.cost(n));
+        add("offsets 1x1", 8, self.offset.channels(), &|n| self.offset.cost(n));
+    }
+}
+
+impl Fold for MainBlock {
+    fn fold(self) -> Self {
+        folded!(
+            self,
+            [
+                patch, down8, encode8, down16, encode16, down32, encode32, lateral16, decode16, bins, lateral8,
+                decode8, offset
+            ],
+            []
+        )
+    }
+}
+
+/// A lateral connection: 1x1 at the coarse stride (it commutes with nearest up-sampling), then
+/// up-sampled by two and cropped to the size of `like`.
+fn up(lateral: &Convolution, coarse: Tensor<4>, like: &Tensor<4>) -> Tensor<4> {
+    let [n, c, height, width] = like.dims();
+    let doubled = upsample_nearest(lateral.forward(scaled_relu(coarse)), 2);
+    if doubled.dims() == like.dims() {
+        return doubled;
+    }
+    doubled.slice([0..n, 0..c, 0..height, 0..width])
+}

@@ -1,0 +1,46 @@
+//! The one error type of this crate.
+
+use deepsft_geometry::GeometryError;
+use deepsft_inference::DeviceKind;
+use thiserror::Error;
+
+/// What can go wrong with a network.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NetworkError {
+    /// A picture or a mask has another size than the rest.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Weights cannot be used.
+    #[error("{file} cannot be used: {reason}")]
+    Weights {
+        /// The file they came in.
+        file: String,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The device failed while computing or reading back.
+    #[error("the device failed while computing: {reason}")]
+    Execution {
+        /// What the device says.
+        reason: String,
+    },
+    /// A device cannot be used in this build or on this machine, or was lost.
+    #[error("device {device} is not available: {reason}")]
+    DeviceUnavailable {
+        /// What was asked for.
+        device: DeviceKind,
+        /// What the build, the driver or the browser says.
+        reason: String,
+    },
+    /// A machine has fewer devices than were asked for.
+    #[error("{asked} devices {device} were asked for, this machine has {found}")]
+    DevicesTooFew {
+        /// Their kind.
+        device: DeviceKind,
+        /// Number asked for.
+        asked: usize,
+        /// Number there is.
+        found: usize,
+    },
+}

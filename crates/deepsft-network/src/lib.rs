@@ -1,0 +1,40 @@
+//! The networks on burn, where they can be trained: image in, depth and registration maps out.
+//!
+//! [`deepsft_inference::NetworkConfig`] says which architecture and how large, [`Network`] is any of them with its weights,
+//! [`Network::forward_maps`] what training steps and tools need of it: the same maps from each. A finished network is
+//! handed on as a [`deepsft_inference::FoldedNetwork`], which runs without burn.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod any_network;
+mod block;
+mod compact;
+mod description;
+mod device;
+mod error;
+mod fold;
+mod folding;
+mod half_precision;
+mod layer_table;
+mod maps;
+mod module;
+mod paper;
+mod r50f;
+mod reading;
+mod resnet;
+mod trunk;
+mod upsampling;
+mod weight_array;
+
+pub use any_network::Network;
+pub use block::Block;
+pub use compact::{
+    CompactNetwork, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy,
+};
+pub use description::LayerDescription;
+pub use device::{start_device, start_devices};
+pub use error::NetworkError;
+pub use layer_table::layer_table;
+pub use maps::{NetworkMaps, OUTSIDE};
+pub use paper::PaperNetwork;
+pub use r50f::R50FNetwork;
+pub use reading::{images_to_tensor, pictures_to_tensor};
