@@ -182,11 +182,7 @@ fn the_browser_tree_holds_no_training_and_no_tools_of_the_terminal() {
 }
 
 /// Where `cfg(target_family = "wasm")` may stand.
-const WASM_PLACES: &[&str] = &[
-    "crates/deepsft-network/src/device.rs",
-    "crates/deepsft-inference/src/cpu/bands.rs",
-    "crates/deepsft-web/",
-];
+const WASM_PLACES: &[&str] = &["crates/deepsft-inference/src/cpu/bands.rs", "crates/deepsft-web/"];
 
 #[test]
 fn only_devices_threads_and_the_bindings_know_that_there_is_wasm() {

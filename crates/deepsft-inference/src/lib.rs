@@ -32,6 +32,8 @@ pub use config::{
 pub use cpu::{CpuPlan, available_threads};
 pub use device_kind::{DeviceDescription, DeviceKind, UnknownDevice};
 pub use executor::Executor;
+#[cfg(feature = "gpu")]
+pub use executor::GpuExecutor;
 pub use folded::FoldedNetwork;
 #[cfg(feature = "gpu")]
 pub use gpu::{Gpu, GpuError, GpuPlan};

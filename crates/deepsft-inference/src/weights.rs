@@ -47,20 +47,25 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The array `name`, which has `length` values.
-    pub(crate) fn array(&self, name: &str, length: usize) -> Result<&'a [f32], PlanError> {
-        let (name, WeightArray { values, .. }) = (self.weights)
+    /// The array `name`, which has the shape `shape`.
+    pub(crate) fn array(&self, name: &str, shape: &[usize]) -> Result<&'a [f32], PlanError> {
+        let (name, array) = (self.weights)
             .get_key_value(name)
             .ok_or_else(|| PlanError::Missing(name.to_owned()))?;
         self.used.borrow_mut().insert(name);
-        if values.len() != length {
-            return Err(PlanError::Shape {
-                what: name.clone(),
-                actual: vec![values.len()],
-                expected: vec![length],
-            });
+        let misfit = |actual: &[usize], expected: &[usize]| PlanError::Shape {
+            what: name.clone(),
+            actual: actual.to_vec(),
+            expected: expected.to_vec(),
+        };
+        if array.shape != shape {
+            return Err(misfit(&array.shape, shape));
         }
-        Ok(values)
+        let length = shape.iter().product();
+        if array.values.len() != length {
+            return Err(misfit(&[array.values.len()], &[length]));
+        }
+        Ok(&array.values)
     }
 
     /// The convolution `name` of `inputs`.
@@ -120,7 +125,7 @@ impl<'a> Builder<'a> {
         kernel: usize,
     ) -> Result<Filters, PlanError> {
         let channels = inputs.iter().map(|input| self.plan.shape(input.map).channels);
-        let fan_in: usize = channels.clone().sum::<usize>() * kernel * kernel;
+        let count: usize = channels.clone().sum();
         // The factor of each of a filter's values.
         let factors: Vec<f32> = inputs
             .iter()
@@ -132,15 +137,15 @@ impl<'a> Builder<'a> {
             .collect();
         let (mut weights, mut biases) = (Vec::new(), Vec::new());
         for (name, &outputs) in names.iter().zip(outputs) {
-            let values = self.array(&format!("{name}.weight"), outputs * fan_in)?;
+            let values = self.array(&format!("{name}.weight"), &[outputs, count, kernel, kernel])?;
             let scaled = values.iter().zip(factors.iter().cycle());
             weights.extend(scaled.map(|(value, factor)| value * factor));
-            biases.extend(self.array(&format!("{name}.bias"), outputs)?);
+            biases.extend(self.array(&format!("{name}.bias"), &[outputs])?);
         }
         Ok(Filters {
             weights,
             biases,
-            inputs: fan_in / (kernel * kernel),
+            inputs: count,
             kernel,
         })
     }

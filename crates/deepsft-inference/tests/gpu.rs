@@ -241,10 +241,10 @@ fn a_lost_gpu_says_so() {
 fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> Weights {
     let mut weights = Weights::new();
     loop {
-        let (name, length) = match Executor::new(config, image, &weights, 1) {
+        let (name, shape) = match Executor::new(config, image, &weights, 1) {
             Ok(_) => return weights,
-            Err(PlanError::Missing(name)) => (name, 0),
-            Err(PlanError::Shape { what, expected, .. }) => (what, expected.iter().product()),
+            Err(PlanError::Missing(name)) => (name, vec![0]),
+            Err(PlanError::Shape { what, expected, .. }) => (what, expected),
             Err(other) => panic!("{other}"),
         };
         // Logits of bins that differ, and small corrections.
@@ -255,8 +255,8 @@ fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> 
         } else {
             0.2
         };
-        let values = numbers.some(length).iter().map(|w| w * scale).collect();
-        let shape = vec![length];
+        let values = numbers.some(shape.iter().product());
+        let values = values.iter().map(|w| w * scale).collect();
         weights.insert(name, WeightArray { shape, values });
     }
 }

@@ -28,10 +28,10 @@ fn compact() -> NetworkConfig {
 fn weights(config: &NetworkConfig, image: [usize; 2]) -> Weights {
     let (mut weights, mut state) = (Weights::new(), 1_u64);
     loop {
-        let (name, length) = match Executor::new(config, image, &weights, 1) {
+        let (name, shape) = match Executor::new(config, image, &weights, 1) {
             Ok(_) => return weights,
-            Err(PlanError::Missing(name)) => (name, 0),
-            Err(PlanError::Shape { what, expected, .. }) => (what, expected.iter().product()),
+            Err(PlanError::Missing(name)) => (name, vec![0]),
+            Err(PlanError::Shape { what, expected, .. }) => (what, expected),
             Err(other) => panic!("{other}"),
         };
         let next = |_| {
@@ -40,7 +40,7 @@ fn weights(config: &NetworkConfig, image: [usize; 2]) -> Weights {
                 .wrapping_add(1_442_695_040_888_963_407);
             ((state >> 40) as f32 / (1 << 23) as f32 - 1.0) * 0.1
         };
-        let (shape, values) = (vec![length], (0..length).map(next).collect());
+        let values = (0..shape.iter().product()).map(next).collect();
         let before = weights.insert(name, WeightArray { shape, values });
         assert!(before.is_none_or(|before| before.values.is_empty()));
     }
@@ -85,6 +85,11 @@ fn weights_that_are_absent_or_of_another_shape_are_refused_by_name() {
     assert_eq!(absent, PlanError::Missing("mask_mix.bias".to_owned()));
     let short = made(&|weights| weights.get_mut("main.down8.weight").unwrap().values.truncate(7));
     assert!(short.to_string().contains("main.down8.weight"), "{short}");
+    let turned = made(&|weights| weights.get_mut("main.down8.weight").unwrap().shape.swap(0, 1));
+    let expected = "main.down8.weight: [8, 12, 3, 3] does not fit [12, 8, 3, 3]";
+    assert_eq!(turned.to_string(), expected);
+    let more = made(&|weights| drop(weights.insert("spare".to_owned(), weights["mask.bias"].clone())));
+    assert_eq!(more, PlanError::NoPlace("spare".to_owned()));
 }
 
 #[test]

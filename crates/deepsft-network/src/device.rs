@@ -20,8 +20,7 @@ use deepsft_inference::{DeviceDescription, DeviceKind};
 ///
 /// # Errors
 /// [`NetworkError::DeviceUnavailable`] when this build or this machine has no such device, when it lacks
-/// something burn needs, or when it was lost (a GPU that was reset does not come back within a process;
-/// in a browser, within a page's or worker's WebAssembly instance).
+/// something burn needs, or when it was lost (a GPU that was reset does not come back within a process).
 pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription), NetworkError> {
     match kind {
         DeviceKind::Cpu => Ok((Device::flex(), DeviceDescription::cpu())),
@@ -106,12 +105,6 @@ mod gpu {
             (Err(_), Some(started)) => return Ok(started),
             (Err(error), None) => return Err(unavailable(error.to_string())),
         };
-        let features = setup.adapter.features();
-        if cfg!(target_family = "wasm") && !features.contains(wgpu::Features::TIMESTAMP_QUERY) {
-            // burn would panic at the first tensor: without time stamps it wants to wait, and a browser
-            // must not.
-            return Err(unavailable("the adapter lacks the feature timestamp-query".to_owned()));
-        }
         let adapter = setup.adapter.get_info();
         let description = DeviceDescription {
             software: adapter.device_type == wgpu::DeviceType::Cpu,

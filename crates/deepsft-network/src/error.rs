@@ -30,7 +30,7 @@ pub enum NetworkError {
     DeviceUnavailable {
         /// What was asked for.
         device: DeviceKind,
-        /// What the build, the driver or the browser says.
+        /// What the build or the driver says.
         reason: String,
     },
     /// A machine has fewer devices than were asked for.

@@ -3,7 +3,7 @@
 //! The counts fit blocks of Keras' ResNet-50 exactly for the refinement blocks (13,618,689 with one output channel) and
 //! to within 250 for the main block (81,664,515); the printed layer tables describe shallower networks. So the layers
 //! here are those that the counts tell, on the tables' path of sizes. Where the paper is silent (our choice): pixels
-//! enter as 2 value - 1, depth is the normalised depth of [`crate::DepthRange`], a map of an odd height is cropped at
+//! enter as 2 value - 1, depth is the normalised depth of [`deepsft_inference::DepthRange`], a map of an odd height is cropped at
 //! the bottom, so that its rows stay over the encoder's.
 
 mod main_block;

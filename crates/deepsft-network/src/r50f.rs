@@ -4,7 +4,7 @@
 //! The last two layers are taken to be the mean over the image and the classifier, so that the dense layer sees where
 //! things are. The encoder is ResNet-50 in the form of Keras (23,587,712 parameters). Where the paper is silent (our
 //! choice): ReLU after the first dense layer, pixels as 2 value - 1, depth as normalised depth of
-//! [`crate::DepthRange`]. There is no refinement.
+//! [`deepsft_inference::DepthRange`]. There is no refinement.
 
 use super::block::{Block, train_if_listed};
 use super::description::{Cost, LayerTable};

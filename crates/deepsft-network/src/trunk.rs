@@ -19,7 +19,7 @@ const NOISE_PX: usize = 192;
 
 impl Network {
     /// The same network with the trunk of another one: the convolutions of the main block without its heads. `weights` is the
-    /// file `weights.bpk` of a [`crate::ModelBundle`] with a compact network of the same widths, or of a
+    /// file `weights.bpk` of a model bundle with a compact network of the same widths, or of a
     /// [`crate::DescriptorNetwork`]; both hold folded filters.
     ///
     /// A filter is unfolded into a raw one of length one, as new ones have, and its gain: the same function, and the learning

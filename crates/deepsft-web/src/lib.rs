@@ -26,8 +26,7 @@ pub use tracker::MeshTracker;
 
 use wasm_bindgen::prelude::*;
 
-/// Runs the static constructors of burn's kernel compiler (its registry of operations), once, when the
-/// module is instantiated.
+/// Runs the static constructors of whatever dependency has some, once, when the module is instantiated.
 ///
 /// A module that has such constructors and never calls them is taken for a program by the linker,
 /// which then runs all of them at the top of *every* call from JavaScript: a tenth of a millisecond for

@@ -8,7 +8,7 @@ use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, check_size, remove_islands,
 };
 #[cfg(feature = "webgpu")]
-use deepsft_inference::{CompactGpuExecutor, DeviceKind, GpuError};
+use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
 use deepsft_inference::{Executor, FoldedNetwork, PlanError, Stage};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -51,7 +51,7 @@ pub struct Estimator {
     template: TemplateLuminance,
 }
 
-/// Executors that wait for the next frame; each holds some 25 MB.
+/// Executors that wait for the next frame; one of a compact network holds some 25 MB.
 const MOST_IDLE: usize = 2;
 
 /// A network on its device.
@@ -59,7 +59,7 @@ const MOST_IDLE: usize = 2;
 enum Runner {
     Cpu(Executor),
     #[cfg(feature = "webgpu")]
-    WebGpu(Box<CompactGpuExecutor>),
+    WebGpu(GpuExecutor),
 }
 
 impl Runner {
@@ -72,8 +72,8 @@ impl Runner {
         match device {
             Device::Cpu => Ok(Self::Cpu(network.executor(image).map_err(refused)?)),
             #[cfg(feature = "webgpu")]
-            Device::WebGpu(gpu) => match CompactGpuExecutor::new(gpu, &network.config, image, &network.weights) {
-                Ok(executor) => Ok(Self::WebGpu(Box::new(executor))),
+            Device::WebGpu(gpu) => match GpuExecutor::new(gpu, &network.config, &network.weights) {
+                Ok(executor) => Ok(Self::WebGpu(executor)),
                 Err(GpuError::Plan(PlanError::Architecture(name))) => Err(DeepSftError::DeviceUnavailable {
                     device: DeviceKind::WebGpu,
                     reason: format!("networks of the architecture {name} run on the processor only"),
@@ -161,7 +161,7 @@ impl Estimator {
     ///
     /// # Errors
     /// [`DeepSftError::BundleContent`] when the bundle's training camera has no 480 x 270 image,
-    /// [`DeepSftError::DeviceUnavailable`] for a network other than the compact one on a GPU, [`DeepSftError::Execution`]
+    /// [`DeepSftError::DeviceUnavailable`] for R50F on a GPU, [`DeepSftError::Execution`]
     /// when the GPU is lost.
     pub fn new(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
         let size = (bundle.camera().width() as usize, bundle.camera().height() as usize);

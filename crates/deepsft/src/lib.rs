@@ -23,6 +23,8 @@ pub use deepsft_formats::{
     mesh_to_obj, parse_camera, template_to_files,
 };
 pub use deepsft_geometry as geometry;
+#[cfg(feature = "webgpu")]
+pub use deepsft_inference::Gpu;
 pub use deepsft_inference::{
     Architecture, CompactConfig, DepthRange, DeviceDescription, DeviceKind, Executor, FoldedNetwork, NetworkConfig,
     PaperConfig, PlanError, R50FConfig, Stage, UnknownDevice, WeightArray, Weights,

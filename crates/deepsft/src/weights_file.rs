@@ -30,7 +30,7 @@ fn read(tensor: Tensor) -> Result<(String, WeightArray), String> {
             .iter()
             .map(|&b| bf16::from_le_bytes(b).to_f32())
             .collect(),
-        kind => return Err(format!("{name} holds {kind:?}, expected floating-point numbers")),
+        kind => return Err(format!("{name} holds {kind:?}, expected F16, BF16 or F32")),
     };
     let shape = shape.to_vec();
     let expected: usize = shape.iter().product();

@@ -1,5 +1,4 @@
-// Whether this browser's WebGPU can run the engine, found out before the engine tries: its kernels cannot
-// report what is missing, they would stop the whole module.
+// Whether this browser's WebGPU can run the engine, found out before the engine is loaded.
 
 /**
  * Limits the engine's kernels lean on. They are WebGPU's guaranteed minimum; they are checked because
@@ -11,8 +10,6 @@ const NEEDED_LIMITS = /** @type {const} */ ({
   maxStorageBuffersPerShaderStage: 8,
   maxStorageBufferBindingSize: 134_217_728,
 });
-
-const TIMESTAMPS = "timestamp-query";
 
 /** Names under which CPU emulations of a GPU appear. */
 const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwarp\b|software/i;
@@ -40,7 +37,6 @@ export async function probeWebGpu() {
     return unusable(`This browser's WebGPU failed: ${error instanceof Error ? error.message : error}.`);
   }
   if (!adapter) return unusable("This browser has WebGPU but offers no graphics adapter.");
-  if (!adapter.features.has(TIMESTAMPS)) pretendTimestamps(adapter);
   for (const [name, needed] of Object.entries(NEEDED_LIMITS)) {
     if (!(adapter.limits[name] >= needed))
       return unusable(`The graphics adapter's ${name} is ${adapter.limits[name]}; ${needed} is needed.`);
@@ -49,26 +45,4 @@ export async function probeWebGpu() {
   const software =
     isFallbackAdapter === true || SOFTWARE_NAMES.test([vendor, architecture, device, description].join(" "));
   return { usable: true, software, reason: "" };
-}
-
-/**
- * Shows the engine adapters as if they had time stamps, and asks for their devices without. burn's kernel compiler panics
- * on an adapter that has none, though it takes time stamps only while it tunes kernels, which this build leaves out.
- *
- * @param {object} adapter one of those that have none
- */
-function pretendTimestamps(adapter) {
-  const prototype = Object.getPrototypeOf(adapter);
-  const { get: features } = /** @type {PropertyDescriptor} */ (Object.getOwnPropertyDescriptor(prototype, "features"));
-  const { requestDevice } = prototype;
-  Object.defineProperty(prototype, "features", {
-    configurable: true,
-    get() {
-      return new Set([.../** @type {Set<string>} */ (features?.call(this)), TIMESTAMPS]);
-    },
-  });
-  prototype.requestDevice = function (/** @type {{ requiredFeatures?: Iterable<string> } | undefined} */ descriptor) {
-    const requiredFeatures = [...(descriptor?.requiredFeatures ?? [])].filter((name) => name !== TIMESTAMPS);
-    return requestDevice.call(this, { ...descriptor, requiredFeatures });
-  };
 }

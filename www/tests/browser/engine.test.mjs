@@ -72,7 +72,7 @@ test("an adapter without time stamps runs the engine, and is not asked for them"
       get() { return new Set([...features.call(this)].filter((name) => name !== "timestamp-query")); },
     });
     prototype.requestDevice = function (descriptor) {
-      self.asked.push(...descriptor.requiredFeatures);
+      self.asked.push(...(descriptor?.requiredFeatures ?? []));
       if (self.asked.includes("timestamp-query")) return Promise.reject(new TypeError("Unsupported feature"));
       return requestDevice.call(this, descriptor);
     };
@@ -333,6 +333,7 @@ test("frames that cannot be read are passed over, by both loops", { timeout: SLO
   }),
 );
 
+// Chromium keeps compiled code for the next visit only of larger modules.
 test("the engine is compiled while it is downloaded", { timeout: SLOW_MS }, async () => {
   const server = await serve();
   const browser = await launch({ webgpu: false });

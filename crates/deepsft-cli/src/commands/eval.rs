@@ -87,7 +87,7 @@ pub struct EvalArguments {
     /// Draw frames spread over each data set and the worst, as in the tables of the paper, to this PNG file
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// What computes: cpu, or vulkan, webgpu or cuda if the program was built with it
+    /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
 }

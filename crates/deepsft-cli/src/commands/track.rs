@@ -88,7 +88,7 @@ pub struct TrackArguments {
     /// Folder to write; an older track there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// What computes: cpu, or vulkan, webgpu or cuda if the program was built with it
+    /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
     /// Folder of images, or video file

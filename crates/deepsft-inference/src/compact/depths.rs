@@ -1,7 +1,7 @@
 //! Depths that follow from the registration of an isometric surface, and what refinement reads of them.
 //!
 //! The same arithmetic as the network's in training, in the same precision: see `isometric_depth` and `planar_depth` of the crate
-//! `deepsft` for where it comes from.
+//! `deepsft-network` for where it comes from.
 
 use super::positions::cells;
 use crate::config::{DepthRange, NetworkConfig};

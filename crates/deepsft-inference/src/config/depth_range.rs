@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Depths the network can say, mm.
 ///
 /// Two measures of depth are used. *Normalised log depth* d = ln(z / near) / ln(far / near) is what the compact
-/// network classifies. *Normalised depth* (z - near) / (far - near) is what [`crate::NetworkMaps`] hold and what the
+/// network classifies. *Normalised depth* (z - near) / (far - near) is what the maps of a network in training hold and what the
 /// paper's network and R50F are trained to say (the paper gives no unit; our choice): an error of a millimetre
 /// weighs the same at every distance, as in the paper's loss, and depth is of the size of the registration beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -262,6 +262,11 @@ impl Gpu {
         polled.map_err(|error| GpuError::Failed(error.to_string()))?;
         let failed = |error: &dyn fmt::Display| self.check().err().unwrap_or(GpuError::Failed(error.to_string()));
         receiver.await.map_err(|error| failed(&error))?;
+        // In a browser refusals arrive while it is waited for: what was mapped then holds no results.
+        if let Err(error) = self.check() {
+            buffer.unmap();
+            return Err(error);
+        }
         let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
         let result = read(
             &mut view

@@ -63,7 +63,7 @@ impl ResidualPlan {
         }
     }
 
-    pub(crate) fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
+    fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
@@ -79,7 +79,7 @@ impl ResidualPlan {
         Ok(Self { plan, image, said })
     }
 
-    pub(crate) fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
+    fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
         use Resizing::{Kept, Stride};
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
@@ -222,9 +222,9 @@ impl<'a> Residual<'a> {
             height,
             width,
         } = self.builder.plan.shape(map);
-        let length = channels * height * width * outputs;
-        let weights = self.builder.array(&format!("{name}.weight"), length)?.to_vec();
-        let biases = self.builder.array(&format!("{name}.bias"), outputs)?.to_vec();
+        let shape = [channels * height * width, outputs];
+        let weights = self.builder.array(&format!("{name}.weight"), &shape)?.to_vec();
+        let biases = self.builder.array(&format!("{name}.bias"), &[outputs])?.to_vec();
         self.builder.plan.dense(Dense {
             map,
             weights,

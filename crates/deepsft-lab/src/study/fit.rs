@@ -67,7 +67,7 @@ pub struct FitStudyArguments {
     /// Draw the two worst fits of each series (by registration error) to this PNG file
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
-    /// What computes the network: cpu, or vulkan, webgpu or cuda if the program was built with it
+    /// What computes the network: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
 }

@@ -12,7 +12,7 @@ use burn::tensor::{Device, Tensor};
 use deepsft_inference::CompactConfig;
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
-/// [`crate::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
+/// [`deepsft_inference::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
 /// coordinates in single precision.
 pub struct MainBlockOutput {
     /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
