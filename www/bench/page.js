@@ -39,12 +39,15 @@ class OnnxRuntime {
   #range;
   #input = new Float32Array(3 * INPUT_HEIGHT * CANONICAL_WIDTH);
 
-  /** @param {{ near_mm: number, far_mm: number }} range depths that the network can say */
-  static async load(range) {
-    const ort = await import("/bench-onnxruntime/ort.wasm.min.mjs");
+  /**
+   * @param {{ near_mm: number, far_mm: number }} range depths that the network can say
+   * @param {"wasm" | "webgpu"} provider
+   */
+  static async load(range, provider) {
+    const ort = await import(`/bench-onnxruntime/ort.${provider}.min.mjs`);
     ort.env.wasm.numThreads = 1;
     ort.env.wasm.wasmPaths = new URL("/bench-onnxruntime/", location.href).href;
-    const session = await ort.InferenceSession.create("/bench-network.onnx", { executionProviders: ["wasm"] });
+    const session = await ort.InferenceSession.create("/bench-network.onnx", { executionProviders: [provider] });
     return new OnnxRuntime(ort, session, range);
   }
 
@@ -171,33 +174,40 @@ async function measureMesh(sft, camera) {
   };
 }
 
-/**
- * @param {{ runs: number, withOnnxRuntime: boolean }} options
- */
-export async function measure({ runs, withOnnxRuntime }) {
+/** The frame, its camera, and what the model says of itself. */
+async function material() {
   const frame = await imageData("/bench-export/frame.png");
   const description = await (await fetch("/bench-model/model.json")).json();
   const trained = description.training_camera;
   const scale = frame.width / trained.width;
   const [fx, fy, cx, cy] = [trained.fx, trained.fy, trained.cx, trained.cy].map((value) => value * scale);
   const camera = { width: frame.width, height: frame.height, fx, fy, cx, cy };
+  return { frame, camera, trained, range: description.network.depth_range };
+}
 
+/**
+ * This package and onnxruntime-web on the same frame, in turns.
+ *
+ * @param {{ device: "cpu" | "webgpu", warmUp: number, runs: number, withOnnxRuntime: boolean }} options
+ */
+async function takeTurns({ device, warmUp, runs, withOnnxRuntime }) {
+  const { frame, camera, trained, range } = await material();
   let began = performance.now();
-  const sft = await DeepSft.load("/bench-model/", { device: "cpu" });
+  const sft = await DeepSft.load("/bench-model/", { device });
   const loadMs = performance.now() - began;
   began = performance.now();
-  const rival = withOnnxRuntime ? await OnnxRuntime.load(description.network.depth_range) : null;
+  const rival = withOnnxRuntime ? await OnnxRuntime.load(range, device === "cpu" ? "wasm" : "webgpu") : null;
   const rivalLoadMs = performance.now() - began;
 
   const ours = { warp: [], network: [], judge: [], frame: [] };
   const theirs = { network: [], alone: [] };
   let apart = null;
-  for (let turn = 0; turn < WARM_UP + runs; turn++) {
+  for (let turn = 0; turn < warmUp + runs; turn++) {
     // The frame's pixels move to the worker: it gets a copy each time.
     const copy = new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
     const estimate = await sft.estimate(copy, { camera });
     const answer = await rival?.estimate(estimate.canonical);
-    if (turn >= WARM_UP) {
+    if (turn >= warmUp) {
       const { warpMs, networkMs, judgeMs } = estimate.times;
       ours.warp.push(warpMs);
       ours.network.push(networkMs);
@@ -211,21 +221,15 @@ export async function measure({ runs, withOnnxRuntime }) {
     if (answer) apart = difference(estimate, answer);
     estimate.close();
   }
-  const { width, height } = trained;
-  const mesh = await measureMesh(sft, { width, height, fx: trained.fx, fy: trained.fy, cx: trained.cx, cy: trained.cy });
-  sft.close();
   const network = summary(ours.network);
   const rivalNetwork = rival && summary(theirs.network);
-  return {
-    browser: navigator.userAgent,
-    threads: 1,
+  const figures = {
     runs,
     load_ms: loadMs,
     canonical_warp: summary(ours.warp),
     network,
     confidence: summary(ours.judge),
     frame: summary(ours.frame),
-    mesh,
     rival: rival && {
       name: `onnxruntime-web ${rival.version}`,
       load_ms: rivalLoadMs,
@@ -235,4 +239,30 @@ export async function measure({ runs, withOnnxRuntime }) {
       difference: apart,
     },
   };
+  return { sft, trained, figures };
+}
+
+/**
+ * On the CPU, on one thread, and what follows the network.
+ *
+ * @param {{ runs: number, withOnnxRuntime: boolean }} options
+ */
+export async function measure({ runs, withOnnxRuntime }) {
+  const { sft, trained, figures } = await takeTurns({ device: "cpu", warmUp: WARM_UP, runs, withOnnxRuntime });
+  const { width, height, fx, fy, cx, cy } = trained;
+  const mesh = await measureMesh(sft, { width, height, fx, fy, cx, cy });
+  sft.close();
+  return { browser: navigator.userAgent, threads: 1, ...figures, mesh };
+}
+
+/**
+ * On the GPU, or what plays one.
+ *
+ * @param {{ runs: number, withOnnxRuntime: boolean }} options
+ */
+export async function measureOnGpu(options) {
+  const { sft, figures } = await takeTurns({ device: "webgpu", warmUp: 1, ...options });
+  const { adapterName, software } = sft.info;
+  sft.close();
+  return { adapter: adapterName, software, ...figures };
 }

@@ -2,6 +2,7 @@
 
 mod finding;
 mod fit;
+mod shapes;
 mod tracking;
 
 use anyhow::Result;
@@ -13,6 +14,8 @@ pub enum StudyCommand {
     Finding(finding::FindingStudyArguments),
     /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
     Fit(fit::FitStudyArguments),
+    /// Train compact networks of other sides on the same samples: accuracy, operations, time.
+    Shapes(shapes::ShapesArguments),
     /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
     Tracking(tracking::TrackingStudyArguments),
 }
@@ -21,6 +24,7 @@ pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
+        StudyCommand::Shapes(arguments) => shapes::run(arguments),
         StudyCommand::Tracking(arguments) => tracking::run(arguments),
     }
 }

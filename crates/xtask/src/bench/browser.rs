@@ -1,4 +1,4 @@
-//! Inference in Chromium on its CPU: `www/bench/browser.mjs` measures, this starts it and prints the table.
+//! Inference in Chromium, on its CPU and by WebGPU: `www/bench/browser.mjs` measures, this starts it and prints the table.
 
 use super::rivals::{self, Rivals};
 use crate::{manifest::Manifest, tools};
@@ -25,6 +25,16 @@ struct Figures {
     network: Times,
     confidence: Times,
     frame: Times,
+    rival: Option<Rival>,
+    webgpu: OnGpu,
+}
+
+/// The same by WebGPU.
+#[derive(Deserialize)]
+struct OnGpu {
+    adapter: String,
+    runs: u32,
+    network: Times,
     rival: Option<Rival>,
 }
 
@@ -75,15 +85,14 @@ pub fn measure(
 
 /// Times of programs that do not compute the same are not worth comparing.
 fn check(figures: &Figures) -> Result<()> {
-    let Some(Rival { name, difference, .. }) = &figures.rival else {
-        return Ok(());
-    };
-    let depth_mm = difference.depth_mm.unwrap_or(0.0);
-    ensure!(
-        difference.mask_share <= MOST_MASK_SHARE && depth_mm <= MOST_MEDIAN_DEPTH_MM,
-        "{name} and DeepSfT do not compute the same: masks differ on {:.2} % of the pixels, depths by {depth_mm} mm (median)",
-        100.0 * difference.mask_share,
-    );
+    for Rival { name, difference, .. } in figures.rival.iter().chain(&figures.webgpu.rival) {
+        let depth_mm = difference.depth_mm.unwrap_or(0.0);
+        ensure!(
+            difference.mask_share <= MOST_MASK_SHARE && depth_mm <= MOST_MEDIAN_DEPTH_MM,
+            "{name} and DeepSfT do not compute the same: masks differ on {:.2} % of the pixels, depths by {depth_mm} mm (median)",
+            100.0 * difference.mask_share,
+        );
+    }
     Ok(())
 }
 
@@ -100,6 +109,7 @@ pub fn print(figures: &Value) -> Result<()> {
         confidence,
         frame,
         rival,
+        webgpu,
     } = Figures::deserialize(figures)?;
     let row = |title: &str, cell: String| println!("{title:<46}{cell:>14}");
     println!();
@@ -138,6 +148,20 @@ pub fn print(figures: &Value) -> Result<()> {
             100.0 * difference.mask_share
         );
     }
+    println!();
+    let OnGpu { adapter, runs, .. } = &webgpu;
+    row(&format!("by WebGPU ({adapter}), medians of {runs}"), "ms".to_owned());
+    row(
+        "network, with packing and reading the maps",
+        format!("{:.1}", webgpu.network.median_ms),
+    );
+    if let Some(Rival {
+        name, network, ratio, ..
+    }) = &webgpu.rival
+    {
+        row(&format!("the same, {name}"), format!("{:.1}", network.median_ms));
+        row("  ratio, DeepSfT : onnxruntime-web", format!("{ratio:.3}"));
+    }
     Ok(())
 }
 
@@ -157,6 +181,7 @@ mod tests {
             let figures = json!({
                 "runs": 5, "load_ms": 1.0, "canonical_warp": times, "network": times, "confidence": times,
                 "frame": times, "rival": rival,
+                "webgpu": {"adapter": "a", "runs": 5, "network": times, "rival": null},
             });
             Figures::deserialize(figures).unwrap()
         };
