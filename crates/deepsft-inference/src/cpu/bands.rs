@@ -45,10 +45,10 @@ pub(crate) fn in_bands<T: Send>(
     }
 }
 
-/// How often a thread looks for work before it lets other programs go first: some milliseconds, longer than what one
-/// thread does alone between two layers.
+/// How often a thread looks for work before it lets others go first. After a pause both threads may begin on one core: then the one
+/// that waits holds the one that works up, until the system moves it.
 #[cfg(not(target_family = "wasm"))]
-const TRIES: u32 = 20_000;
+const TRIES: u32 = 1_000;
 
 /// Does `work` in rayon's pool and keeps `threads` of its threads awake meanwhile: what is shared in bands takes less time than
 /// a thread needs to wake up.
