@@ -84,6 +84,11 @@ impl Maps {
         &self.registration
     }
 
+    /// Depths and registration, row-major, to be written.
+    pub fn parts_mut(&mut self) -> (&mut [f32], &mut [[f32; 2]]) {
+        (&mut self.depth, &mut self.registration)
+    }
+
     /// Sets the pixel with row-major index `pixel`.
     pub fn set(&mut self, pixel: usize, depth_mm: f32, uv: [f32; 2]) {
         self.depth[pixel] = depth_mm;

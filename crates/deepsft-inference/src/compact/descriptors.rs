@@ -60,9 +60,11 @@ impl DescriptorExecutor {
     /// [`GeometryError`] when the image has another size.
     pub fn describe(&mut self, image: &Picture) -> Result<Vec<f32>, GeometryError> {
         check_size(image.size(), (self.size[0], self.size[1]))?;
-        write_patches(&mut self.cpu, self.image, image);
         let steps = 0..self.cpu.steps();
-        awake(self.cpu.threads(), || self.cpu.run(steps));
+        awake(self.cpu.threads(), || {
+            write_patches(&mut self.cpu, self.image, image);
+            self.cpu.run(steps);
+        });
         let (values, pitch) = (self.cpu.values(self.descriptors), self.cpu.pitch(self.descriptors));
         let mut descriptors = Vec::with_capacity(values.len() / pitch * DESCRIPTOR_LENGTH);
         for cell in values.chunks_exact(pitch) {

@@ -144,7 +144,7 @@ impl CompactGpuExecutor {
         let mask = plan.buffer(network.mask).clone();
         Ok(Self {
             frames: Frames::new(gpu, plan, work, (image, pixels), vec![found, refined, mask]),
-            reading: Reading::new(image, config),
+            reading: Reading::new(image, config, 1),
             logits: vec![0.0; 4 * count * 16],
         })
     }

@@ -74,7 +74,7 @@ impl CompactExecutor {
             measure: DepthMeasure::new(image, config),
             seen: vec![0.0; rows * columns],
             measured: vec![[0.0; MEASURED]; rows * columns],
-            reading: Reading::new(image, config),
+            reading: Reading::new(image, config, cpu.threads()),
             coarse: [(); 3].map(|()| vec![0.0; rows * columns / 4]),
             cells_from_bins: [rows / 2, columns / 2].map(|length| upsampled(length, 2)),
             arch: Arch::new(),

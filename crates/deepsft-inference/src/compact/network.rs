@@ -2,10 +2,12 @@
 
 use super::positions::cells;
 use crate::config::{Architecture, CompactConfig, NetworkConfig};
-use crate::cpu::CpuPlan;
+use crate::cpu::{CpuPlan, MOST_THREADS, Units, in_bands};
 use crate::plan::{Added, MapId, MapShape, Plan, PlanError, plain, relu};
 use crate::weights::{Builder, Weights};
 use deepsft_geometry::Picture;
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 
 /// Side of a patch, pixels.
 pub(super) const PATCH: usize = 4;
@@ -155,19 +157,65 @@ impl Trunk {
 
 /// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
 pub(super) fn write_patches(cpu: &mut CpuPlan, map: MapId, image: &Picture) {
-    let (MapShape { width, .. }, pitch) = (cpu.shape(map), cpu.pitch(map));
-    let values = cpu.values_mut(map);
-    let line = 3 * image.width();
-    for (index, patch) in values.chunks_exact_mut(pitch).enumerate() {
-        let (left, top) = (PATCH * (index % width), PATCH * (index / width));
-        for row in 0..PATCH {
-            let known = image.rgb().get((top + row) * line..).unwrap_or_default();
-            let known = &known[..known.len().min(line)];
-            let known = known.get(3 * left..).unwrap_or_default();
-            for column in 0..PATCH {
-                for channel in 0..3 {
-                    let value = known.get(3 * column + channel).copied().unwrap_or_default();
-                    patch[(channel * PATCH + row) * PATCH + column] = f32::from(value) * (4.0 / 255.0) - 2.0;
+    let (MapShape { width, height, .. }, pitch) = (cpu.shape(map), cpu.pitch(map));
+    let (arch, mut team) = (Arch::new(), [(); MOST_THREADS]);
+    let threads = cpu.threads();
+    let out = Units::whole(cpu.values_mut(map), width * pitch);
+    in_bands(
+        &mut team[..threads],
+        0..height,
+        out,
+        &|(), rows, Units { values: out, .. }| {
+            arch.dispatch(Patches {
+                image,
+                width,
+                pitch,
+                rows,
+                out,
+            });
+        },
+    );
+}
+
+/// The rows `rows` of patches.
+struct Patches<'a> {
+    image: &'a Picture,
+    width: usize,
+    pitch: usize,
+    rows: Range<usize>,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Patches<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            image,
+            width,
+            pitch,
+            rows,
+            out,
+        } = self;
+        let line = 3 * image.width();
+        for (y, out) in rows.zip(out.chunks_exact_mut(width * pitch)) {
+            for row in 0..PATCH {
+                let known = image.rgb().get((PATCH * y + row) * line..).unwrap_or_default();
+                let known = &known[..known.len().min(line)];
+                for (x, patch) in out.chunks_exact_mut(pitch).enumerate() {
+                    let known = known.get(3 * PATCH * x..).unwrap_or_default();
+                    let mut pixels = [0; 3 * PATCH];
+                    match known.first_chunk() {
+                        Some(known) => pixels = *known,
+                        None => pixels[..known.len()].copy_from_slice(known),
+                    }
+                    for channel in 0..3 {
+                        let values = &mut patch[(channel * PATCH + row) * PATCH..][..PATCH];
+                        for (column, value) in values.iter_mut().enumerate() {
+                            *value = f32::from(pixels[3 * column + channel]) * (4.0 / 255.0) - 2.0;
+                        }
+                    }
                 }
             }
         }

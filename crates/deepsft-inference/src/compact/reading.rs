@@ -4,8 +4,10 @@ use super::depths::PIXELS_PER_CELL;
 use super::network::PATCH;
 use super::positions::{Between, cells, upsampled};
 use crate::config::NetworkConfig;
+use crate::cpu::{Shared, awake, in_bands};
 use crate::stage::Stage;
-use deepsft_geometry::{GeometryError, Maps, check_size};
+use deepsft_geometry::{GeometryError, Maps, OUTSIDE, check_size};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts.
 const SEAM_JUMP: f32 = 0.12;
@@ -22,15 +24,28 @@ pub(super) struct Reading {
     pub(super) refined: [Vec<f32>; 3],
     /// Pixels from cells: rows and columns.
     pixels_from_cells: [Vec<Between>; 2],
-    /// u, v and d of the cells' columns at one row of pixels.
-    line: [Vec<f32>; 3],
+    /// One for each thread.
+    lines: Vec<Line>,
+}
+
+/// What is said along one row of pixels.
+struct Line {
+    /// Of the cells' columns.
+    cells: Vec<f32>,
+    /// u, v and depth (mm) of the pixels.
+    pixels: [Vec<f32>; 3],
 }
 
 impl Reading {
-    pub(super) fn new(image: [usize; 2], config: &NetworkConfig) -> Self {
+    /// `threads` will read.
+    pub(super) fn new(image: [usize; 2], config: &NetworkConfig, threads: usize) -> Self {
         let [rows, columns] = cells(image);
         let three = |length: usize| [(); 3].map(|()| vec![0.0; length]);
         let range = config.depth_range;
+        let line = |_| Line {
+            cells: vec![0.0; columns],
+            pixels: three(columns * PIXELS_PER_CELL),
+        };
         Self {
             image,
             seams: config.as_compact().is_some_and(|layers| layers.seams),
@@ -39,7 +54,7 @@ impl Reading {
             main: three(rows * columns),
             refined: three(rows * columns),
             pixels_from_cells: [rows, columns].map(|length| upsampled(length, PIXELS_PER_CELL)),
-            line: three(columns),
+            lines: (0..threads).map(line).collect(),
         }
     }
 
@@ -68,7 +83,7 @@ impl Reading {
         &mut self,
         stage: Stage,
         seen: Option<&[bool]>,
-        mask: impl Fn(usize, usize) -> f32,
+        mask: impl Fn(usize, usize) -> f32 + Sync,
         maps: &mut Maps,
     ) -> Result<(), GeometryError> {
         let [width, height] = self.image;
@@ -76,42 +91,154 @@ impl Reading {
         if let Some(seen) = seen {
             check_size((seen.len(), 1), (width * height, 1))?;
         }
-        let mut line = std::mem::take(&mut self.line);
-        let (near, span) = (self.near_mm, self.span);
-        let is_seen = |x, y| {
+        let mut lines = std::mem::take(&mut self.lines);
+        let in_mask = |x, y| {
             let (patch, within) = self.place_in_mask(x, y);
             mask(patch, within) >= 0.0
         };
-        let cells = self.cells(stage);
-        let columns = self.pixels_from_cells[1].len() / PIXELS_PER_CELL;
-        for y in 0..height {
-            let row = self.pixels_from_cells[0][y];
-            for (line, cells) in line.iter_mut().zip(cells) {
-                let [above, below] = row.cells.map(|r| &cells[r * columns..][..columns]);
-                for (value, (a, b)) in line.iter_mut().zip(above.iter().zip(below)) {
-                    *value = a + (b - a) * row.fraction;
+        let is_seen = |x, y| seen.map_or_else(|| in_mask(x, y), |seen| seen[y * width + x]);
+        let (depth, registration) = maps.parts_mut();
+        let out = Pixels {
+            depth,
+            registration,
+            width,
+        };
+        let (reading, arch, cells) = (&*self, Arch::new(), self.cells(stage));
+        awake(lines.len(), || {
+            in_bands(&mut lines, 0..height, out, &|line, rows, out| {
+                let rows_out = out
+                    .depth
+                    .chunks_exact_mut(width)
+                    .zip(out.registration.chunks_exact_mut(width));
+                for (y, (depth, registration)) in rows.zip(rows_out) {
+                    arch.dispatch(ToPixels {
+                        reading,
+                        cells,
+                        y,
+                        line,
+                    });
+                    for (x, (depth, uv)) in depth.iter_mut().zip(registration).enumerate() {
+                        (*depth, *uv) = match is_seen(x, y) {
+                            true => (line.pixels[2][x], reading.position(cells, line, x, y)),
+                            false => (OUTSIDE, [OUTSIDE; 2]),
+                        };
+                    }
                 }
-            }
-            for (x, &column) in self.pixels_from_cells[1].iter().enumerate().take(width) {
-                let pixel = y * width + x;
-                if !seen.map_or_else(|| is_seen(x, y), |seen| seen[pixel]) {
-                    maps.clear(pixel);
-                    continue;
-                }
-                let [mut u, mut v, d] = [0, 1, 2].map(|k| {
-                    let [a, b] = column.cells.map(|c| line[k][c]);
-                    a + (b - a) * column.fraction
-                });
-                if self.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
-                    let cell = y / PIXELS_PER_CELL * columns + x / PIXELS_PER_CELL;
-                    (u, v) = (cells[0][cell], cells[1][cell]);
-                }
-                maps.set(pixel, near * (d * span).exp(), [u, v]);
-            }
-        }
-        self.line = line;
+            });
+        });
+        self.lines = lines;
         Ok(())
     }
+
+    /// (u, v) at a pixel: of its own cell where cells around it are of different charts.
+    fn position(&self, cells: [&[f32]; 3], line: &Line, x: usize, y: usize) -> [f32; 2] {
+        let [row, column] = [self.pixels_from_cells[0][y], self.pixels_from_cells[1][x]];
+        let columns = line.cells.len();
+        if self.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
+            let cell = y / PIXELS_PER_CELL * columns + x / PIXELS_PER_CELL;
+            return [cells[0][cell], cells[1][cell]];
+        }
+        [line.pixels[0][x], line.pixels[1][x]]
+    }
+}
+
+/// Rows of maps that are written.
+struct Pixels<'a> {
+    depth: &'a mut [f32],
+    registration: &'a mut [[f32; 2]],
+    width: usize,
+}
+
+impl Shared for Pixels<'_> {
+    fn split(self, rows: usize) -> [Self; 2] {
+        let Self {
+            depth,
+            registration,
+            width,
+        } = self;
+        let (depths, registrations) = (
+            depth.split_at_mut(rows * width),
+            registration.split_at_mut(rows * width),
+        );
+        [(depths.0, registrations.0), (depths.1, registrations.1)].map(|(depth, registration)| Self {
+            depth,
+            registration,
+            width,
+        })
+    }
+}
+
+/// Takes cells to the pixels of the row `y`: `line`.
+struct ToPixels<'a> {
+    reading: &'a Reading,
+    cells: [&'a [f32]; 3],
+    y: usize,
+    line: &'a mut Line,
+}
+
+impl WithSimd for ToPixels<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            reading,
+            cells,
+            y,
+            line,
+        } = self;
+        let row = reading.pixels_from_cells[0][y];
+        let columns = line.cells.len();
+        let [half, last] = [PIXELS_PER_CELL / 2, columns * PIXELS_PER_CELL - PIXELS_PER_CELL / 2];
+        // Before the first cell's centre and behind the last one there is one cell, between two there are as many pixels as in a cell.
+        let mut fractions = [0.0; PIXELS_PER_CELL];
+        for (k, fraction) in fractions.iter_mut().enumerate() {
+            *fraction = (k as f32 + 0.5) / PIXELS_PER_CELL as f32;
+        }
+        for (cells, pixels) in cells.iter().zip(&mut line.pixels) {
+            let [above, below] = row.cells.map(|r| &cells[r * columns..][..columns]);
+            for (value, (a, b)) in line.cells.iter_mut().zip(above.iter().zip(below)) {
+                *value = a + (b - a) * row.fraction;
+            }
+            pixels[..half].fill(line.cells[0]);
+            pixels[last..].fill(line.cells[columns - 1]);
+            let between = pixels[half..last].as_chunks_mut::<PIXELS_PER_CELL>().0;
+            for (pixels, pair) in between.iter_mut().zip(line.cells.windows(2)) {
+                for (pixel, fraction) in pixels.iter_mut().zip(fractions) {
+                    *pixel = pair[0] + (pair[1] - pair[0]) * fraction;
+                }
+            }
+        }
+        for depth in &mut line.pixels[2] {
+            *depth = reading.near_mm * exp(*depth * reading.span);
+        }
+    }
+}
+
+/// e^x for |x| < 87, to 2e-7 of itself: two to the nearest whole power, times a polynomial (Cephes, `expf`). Without branches and
+/// calls, so that compilers take many numbers at once.
+#[inline(always)]
+fn exp(x: f32) -> f32 {
+    const LN_2: [f32; 2] = [355.0 / 512.0, -2.121_944_4e-4];
+    /// Added, it leaves a number rounded, with the exponent's bias, in the lowest bits.
+    const ROUNDING: f32 = 12_582_912.0 + 127.0;
+    let x = x.clamp(-87.0, 87.0);
+    let shifted = x * std::f32::consts::LOG2_E + ROUNDING;
+    let power = shifted - ROUNDING;
+    let rest = x - power * LN_2[0] - power * LN_2[1];
+    let mut polynomial = 1.987_569_2e-4;
+    for coefficient in [
+        1.398_199_9e-3,
+        8.333_452e-3,
+        4.166_579_6e-2,
+        1.666_666_5e-1,
+        0.5,
+        1.0,
+        1.0,
+    ] {
+        polynomial = polynomial * rest + coefficient;
+    }
+    polynomial * f32::from_bits(shifted.to_bits() << 23)
 }
 
 /// Whether the four cells around a sample are of different charts.
@@ -124,4 +251,19 @@ fn jumps(map: &[f32], columns: usize, row: Between, column: Between) -> bool {
         }
     }
     most - least > SEAM_JUMP
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponential_is_right_to_single_precision() {
+        for k in -8700..=8700 {
+            let x = k as f32 / 100.0;
+            let truth = f64::from(x).exp();
+            let error = (f64::from(exp(x)) - truth).abs() / truth;
+            assert!(error < 2e-7, "e^{x} is {error:.1e} of itself off");
+        }
+    }
 }

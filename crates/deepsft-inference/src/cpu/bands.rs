@@ -1,8 +1,14 @@
 //! Work shared among threads: each makes a band of a map's rows.
 
+#[cfg(not(target_family = "wasm"))]
+mod apart;
+
 use std::ops::Range;
 #[cfg(not(target_family = "wasm"))]
-use std::sync::atomic::{AtomicBool, Ordering};
+use {
+    apart::Cores,
+    std::sync::atomic::{AtomicBool, Ordering},
+};
 
 /// Threads that a network can use: as many as rayon's pool has, at most 8; one in a browser.
 #[cfg(not(target_family = "wasm"))]
@@ -16,15 +22,57 @@ pub fn available_threads() -> usize {
     1
 }
 
+/// What several threads write, each a part of its own.
+pub(crate) trait Shared: Send + Sized {
+    /// The first `units` units, and the others.
+    fn split(self, units: usize) -> [Self; 2];
+}
+
+/// Numbers of units of `length` each, the first of which `missing` fewer, the last perhaps fewer, too.
+pub(crate) struct Units<'a> {
+    pub(crate) values: &'a mut [f32],
+    pub(crate) length: usize,
+    pub(crate) missing: usize,
+}
+
+impl<'a> Units<'a> {
+    /// Units of `length` numbers.
+    pub(crate) fn whole(values: &'a mut [f32], length: usize) -> Self {
+        let missing = 0;
+        Self {
+            values,
+            length,
+            missing,
+        }
+    }
+}
+
+impl Shared for Units<'_> {
+    fn split(self, units: usize) -> [Self; 2] {
+        let Self {
+            values,
+            length,
+            missing,
+        } = self;
+        let (above, below) = if units == 0 { (0, missing) } else { (missing, 0) };
+        let at = (length * units - above).min(values.len());
+        let (first, others) = values.split_at_mut(at);
+        [(first, above), (others, below)].map(|(values, missing)| Self {
+            values,
+            length,
+            missing,
+        })
+    }
+}
+
 /// Divides the units `units` among as many threads as there are scratches: `work` gets a scratch, some of the units and their part of
-/// `out`, of which a unit has `length` values, the first `missing` fewer, the last perhaps fewer, too.
+/// `out`.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) fn in_bands<T: Send>(
+pub(crate) fn in_bands<T: Send, O: Shared>(
     scratches: &mut [T],
     units: Range<usize>,
-    out: &mut [f32],
-    [length, missing]: [usize; 2],
-    work: &(impl Fn(&mut T, Range<usize>, &mut [f32]) + Sync),
+    out: O,
+    work: &(impl Fn(&mut T, Range<usize>, O) + Sync),
 ) {
     match scratches {
         [] => {}
@@ -33,25 +81,23 @@ pub(crate) fn in_bands<T: Send>(
         _ => {
             let (few, rest) = scratches.split_at_mut(scratches.len() / 2);
             let all = few.len() + rest.len();
-            let middle = units.start + (units.len() * few.len()).div_ceil(all);
-            let missing_below = if middle > units.start { 0 } else { missing };
-            let at = length * (middle - units.start) - (missing - missing_below);
-            let (above, below) = out.split_at_mut(at.min(out.len()));
+            let count = (units.len() * few.len()).div_ceil(all);
+            let middle = units.start + count;
+            let [above, below] = out.split(count);
             rayon::join(
-                || in_bands(few, units.start..middle, above, [length, missing], work),
-                || in_bands(rest, middle..units.end, below, [length, missing_below], work),
+                || in_bands(few, units.start..middle, above, work),
+                || in_bands(rest, middle..units.end, below, work),
             );
         }
     }
 }
 
-/// How often a thread looks for work before it lets others go first. After a pause both threads may begin on one core: then the one
-/// that waits holds the one that works up, until the system moves it.
+/// How often a thread looks for work before it lets others go first.
 #[cfg(not(target_family = "wasm"))]
 const TRIES: u32 = 1_000;
 
-/// Does `work` in rayon's pool and keeps `threads` of its threads awake meanwhile: what is shared in bands takes less time than
-/// a thread needs to wake up.
+/// Does `work` in rayon's pool and keeps `threads` of its threads awake meanwhile, each on a core of its own: what is shared in bands
+/// takes less time than a thread needs to wake up.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     /// Says so when it is dropped, also after a panic.
@@ -61,11 +107,16 @@ pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) ->
             self.0.store(true, Ordering::Release);
         }
     }
-    fn wait(threads: usize, done: &AtomicBool) {
+    fn wait(threads: usize, cores: &Cores, done: &AtomicBool) {
         if threads > 1 {
-            rayon::join(|| wait(1, done), || wait(threads - 1, done));
+            rayon::join(|| wait(1, cores, done), || wait(threads - 1, cores, done));
             return;
         }
+        // Where nobody else took this on, the work is done.
+        if done.load(Ordering::Acquire) {
+            return;
+        }
+        let _kept = cores.keep();
         let mut in_vain = 0;
         while !done.load(Ordering::Acquire) {
             if rayon::yield_now() == Some(rayon::Yield::Executed) {
@@ -81,12 +132,14 @@ pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) ->
     if threads <= 1 {
         return work();
     }
-    let done = AtomicBool::new(false);
+    let (done, cores) = (AtomicBool::new(false), Cores::new());
     let work = || {
-        let _done = Done(&done);
+        let (_done, _kept) = (Done(&done), cores.keep());
+        // Who was woken on this core can leave it now.
+        std::thread::yield_now();
         work()
     };
-    rayon::join(work, || wait(threads - 1, &done)).0
+    rayon::join(work, || wait(threads - 1, &cores, &done)).0
 }
 
 /// There is one thread.
@@ -97,12 +150,11 @@ pub(crate) fn awake<R>(_threads: usize, work: impl FnOnce() -> R) -> R {
 
 /// WebAssembly has one thread here: it does all units.
 #[cfg(target_family = "wasm")]
-pub(crate) fn in_bands<T>(
+pub(crate) fn in_bands<T, O: Shared>(
     scratches: &mut [T],
     units: Range<usize>,
-    out: &mut [f32],
-    _lengths: [usize; 2],
-    work: &impl Fn(&mut T, Range<usize>, &mut [f32]),
+    out: O,
+    work: &impl Fn(&mut T, Range<usize>, O),
 ) {
     if let Some(scratch) = scratches.first_mut() {
         work(scratch, units, out);

@@ -1,6 +1,6 @@
 //! A convolution with its packed filters.
 
-use super::bands::in_bands;
+use super::bands::{Units, in_bands};
 use super::buffer::{Buffer, MapView, padded};
 use super::direct::Direct;
 use super::winograd::Winograd;
@@ -124,14 +124,14 @@ impl Layer {
     ) {
         let row = self.row();
         let out = &mut out[rows.start * row..rows.end * row];
-        in_bands(scratches, rows, out, [row, 0], &|scratch, rows, out| {
+        in_bands(scratches, rows, Units::whole(out, row), &|scratch, rows, out| {
             arch.dispatch(Band {
                 layer: self,
                 direct,
                 maps,
                 scratch,
                 rows,
-                out,
+                out: out.values,
             });
         });
     }

@@ -13,8 +13,7 @@ mod winograd;
 
 use crate::plan::{Added, MapId, MapShape, Operation, Plan, Pool};
 pub use bands::available_threads;
-pub(crate) use bands::awake;
-use bands::in_bands;
+pub(crate) use bands::{Shared, Units, awake, in_bands};
 use buffer::{BLOCK, Buffer, padded};
 use dense::Dense;
 use layer::{Layer, Maps, Scratch};
@@ -25,7 +24,7 @@ use std::ops::Range;
 pub(crate) use winograd::{POINTS, READ, TILE, filter_at_points};
 
 /// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
-const MOST_THREADS: usize = 8;
+pub(crate) const MOST_THREADS: usize = 8;
 
 enum Work {
     Layer(Box<Layer>),
@@ -150,22 +149,27 @@ impl CpuPlan {
                 Work::Layer(layer) => layer.run(self.arch, maps, &mut self.scratches, &mut self.shared, values),
                 Work::Pool(pool) => {
                     let rows = 0..shape.height;
-                    in_bands(&mut self.scratches, rows, values, [row, 0], &|_, rows, out| {
+                    in_bands(&mut self.scratches, rows, Units::whole(values, row), &|_, rows, out| {
                         self.arch.dispatch(Pooled {
                             pool: *pool,
                             map: maps.view(pool.map),
                             output: shape,
                             rows,
-                            out,
+                            out: out.values,
                         });
                     });
                 }
                 Work::Dense(dense) => {
                     let read = maps.view(dense.map).values;
                     let blocks = 0..dense.blocks();
-                    in_bands(&mut self.scratches, blocks, values, [BLOCK, 0], &|_, blocks, out| {
-                        dense.run(self.arch, read, blocks, out);
-                    });
+                    in_bands(
+                        &mut self.scratches,
+                        blocks,
+                        Units::whole(values, BLOCK),
+                        &|_, blocks, out| {
+                            dense.run(self.arch, read, blocks, out.values);
+                        },
+                    );
                 }
                 Work::Add(map, added) => add(&maps, *map, *added, values),
             }

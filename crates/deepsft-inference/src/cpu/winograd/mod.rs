@@ -13,7 +13,7 @@ mod filters;
 mod transforms;
 
 use super::MOST_THREADS;
-use super::bands::in_bands;
+use super::bands::{Units, in_bands};
 use super::buffer::{BLOCK, padded};
 use super::direct::channels;
 use super::layer::{Layer, Maps, Scratch};
@@ -189,9 +189,14 @@ impl Winograd {
             self.make(at, &mut team[..scratches.len()], shared, units, out);
             return;
         }
-        let lengths = [rows * layer.row(), missing * layer.row()];
-        in_bands(scratches, units, out, lengths, &|scratch, units, out| {
-            self.make(at, &mut [()], scratch, units, out);
+        let row = layer.row();
+        let out = Units {
+            values: out,
+            length: rows * row,
+            missing: missing * row,
+        };
+        in_bands(scratches, units, out, &|scratch, units, out| {
+            self.make(at, &mut [()], scratch, units, out.values);
         });
     }
 
@@ -209,9 +214,8 @@ impl Winograd {
             in_bands(
                 team,
                 tiles.clone(),
-                &mut read[..tiles.len() * length],
-                [length, 0],
-                &|_, tiles, read| match self.tile {
+                Units::whole(&mut read[..tiles.len() * length], length),
+                &|_, tiles, Units { values: read, .. }| match self.tile {
                     2 => arch.dispatch(ToPoints::<2, 4> {
                         winograd: self,
                         layer,
@@ -229,20 +233,29 @@ impl Winograd {
                 },
             );
             let (read, length) = (&*read, self.point_pitch());
-            in_bands(team, 0..self.points(), products, [length, 0], &|_, points, products| {
-                arch.dispatch(Multiply {
-                    winograd: self,
-                    points,
-                    tiles: tiles.len(),
-                    read,
-                    products,
-                });
-            });
+            in_bands(
+                team,
+                0..self.points(),
+                Units::whole(products, length),
+                &|_, points, products| {
+                    arch.dispatch(Multiply {
+                        winograd: self,
+                        points,
+                        tiles: tiles.len(),
+                        read,
+                        products: products.values,
+                    });
+                },
+            );
             let made = self.rows_made(layer, chunk.clone());
             let out = &mut out[(made.start - first_row) * row..(made.end - first_row) * row];
-            let lengths = [rows * row, if start == 0 { missing * row } else { 0 }];
+            let out = Units {
+                values: out,
+                length: rows * row,
+                missing: if start == 0 { missing * row } else { 0 },
+            };
             let products = &*products;
-            in_bands(team, chunk.clone(), out, lengths, &|_, units, out| {
+            in_bands(team, chunk.clone(), out, &|_, units, Units { values: out, .. }| {
                 let first_tile = chunk.start * self.across;
                 match self.tile {
                     2 => arch.dispatch(ToPlaces::<2, 4> {
