@@ -36,6 +36,8 @@ export async function serve({ port = 0, folders = { "/models/": join(ROOT, "mode
     request.url = `/${request.url.slice(place.prefix.length)}`;
     place.files(request, response);
   });
+  // Else a connection that has been idle for five seconds is closed, now and then just as a request comes by it.
+  server.keepAliveTimeout = 0;
   await new Promise((resolve, reject) => server.once("error", reject).listen(port, "127.0.0.1", resolve));
   return {
     // Browsers take localhost for secure: they offer it a camera and WebGPU.

@@ -156,13 +156,17 @@ async function enterLive(kind, run) {
   hud.reset();
   showView("live");
   try {
-    stage ??= new Stage(byId("stage", HTMLCanvasElement));
+    stage ??= createStage();
     live ??= createLive();
     measureControls();
     await run(() => own === session);
   } catch (error) {
     if (own === session) showMessage(error);
   }
+}
+
+function createStage() {
+  return new Stage(byId("stage", HTMLCanvasElement), byId("below", HTMLDivElement), hero.software);
 }
 
 function createLive() {
@@ -262,7 +266,7 @@ function restoreContexts(canvases) {
     canvas.addEventListener("webglcontextrestored", () => {
       if (canvases.some((other) => other.getContext("webgl2")?.isContextLost())) return;
       const { overlay, paper } = stage;
-      stage = new Stage(byId("stage", HTMLCanvasElement));
+      stage = createStage();
       [stage.overlay, stage.paper] = [overlay, paper];
       live = createLive();
       void readySubject().then(resume, showMessage);

@@ -58,6 +58,8 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {CameraOption} [camera] estimated when absent
  * @property {boolean | Smoothing} [smooth] a One-Euro filter of each vertex, for content that must not tremble; `true`
  *   takes its defaults. Default: none.
+ * @property {boolean} [software] whether the browser draws with the processor, for it has no GPU: frames are then read from the video's
+ *   memory where they lie there, rather than drawn. Default false.
  * @property {(target: Target, tracked: TrackedFrame) => void} [onFound] a target is found; called before the callback for that
  *   frame, which owns the frame
  * @property {(target: Target, tracked: TrackedFrame) => void} [onLost] a target is found no longer; likewise
@@ -305,7 +307,7 @@ export class DeepSft {
    * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
    * @throws {RangeError} for a `smooth` that is none
    */
-  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, onFound, onLost, onEstimate } = {}) {
+  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, software = false, onFound, onLost, onEstimate } = {}) {
     if (this.#engine.closed) throw closedError();
     const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
     if (targets.length === 0) throw unknownTarget("There is nothing to follow: load a model, or add a picture.");
@@ -322,7 +324,7 @@ export class DeepSft {
     const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, onEstimate !== undefined));
     const tracker = new TrackerWorker(workerUrl, timeoutMs);
     const callbacks = { onTracked, onFound, onLost, onEstimate };
-    return this.#running(new MeshTracking(video, { targets, tracker, start, find, camera, ...callbacks }));
+    return this.#running(new MeshTracking(video, { targets, tracker, start, find, camera, software, ...callbacks }));
   }
 
   /**

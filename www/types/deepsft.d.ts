@@ -80,6 +80,11 @@ export type TrackMeshOptions = {
      */
     smooth?: boolean | Smoothing;
     /**
+     * whether the browser draws with the processor, for it has no GPU: frames are then read from the video's
+     * memory where they lie there, rather than drawn. Default false.
+     */
+    software?: boolean;
+    /**
      * a target is found; called before the callback for that
      * frame, which owns the frame
      */
@@ -193,7 +198,7 @@ export declare class DeepSft {
      * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
      * @throws {RangeError} for a `smooth` that is none
      */
-    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, onFound, onLost, onEstimate }?: TrackMeshOptions): MeshTracking;
+    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, software, onFound, onLost, onEstimate }?: TrackMeshOptions): MeshTracking;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
 }

@@ -167,6 +167,11 @@ export class Hero {
     void this.#loadPoster(gl);
   }
 
+  /** Whether the processor does the drawing. */
+  get software() {
+    return this.#sheet?.software ?? false;
+  }
+
   /**
    * Shows the person's own print, or the poster again.
    *
@@ -207,7 +212,7 @@ export class Hero {
 
   start() {
     this.stop();
-    if (this.#sheet?.software || prefersStillness()) {
+    if (this.software || prefersStillness()) {
       this.#still = true;
       requestAnimationFrame(() => this.#draw(STILL_SECONDS));
       return;

@@ -15,6 +15,8 @@ import { TemplateLight, shadingOf, tintOf } from "../stage/shading.js";
 
 /** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
 const MAPS_SHOWN_MS = 1500;
+/** Where the processor draws, only when it has seen it for so long: the tracker's mesh is there sooner than a drawing of the maps. */
+const MAPS_SOFTWARE_MS = 800;
 /** A picture that was not followed for so long counts as not found, milliseconds. */
 const MISSING_MS = 2500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
@@ -65,6 +67,8 @@ export class Live {
   #trackedAt = -Infinity;
   /** When the network last saw the sheet, milliseconds. */
   #seenAt = -Infinity;
+  /** Since when it has seen the sheet that the tracker does not have, milliseconds. */
+  #seenSince = -Infinity;
   /** @type {{ near: number, far: number } | null} */
   #range = null;
   #scaledAt = 0;
@@ -95,7 +99,7 @@ export class Live {
     this.#templateLight = new TemplateLight(target.texture);
     this.#stage.tint = [1, 1, 1];
     this.#printCovering = subject.kind === "picture" ? new PrintCovering(target) : null;
-    this.#stage.setTemplate(target);
+    this.#stage.setTemplate(target, this.#templateLight);
     this.#orbit.setTemplate(target);
     this.#hud.showSubject(subject);
   }
@@ -114,6 +118,7 @@ export class Live {
     this.#tracking = sft.trackMesh(video, (tracked) => this.#takeTracked(tracked), {
       targets: [target],
       camera,
+      software: this.#stage.software,
       onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
     });
     await this.#tracking.finished;
@@ -164,11 +169,12 @@ export class Live {
 
   /** Draws what has changed: the frame, the overlay or the window. */
   redraw() {
+    // What asks for the page's layout comes before what changes it.
+    if (this.#mesh) this.#orbit.show(this.#mesh);
+    this.#placeRegion();
     // An animated stage is drawn with the next frame of the screen anyway.
     if (!this.#stage.animated) this.#stage.draw(performance.now() / 1000);
     if (this.#stage.overlay === "depth" && this.#range) this.#hud.showDepthScale(this.#range);
-    if (this.#mesh) this.#orbit.show(this.#mesh);
-    this.#placeRegion();
   }
 
   #started() {
@@ -212,7 +218,9 @@ export class Live {
    * @param {number} frame its number
    */
   #takeAnswer(estimate, frame) {
-    if (estimate.found) this.#seenAt = performance.now();
+    const now = performance.now();
+    if (this.#tracked || now - this.#seenAt >= MAPS_SHOWN_MS) this.#seenSince = now;
+    if (estimate.found) this.#seenAt = now;
     this.#covering.answer(frame, estimate.mask.values());
     this.#take(estimate);
     this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
@@ -222,7 +230,10 @@ export class Live {
   /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
   #mapsAreShown() {
     if (this.#started().kind === "picture") return false;
-    return this.#stage.overlay === "mask" || (!this.#tracked && performance.now() - this.#seenAt < MAPS_SHOWN_MS);
+    if (this.#stage.overlay === "mask") return true;
+    const now = performance.now();
+    const isDue = !this.#stage.software || now - this.#seenSince >= MAPS_SOFTWARE_MS;
+    return isDue && !this.#tracked && now - this.#seenAt < MAPS_SHOWN_MS;
   }
 
   /**
@@ -241,7 +252,7 @@ export class Live {
       /** @type {Parameters<typeof shadingOf>} */
       const lit = [estimate.canonical.data, estimate.registration.values(), estimate.mask.values(), this.#templateLight];
       this.#stage.tint = tintOf(...lit);
-      // The tracker's mesh is lit on the GPU.
+      // The tracker's mesh has its own light.
       if (draws) {
         shading = shadingOf(...lit);
         this.#followDepth(estimate.depth.values());

@@ -1,6 +1,6 @@
 // The camera's frame on the GPU: as it is, small, and far out of focus.
 
-import { createProgram, createTexture } from "../graphics/gl.js";
+import { createTexture, programVariants } from "../graphics/gl.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** Pixels of the small picture along its long side: folds of a sheet are wider than one, its print is narrower. */
@@ -38,6 +38,8 @@ void main() {
   o_color = vec4(sum / 81.0, 1.0);
 }`;
 
+const REDUCTIONS = { small: SMALL_FRAGMENT_SHADER, blurred: BLURRED_FRAGMENT_SHADER };
+
 export class FramePicture {
   #gl;
   #programs;
@@ -51,16 +53,13 @@ export class FramePicture {
   #size = [0, 0];
   /** @type {{ small: [number, number], blurred: [number, number] }} */
   #sizes = { small: [1, 1], blurred: [1, 1] };
-  #reduced = false;
-  #mipmapped = false;
+  /** What has been made of the newest frame. @type {Set<"mipmaps" | "small" | "blurred">} */
+  #made = new Set();
 
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.#gl = gl;
-    this.#programs = {
-      small: createProgram(gl, VERTEX_SHADER, SMALL_FRAGMENT_SHADER),
-      blurred: createProgram(gl, VERTEX_SHADER, BLURRED_FRAGMENT_SHADER),
-    };
+    this.#programs = programVariants(gl, VERTEX_SHADER, (/** @type {"small" | "blurred"} */ to) => REDUCTIONS[to]);
     this.#framebuffer = gl.createFramebuffer();
     this.texture = createTexture(gl, gl.LINEAR);
     this.small = createTexture(gl, gl.LINEAR);
@@ -73,7 +72,7 @@ export class FramePicture {
     const { width, height } = frame;
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, frame);
-    [this.#reduced, this.#mipmapped] = [false, false];
+    this.#made.clear();
     if (width === this.#size[0] && height === this.#size[1]) return;
     this.#size = [width, height];
     const within = (/** @type {number} */ length) => {
@@ -88,25 +87,37 @@ export class FramePicture {
   }
 
   /**
-   * Makes what is drawn from the newest frame, once.
+   * Makes `texture` ready to be drawn.
    *
-   * @param {number} scale canvas pixels per frame pixel that `texture` is to be drawn with
+   * @param {number} scale canvas pixels per frame pixel that it is to be drawn with
    */
   prepare(scale) {
     const gl = this.#gl;
     const shrunk = scale * MOST_MINIFICATION < 1;
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, shrunk ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
-    if (shrunk && !this.#mipmapped) gl.generateMipmap(gl.TEXTURE_2D);
-    this.#mipmapped ||= shrunk;
-    if (this.#reduced) return;
-    this.#reduced = true;
-    gl.disable(gl.SCISSOR_TEST);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
+    if (shrunk) this.#once("mipmaps", () => gl.generateMipmap(gl.TEXTURE_2D));
+  }
+
+  /** Makes `small`, which the light on a mesh is taken from. */
+  prepareSmall() {
     const samples = Math.max(1, Math.ceil(this.#size[0] / this.#sizes.small[0] / MOST_MINIFICATION));
-    this.#reduce("small", this.texture, samples);
-    this.#reduce("blurred", this.small);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.#once("small", () => this.#reduce("small", this.texture, samples));
+  }
+
+  /** Makes `blurred`, which strips beside the frame are drawn from. */
+  prepareBlurred() {
+    this.prepareSmall();
+    this.#once("blurred", () => this.#reduce("blurred", this.small));
+  }
+
+  /**
+   * @param {"mipmaps" | "small" | "blurred"} name
+   * @param {() => void} make
+   */
+  #once(name, make) {
+    if (!this.#made.has(name)) make();
+    this.#made.add(name);
   }
 
   /**
@@ -117,7 +128,9 @@ export class FramePicture {
   #reduce(to, from, samples) {
     const gl = this.#gl;
     const size = this.#sizes[to];
-    const { program, uniform } = this.#programs[to];
+    const { program, uniform } = this.#programs(to);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this[to], 0);
     gl.viewport(0, 0, ...size);
     gl.useProgram(program);
@@ -127,5 +140,6 @@ export class FramePicture {
     gl.uniform2f(uniform("u_size"), ...size);
     if (samples !== undefined) gl.uniform1i(uniform("u_samples"), samples);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 }

@@ -1,13 +1,16 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
 import { SMALL_LENGTH } from "./frame-picture.js";
-import { createProgram, createTexture, programVariants } from "../graphics/gl.js";
-import { LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, blurFragmentShader, meshFragmentShader } from "./mesh-shader.js";
+import { createTexture, programVariants } from "../graphics/gl.js";
+import { PAINTED_POWER } from "../graphics/papers.js";
+import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
+import { VertexLight } from "./vertex-light.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { PaperSource } from "../graphics/papers.js" */
+/** @import { TemplateLight } from "./shading.js" */
 
 /** Numbers per corner in the buffer that each frame fills: position, normal, confidence and fraction seen. */
 const STRIDE = 8;
@@ -25,7 +28,7 @@ const STRIDE = 8;
  * @property {readonly [number, number, number]} tint
  * @property {{ near: number, far: number, step: number }} depthScale mm
  * @property {number} lineWidth canvas pixels
- * @property {WebGLTexture} smallFrame the camera's image, `SMALL_LENGTH` pixels long
+ * @property {{ small: WebGLTexture | ImageData }} frame the camera's image, `SMALL_LENGTH` pixels long; pixels where the processor draws
  * @property {WebGLTexture} painted the paper, if it is painted
  * @property {WebGLTexture} heat
  */
@@ -33,7 +36,7 @@ const STRIDE = 8;
 export class MeshLayer {
   #gl;
   #programs;
-  #lightProgram;
+  #lightPrograms;
   #blurPrograms;
   #print;
   #vertexArray;
@@ -54,20 +57,26 @@ export class MeshLayer {
   #depthBuffer;
   /** Whether light can be kept in more than 8 bits. */
   #fine;
-  #lightIsOld = true;
+  #lightIsOld = false;
+  #lights;
+  /** @type {VertexLight | null} */
+  #vertexLight = null;
+  /** @type {{ vertices: Float32Array, seen: Float32Array }} of the newest mesh */
+  #mesh = { vertices: new Float32Array(), seen: new Float32Array() };
 
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
     this.#gl = gl;
     this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
-    this.#lightProgram = createProgram(gl, MESH_VERTEX_SHADER, LIGHT_FRAGMENT_SHADER);
-    this.#blurPrograms = programVariants(gl, VERTEX_SHADER, blurFragmentShader);
+    this.#lightPrograms = programVariants(gl, MESH_VERTEX_SHADER, () => LIGHT_FRAGMENT_SHADER);
+    this.#blurPrograms = programVariants(gl, VERTEX_SHADER, () => BLUR_FRAGMENT_SHADER);
     this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
     this.#print = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
     this.#emptyArray = gl.createVertexArray();
     this.#vertexArray = gl.createVertexArray();
     this.#corners = gl.createBuffer();
     this.#coordinates = gl.createBuffer();
+    this.#lights = gl.createBuffer();
     this.#depthBuffer = gl.createRenderbuffer();
     gl.bindVertexArray(this.#vertexArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
@@ -87,12 +96,24 @@ export class MeshLayer {
       gl.enableVertexAttribArray(location);
       gl.vertexAttribPointer(location, size, gl.FLOAT, false, 12, 4 * offset);
     }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#lights);
+    gl.enableVertexAttribArray(5);
+    gl.vertexAttribPointer(5, 1, gl.FLOAT, false, 4, 0);
     gl.bindVertexArray(null);
   }
 
-  /** @param {{ texture: ImageData, mesh: MeshTopology }} template */
-  setTemplate({ texture, mesh: { faces, textureCoordinates } }) {
+  /**
+   * @param {{ texture: ImageData, mesh: MeshTopology }} template
+   * @param {TemplateLight} light
+   */
+  setTemplate({ texture, mesh }, light) {
     const gl = this.#gl;
+    const { faces, textureCoordinates } = mesh;
+    this.#vertexLight = new VertexLight(mesh, light);
+    // What was set of another template's mesh is lit no more.
+    this.#lightIsOld = false;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#lights);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(faces.length), gl.STATIC_DRAW);
     gl.bindTexture(gl.TEXTURE_2D, this.#print);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, texture);
     gl.generateMipmap(gl.TEXTURE_2D);
@@ -105,7 +126,10 @@ export class MeshLayer {
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#coordinates);
     gl.bufferData(gl.ARRAY_BUFFER, coordinates, gl.STATIC_DRAW);
     this.#faces = faces;
-    this.#filled = new Float32Array(STRIDE * faces.length);
+    // Until there is a mesh all corners lie in one point before the camera.
+    this.#filled = Float32Array.from({ length: STRIDE * faces.length }, (_, i) => (i % STRIDE === 2 ? 1000 : 0));
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
+    gl.bufferData(gl.ARRAY_BUFFER, this.#filled, gl.DYNAMIC_DRAW);
   }
 
   /**
@@ -125,6 +149,7 @@ export class MeshLayer {
     });
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);
     gl.bufferData(gl.ARRAY_BUFFER, filled, gl.DYNAMIC_DRAW);
+    this.#mesh = { vertices, seen };
     this.#lightIsOld = true;
   }
 
@@ -135,7 +160,12 @@ export class MeshLayer {
    */
   draw(mesh) {
     const gl = this.#gl;
-    if (mesh.overlay === "paper" && this.#lightIsOld) this.#drawLight(mesh);
+    if (mesh.overlay === "paper" && this.#lightIsOld) {
+      const { small } = mesh.frame;
+      if (small instanceof ImageData) this.#lightVertices(mesh.camera, small);
+      else this.#drawLight(mesh.camera, small);
+      this.#lightIsOld = false;
+    }
     gl.viewport(0, 0, ...mesh.canvasSize);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.BLEND);
@@ -147,19 +177,45 @@ export class MeshLayer {
     gl.uniform1f(uniform("u_strength"), mesh.strength);
     gl.uniform1f(uniform("u_seconds"), mesh.seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...mesh.sheetMm);
-    gl.uniform3f(uniform("u_tint"), ...mesh.tint);
+    const power = mesh.paper === "painted" ? PAINTED_POWER : 1;
+    gl.uniform3f(uniform("u_tint"), mesh.tint[0] ** power, mesh.tint[1] ** power, mesh.tint[2] ** power);
     gl.uniform3f(uniform("u_depthScale"), mesh.depthScale.near, mesh.depthScale.far, mesh.depthScale.step);
     gl.uniform1f(uniform("u_lineWidth"), mesh.lineWidth);
+    // Nothing of it beyond the image.
+    const { camera, view, canvasSize } = mesh;
+    const [left, right] = [0, camera.width].map((x) => Math.round(view.left + x * view.scale));
+    const [top, bottom] = [0, camera.height].map((y) => Math.round(view.top + y * view.scale));
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(left, canvasSize[1] - bottom, right - left, bottom - top);
     this.#drawMesh();
+    gl.disable(gl.SCISSOR_TEST);
     gl.disable(gl.BLEND);
   }
 
   /**
-   * The picture of the light: luminance seen and printed, both low-passed, or for a painted paper what it is drawn in.
+   * The light of each vertex.
    *
-   * @param {MeshView} mesh
+   * @param {SourcedCamera} camera
+   * @param {ImageData} frame
    */
-  #drawLight({ camera, smallFrame, paper, tint }) {
+  #lightVertices(camera, frame) {
+    const { vertices, seen } = this.#mesh;
+    const light = this.#vertexLight?.of(vertices, seen, camera, frame);
+    if (!light) return;
+    const gl = this.#gl;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#lights);
+    const corners = new Float32Array(this.#faces.length);
+    for (let i = 0; i < corners.length; i++) corners[i] = light[this.#faces[i]];
+    gl.bufferData(gl.ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
+  }
+
+  /**
+   * The picture of the light: luminance seen and printed, both low-passed.
+   *
+   * @param {SourcedCamera} camera
+   * @param {WebGLTexture} frame
+   */
+  #drawLight(camera, frame) {
     const gl = this.#gl;
     const scale = SMALL_LENGTH / Math.max(camera.width, camera.height);
     const size = /** @type {[number, number]} */ ([Math.ceil(camera.width * scale), Math.ceil(camera.height * scale)]);
@@ -168,29 +224,27 @@ export class MeshLayer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#light[0].framebuffer);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { program, uniform } = this.#lightProgram;
+    const { program, uniform } = this.#lightPrograms();
     gl.useProgram(program);
-    this.#bind(uniform, { frame: smallFrame, print: this.#print });
+    this.#bind(uniform, { frame, print: this.#print });
     this.#project(uniform, camera, [0, 0, scale], size);
     this.#drawMesh();
 
     gl.bindVertexArray(this.#emptyArray);
-    for (const { from, to, step, result } of /** @type {const} */ ([
-      { from: 0, to: 1, step: [1 / size[0], 0], result: "sums" },
-      { from: 1, to: 0, step: [0, 1 / size[1]], result: paper === "painted" ? "painted" : "sums" },
+    for (const { from, to, step } of /** @type {const} */ ([
+      { from: 0, to: 1, step: [1 / size[0], 0] },
+      { from: 1, to: 0, step: [0, 1 / size[1]] },
     ])) {
-      const { program, uniform } = this.#blurPrograms(result);
+      const { program, uniform } = this.#blurPrograms();
       gl.useProgram(program);
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#light[to].framebuffer);
       this.#bind(uniform, { light: this.#light[from].texture });
       gl.uniform2f(uniform("u_targetSize"), ...size);
       gl.uniform2f(uniform("u_step"), step[0], step[1]);
-      gl.uniform3f(uniform("u_tint"), ...tint);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
     gl.bindVertexArray(null);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    this.#lightIsOld = false;
   }
 
   /** @param {[number, number]} size */

@@ -1,6 +1,6 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { PAINTED_POWER, PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
+import { PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
 import { DISTORTION_GLSL } from "./stage-shader.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
@@ -21,6 +21,7 @@ layout(location = 1) in vec3 a_normal;
 layout(location = 2) in vec2 a_seen;       // confidence, fraction not covered by something else
 layout(location = 3) in vec2 a_uv;
 layout(location = 4) in float a_diagonal;  // corner opposite the edge that only halves a cell of the grid; -1 for none
+layout(location = 5) in float a_light;     // on a painted paper, its power
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
 uniform vec2 u_targetSize;         // pixels
@@ -31,10 +32,12 @@ out vec2 v_seen;
 out vec2 v_uv;
 out vec2 v_pixel;
 out vec3 v_corner;
+out float v_light;
 flat out int v_diagonal;
 
 void main() {
   v_diagonal = int(a_diagonal);
+  v_light = a_light;
   v_position = a_position;
   v_normal = a_normal;
   v_seen = a_seen;
@@ -82,25 +85,18 @@ float lightOf(vec3 light) {
   return clamp((light.x + 0.02) / (light.y + 0.02), 0.0, 2.5);
 }`;
 
-/**
- * A Gaussian along one direction, exp(-i^2 / 9) for i = -4..=4: two neighbours in one bilinear sample between them.
- *
- * @param {"sums" | "painted"} result the blurred sums, or from them the light that a painted paper is drawn in
- */
-export const blurFragmentShader = (result) => `#version 300 es
+/** A Gaussian along one direction, exp(-i^2 / 9) for i = -4..=4: two neighbours in one bilinear sample between them. */
+export const BLUR_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
 uniform sampler2D u_light;
 uniform vec2 u_step;               // one pixel along the direction, texture coordinates
 uniform vec2 u_targetSize;         // pixels
-uniform vec3 u_tint;
 out vec4 o_light;
-${LIGHT_GLSL}
 void main() {
   vec2 at = gl_FragCoord.xy / u_targetSize;
   vec4 near = texture(u_light, at - 1.4174 * u_step) + texture(u_light, at + 1.4174 * u_step);
   vec4 far = texture(u_light, at - 3.3148 * u_step) + texture(u_light, at + 3.3148 * u_step);
-  vec4 sums = (texture(u_light, at) + 1.5360 * near + 0.5369 * far) / 5.1458;
-  o_light = ${result === "sums" ? "sums" : `vec4(pow(lightOf(sums.xyz) * u_tint, vec3(${PAINTED_POWER})), 1.0)`};
+  o_light = (texture(u_light, at) + 1.5360 * near + 0.5369 * far) / 5.1458;
 }`;
 
 /**
@@ -112,12 +108,12 @@ void main() {
 export const meshFragmentShader = (overlay, paper) => `#version 300 es
 precision highp float;
 precision highp int;
-uniform sampler2D u_light;         // blurred sums, or the light of a painted paper
+uniform sampler2D u_light;         // blurred sums
 uniform sampler2D u_heat;
 uniform vec2 u_frameSize;          // pixels
 uniform float u_strength;
 uniform vec2 u_sheetMm;
-uniform vec3 u_tint;
+uniform vec3 u_tint;               // of a painted paper, its power
 uniform vec3 u_depthScale;         // near, far, contour step, mm
 uniform float u_lineWidth;         // pixels
 in vec3 v_position;
@@ -126,6 +122,7 @@ in vec2 v_seen;
 in vec2 v_uv;
 in vec2 v_pixel;
 in vec3 v_corner;
+in float v_light;
 flat in int v_diagonal;
 out vec4 o_color;                  // premultiplied
 ${paperGlsl(paper)}
@@ -182,9 +179,12 @@ vec4 paper() {
   // The blank back stays as the camera sees it; it hides what is behind all the same.
   if (!gl_FrontFacing) return vec4(0.0);
   vec2 stride = fwidth(v_uv) * u_sheetMm;
-  vec3 light = texture(u_light, vec2(v_pixel.x / u_frameSize.x, 1.0 - v_pixel.y / u_frameSize.y)).rgb;
-  ${paper === "painted" ? "" : "light = lightOf(light) * u_tint;"}
-  return vec4(litPaper(v_uv, max(max(stride.x, stride.y), 1e-3), light), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
+  ${
+    paper === "painted"
+      ? "float light = v_light;"
+      : "float light = lightOf(texture(u_light, vec2(v_pixel.x / u_frameSize.x, 1.0 - v_pixel.y / u_frameSize.y)).rgb);"
+  }
+  return vec4(litPaper(v_uv, max(max(stride.x, stride.y), 1e-3), light * u_tint), 1.0) * smoothstep(0.3, 0.7, v_seen.y);
 }
 
 void main() {
@@ -192,6 +192,5 @@ void main() {
   vec2 border = min(v_uv, 1.0 - v_uv) / max(fwidth(v_uv), vec2(1e-6));
   float inside = ${overlay === "mesh" ? "1.0" : "clamp(min(border.x, border.y) + 0.25, 0.0, 1.0)"};
   vec4 color = ${MESH_OVERLAYS[overlay]};
-  bool outside = any(lessThan(v_pixel, vec2(0.0))) || any(greaterThan(v_pixel, u_frameSize));
-  o_color = color * inside * u_strength * (outside ? 0.0 : 1.0);
+  o_color = color * inside * u_strength;
 }`;

@@ -12,15 +12,15 @@ export const SHADING_HEIGHT = Math.ceil(CANONICAL_HEIGHT / CELL);
 const BLUR_RADIUS = 2;
 
 /** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
-const FLOOR = 0.02;
+export const FLOOR = 0.02;
 /** Brightest shading: highlights of glossy paper. */
-const MOST = 2.5;
+export const MOST = 2.5;
 
 /** Columns of the template's copy in which its luminance is looked up: about a canonical pixel each. */
 const LOOKUP_WIDTH = 256;
 
 /** Linear light of an sRGB byte. */
-const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
+export const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
   const c = byte / 255;
   return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
 });
@@ -50,6 +50,27 @@ export class TemplateLight {
       }
     }
   }
+
+  /**
+   * @param {number} u
+   * @param {number} v
+   * @returns {number} linear
+   */
+  luminanceAt(u, v) {
+    const at = placeIn(this, u, v);
+    return luminanceOf(this.rgb[at], this.rgb[at + 1], this.rgb[at + 2]);
+  }
+}
+
+/**
+ * @param {TemplateLight} template
+ * @param {number} u
+ * @param {number} v
+ */
+function placeIn({ width, height }, u, v) {
+  const column = Math.min(width - 1, Math.max(0, Math.floor(u * width)));
+  const row = Math.min(height - 1, Math.max(0, Math.floor(v * height)));
+  return 3 * (row * width + column);
 }
 
 /**
@@ -79,10 +100,8 @@ function boxBlur(cells) {
  * @param {number} pixel
  * @param {TemplateLight} template
  */
-function printAt(registration, pixel, { width, height }) {
-  const u = Math.min(width - 1, Math.max(0, Math.floor(registration[2 * pixel] * width)));
-  const v = Math.min(height - 1, Math.max(0, Math.floor(registration[2 * pixel + 1] * height)));
-  return 3 * (v * width + u);
+function printAt(registration, pixel, template) {
+  return placeIn(template, registration[2 * pixel], registration[2 * pixel + 1]);
 }
 
 /**
@@ -92,7 +111,7 @@ function printAt(registration, pixel, { width, height }) {
  * @param {number} g
  * @param {number} b
  */
-function luminanceOf(r, g, b) {
+export function luminanceOf(r, g, b) {
   return LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
 }
 

@@ -1,8 +1,9 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { FrameCanvas, layOut } from "./frame-canvas.js";
 import { FramePicture } from "./frame-picture.js";
-import { createProgram, createTexture, drawsInSoftware, programVariants } from "../graphics/gl.js";
+import { createTexture, programVariants } from "../graphics/gl.js";
 import { heatRow } from "../graphics/heat.js";
 import { MeshLayer } from "./mesh-layer.js";
 import { MESH_OVERLAYS } from "./mesh-shader.js";
@@ -10,10 +11,13 @@ import { PaintedPaper } from "./painted-paper.js";
 import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
 import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
-import { viewOf } from "./view.js";
+import { boundsInImage, viewOf } from "./view.js";
 
 /** @import { Estimate, SourcedCamera, SurfaceMesh, Target } from "deepsft" */
 /** @import { Program } from "../graphics/gl.js" */
+/** @import { PaperSource } from "../graphics/papers.js" */
+/** @import { TemplateLight } from "./shading.js" */
+/** @import { MeshView } from "./mesh-layer.js" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { MapOverlay } from "./stage-shader.js" */
 /** @import { Paper } from "../graphics/papers.js" */
@@ -24,6 +28,10 @@ import { viewOf } from "./view.js";
 const MOST_DENSITY = 2;
 /** Canvas pixels, at most, where the processor draws. */
 const MOST_SOFTWARE_PIXELS = 330_000;
+/** The same of the box that the mesh of a video's frame is drawn in. */
+const MOST_MESH_PIXELS = 110_000;
+/** Of the box that a mesh alone is drawn in, both sides are whole multiples of this, CSS pixels. */
+const BOX_STEP = 32;
 /** Seconds in which an overlay appears after the sheet was found. */
 const APPEAR_SECONDS = 0.25;
 /** Width of the wireframe's lines, CSS pixels. */
@@ -37,16 +45,23 @@ export class Stage {
   #canvas;
   #gl;
   #programs;
-  #backdropProgram;
+  #backdropPrograms;
   #frame;
+  /** Where the processor draws: shows the frame below this canvas, which then has only the mesh. @type {FrameCanvas | null} */
+  #below = null;
   #paintedPaper;
   #textures;
   #meshLayer;
-  /** Whether there is a mesh that belongs to the frame. */
-  #hasMesh = false;
+  /** The mesh that belongs to the frame, and whether the maps do. @type {SurfaceMesh | null} */
+  #mesh = null;
+  #hasMaps = false;
+  /** Overlays whose shader has been compiled. @type {Set<Overlay>} */
+  #rehearsed = new Set();
   /** @type {SourcedCamera | null} */
   #camera = null;
   #foundSince = Infinity;
+  /** Size of the box that a mesh alone was last drawn in. */
+  #box = { width: 0, height: 0 };
   #covered = { top: 0, bottom: 0 };
   /** @type {[number, number]} */
   #sheetMm = [1, 1];
@@ -71,16 +86,19 @@ export class Stage {
 
   /**
    * @param {HTMLCanvasElement} canvas
+   * @param {HTMLElement} below what lies below it, for {@link FrameCanvas}
+   * @param {boolean} software whether the processor does the drawing
    * @throws {Error} when the browser has no WebGL 2
    */
-  constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, powerPreference: "high-performance" });
+  constructor(canvas, below, software) {
+    const gl = canvas.getContext("webgl2", { alpha: software, antialias: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
     this.#canvas = canvas;
     this.#gl = gl;
-    this.software = drawsInSoftware(gl);
+    this.software = software;
+    if (software) this.#below = new FrameCanvas(below);
     this.#programs = programVariants(gl, VERTEX_SHADER, stageFragmentShader);
-    this.#backdropProgram = createProgram(gl, VERTEX_SHADER, BACKDROP_FRAGMENT_SHADER);
+    this.#backdropPrograms = programVariants(gl, VERTEX_SHADER, () => BACKDROP_FRAGMENT_SHADER);
     this.#meshLayer = new MeshLayer(gl);
     this.#frame = new FramePicture(gl);
     this.#paintedPaper = new PaintedPaper(gl);
@@ -101,10 +119,13 @@ export class Stage {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, heat);
   }
 
-  /** @param {Target} template */
-  setTemplate(template) {
+  /**
+   * @param {Target} template
+   * @param {TemplateLight} light
+   */
+  setTemplate(template, light) {
     this.#sheetMm = [template.widthMm, template.heightMm];
-    this.#meshLayer.setTemplate(template);
+    this.#meshLayer.setTemplate(template, light);
   }
 
   /**
@@ -125,8 +146,9 @@ export class Stage {
    */
   showMaps(estimate, shading) {
     const gl = this.#gl;
-    this.#showFrame(estimate, shading !== null);
-    this.#hasMesh = false;
+    this.#hasMaps = shading !== null;
+    this.#showFrame(estimate, this.#hasMaps);
+    this.#mesh = null;
     if (!shading) return;
     const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
@@ -147,6 +169,7 @@ export class Stage {
    * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers
    */
   showMesh(tracked, mesh, seen) {
+    this.#hasMaps = false;
     this.#showFrame(tracked, mesh !== null);
     this.addMesh(mesh, seen);
   }
@@ -158,7 +181,7 @@ export class Stage {
    * @param {Float32Array} seen
    */
   addMesh(mesh, seen) {
-    this.#hasMesh = mesh !== null;
+    this.#mesh = mesh;
     if (mesh) this.#meshLayer.setMesh(mesh, seen);
   }
 
@@ -168,7 +191,9 @@ export class Stage {
    */
   #showFrame({ frame, camera }, found) {
     this.#camera = camera;
-    if (frame) this.#frame.upload(frame);
+    if (frame) this.#below?.show(frame, camera);
+    // Maps are drawn in one pass with the frame under them.
+    if (frame && (!this.#below || this.#hasMaps)) this.#frame.upload(frame);
     if (!found) this.#foundSince = Infinity;
     else if (this.#foundSince === Infinity)
       this.#foundSince = performance.now() - (this.animated ? 0 : 1000 * APPEAR_SECONDS);
@@ -182,7 +207,8 @@ export class Stage {
   /** Forgets the frame. */
   clear() {
     this.#camera = null;
-    this.#hasMesh = false;
+    this.#mesh = null;
+    this.#hasMaps = false;
     this.#foundSince = Infinity;
   }
 
@@ -192,31 +218,97 @@ export class Stage {
    * @param {number} seconds for papers that move
    */
   draw(seconds) {
-    const [gl, canvas, camera] = [this.#gl, this.#canvas, this.#camera];
-    const density = this.#density();
-    const [width, height] = [Math.round(canvas.clientWidth * density), Math.round(canvas.clientHeight * density)];
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    const [gl, camera] = [this.#gl, this.#camera];
+    const page = this.#pageSize();
     if (!camera) {
+      this.#below?.clear();
+      this.#canvas.hidden = false;
+      this.#takePlace({ left: 0, top: 0, ...page });
       gl.clearColor(0.055, 0.063, 0.075, 1);
       gl.clear(gl.COLOR_BUFFER_BIT);
       return;
     }
-    const { scale, left, top, region } = viewOf(
-      { width, height, top: this.#covered.top * density, bottom: this.#covered.bottom * density },
-      camera,
-    );
-    const meshOverlay = this.#hasMesh && this.overlay in MESH_OVERLAYS;
-    const fromMaps = !meshOverlay && this.overlay in MAP_OVERLAYS;
-    const mapOverlay = fromMaps ? /** @type {MapOverlay} */ (this.overlay) : "plain";
+    const onPage = viewOf({ ...page, ...this.#covered }, camera);
+    const mesh = this.overlay in MESH_OVERLAYS ? this.#mesh : null;
+    // Without maps that shader shows nothing yet; a GPU's driver compiles it now and not when the sheet is found.
+    const fromMaps = !mesh && (this.#hasMaps || !this.#below) && this.overlay in MAP_OVERLAYS;
+    const alone = this.#below !== null && !fromMaps;
+    if (alone) this.#below?.place(camera, onPage);
+    this.#canvas.hidden = alone && !mesh;
+    if (alone && !mesh) return this.#rehearse(camera);
+    const place = alone && mesh ? this.#placeOf(mesh, camera, onPage) : { left: 0, top: 0, ...page };
+    // A mesh that has maps beside it is of a single image: it has time.
+    const density = this.#takePlace(place, alone && !this.#hasMaps ? MOST_MESH_PIXELS : MOST_SOFTWARE_PIXELS);
+    const [left, top] = [(onPage.left - place.left) * density, (onPage.top - place.top) * density];
+    const view = { left, top, scale: onPage.scale * density };
     const age = (performance.now() - this.#foundSince) / 1000;
     const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
+    if (mesh && !alone && this.overlay === "paper") this.#frame.prepareSmall();
+    if (alone) {
+      gl.clearColor(0, 0, 0, 0);
+      gl.clear(gl.COLOR_BUFFER_BIT);
+    } else {
+      const overlay = fromMaps ? /** @type {MapOverlay} */ (this.overlay) : "plain";
+      this.#drawFrame({ camera, view, region: onPage.region, overlay, strength, seconds });
+    }
+    if (mesh) this.#drawMesh({ camera, view, strength, seconds, lineWidth: Math.max(1, LINE_WIDTH * density) });
+  }
+
+  /**
+   * Draws a mesh that shows nothing while there is none. A shader takes the processor longest to compile when it is first drawn with:
+   * the first mesh would wait for it.
+   *
+   * @param {SourcedCamera} camera
+   */
+  #rehearse(camera) {
+    if (!(this.overlay in MESH_OVERLAYS) || this.#rehearsed.has(this.overlay)) return;
+    this.#rehearsed.add(this.overlay);
+    this.#drawMesh({ camera, view: { left: 0, top: 0, scale: 1 }, strength: 0, seconds: 0, lineWidth: 1 });
+  }
+
+  /** What the print is drawn from, painted if need be. @returns {PaperSource} */
+  #paperSource() {
+    if (!this.software) return this.paper;
+    if (this.overlay === "paper") this.#paintedPaper.paint(this.paper, this.#sheetMm, STILL_SECONDS);
+    return "painted";
+  }
+
+  /** @param {Pick<MeshView, "camera" | "view" | "strength" | "seconds" | "lineWidth">} drawn */
+  #drawMesh(drawn) {
+    this.#meshLayer.draw({
+      ...drawn,
+      paper: this.#paperSource(),
+      canvasSize: this.#canvasSize(),
+      overlay: /** @type {MeshOverlay} */ (this.overlay),
+      sheetMm: this.#sheetMm,
+      tint: this.tint,
+      depthScale: this.depthScale,
+      frame: this.#below ?? this.#frame,
+      heat: this.#textures.heat,
+      painted: this.#textures.painted,
+    });
+  }
+
+  /**
+   * The frame, what is drawn from the maps, and what lies beside the frame.
+   *
+   * @param {object} drawn
+   * @param {SourcedCamera} drawn.camera
+   * @param {{ left: number, top: number, scale: number }} drawn.view of the image on the canvas, canvas pixels
+   * @param {ReturnType<typeof viewOf>["region"]} drawn.region of the image that the network sees
+   * @param {MapOverlay | "plain"} drawn.overlay
+   * @param {number} drawn.strength
+   * @param {number} drawn.seconds
+   */
+  #drawFrame({ camera, view, region, overlay, strength, seconds }) {
+    const gl = this.#gl;
+    const [width, height] = this.#canvasSize();
+    const { left, top, scale } = view;
     this.#frame.prepare(scale);
-    const paper = this.software ? "painted" : this.paper;
-    if (paper === "painted" && this.overlay === "paper") this.#paintedPaper.paint(this.paper, this.#sheetMm, STILL_SECONDS);
-    gl.viewport(0, 0, width, height);
+    this.#drawBackdrop([width, height], camera, view);
     gl.enable(gl.SCISSOR_TEST);
-    this.#drawBackdrop([width, height], camera, { left, top, scale });
-    const { program, uniform } = this.#programs(mapOverlay, paper, isWhole(region, camera) ? "whole" : "part");
+    const { program, uniform } = this.#programs(overlay, this.#paperSource(), isWhole(region, camera) ? "whole" : "part");
+    gl.viewport(0, 0, width, height);
     gl.useProgram(program);
     this.#bind(uniform, SAMPLERS);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
@@ -237,30 +329,52 @@ export class Stage {
     gl.scissor(Math.floor(left), bottom, Math.ceil(imageWidth) + 1, Math.ceil(imageHeight) + 1);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.disable(gl.SCISSOR_TEST);
-    if (!meshOverlay) return;
-    this.#meshLayer.draw({
-      camera,
-      view: { left, top, scale },
-      canvasSize: [width, height],
-      overlay: /** @type {MeshOverlay} */ (this.overlay),
-      paper,
-      strength,
-      seconds,
-      sheetMm: this.#sheetMm,
-      tint: this.tint,
-      depthScale: this.depthScale,
-      lineWidth: Math.max(1, LINE_WIDTH * density),
-      smallFrame: this.#frame.small,
-      heat: this.#textures.heat,
-      painted: this.#textures.painted,
-    });
   }
 
-  /** Canvas pixels per CSS pixel. */
-  #density() {
-    const { clientWidth, clientHeight } = this.#canvas;
-    if (this.software) return Math.min(1, Math.sqrt(MOST_SOFTWARE_PIXELS / Math.max(1, clientWidth * clientHeight)));
-    return this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+  /** What the stage fills of the page, CSS pixels. */
+  #pageSize() {
+    const { clientWidth = 0, clientHeight = 0 } = this.#canvas.parentElement ?? {};
+    return { width: clientWidth, height: clientHeight };
+  }
+
+  /** @returns {[number, number]} pixels */
+  #canvasSize() {
+    return [this.#canvas.width, this.#canvas.height];
+  }
+
+  /**
+   * The box that a mesh is drawn in, where that is all that is drawn. It moves by whole pixels, which the browser then only copies, and
+   * has few sizes: each new one is new memory.
+   *
+   * @param {SurfaceMesh} mesh
+   * @param {SourcedCamera} camera
+   * @param {{ left: number, top: number, scale: number }} view CSS pixels
+   */
+  #placeOf({ vertices }, camera, { left, top, scale }) {
+    const bounds = boundsInImage(vertices, camera);
+    const stepped = (/** @type {number} */ length, /** @type {number} */ last) =>
+      length <= last && length > last - 2 * BOX_STEP ? last : BOX_STEP * Math.ceil(length / BOX_STEP);
+    const width = stepped(Math.max(0, bounds.right - bounds.left) * scale + 2, this.#box.width);
+    const height = stepped(Math.max(0, bounds.bottom - bounds.top) * scale + 2, this.#box.height);
+    this.#box = { width, height };
+    return { left: Math.floor(left + bounds.left * scale) - 1, top: Math.floor(top + bounds.top * scale) - 1, width, height };
+  }
+
+  /**
+   * Lays the canvas out.
+   *
+   * @param {{ left: number, top: number, width: number, height: number }} place on the page, CSS pixels
+   * @param {number} [mostPixels] of the canvas, where the processor draws
+   * @returns {number} canvas pixels per CSS pixel
+   */
+  #takePlace(place, mostPixels = MOST_SOFTWARE_PIXELS) {
+    const canvas = this.#canvas;
+    if (this.software) layOut(canvas, place);
+    const most = Math.min(1, Math.sqrt(mostPixels / Math.max(1, place.width * place.height)));
+    const density = this.software ? most : this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+    const [width, height] = [Math.round(place.width * density), Math.round(place.height * density)];
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    return density;
   }
 
   /**
@@ -280,7 +394,10 @@ export class Stage {
       [right, 0, width - right, height],
     ].filter(([, , w, h]) => w > 0.5 && h > 0.5);
     if (strips.length === 0) return;
-    const { program, uniform } = this.#backdropProgram;
+    this.#frame.prepareBlurred();
+    const { program, uniform } = this.#backdropPrograms();
+    gl.enable(gl.SCISSOR_TEST);
+    gl.viewport(0, 0, width, height);
     gl.useProgram(program);
     this.#bind(uniform, ["blurred"]);
     gl.uniform2f(uniform("u_canvasSize"), width, height);
@@ -313,8 +430,7 @@ export class Stage {
   regionOnCanvas() {
     const camera = this.#camera;
     if (!camera) return null;
-    const canvas = { width: this.#canvas.clientWidth, height: this.#canvas.clientHeight, ...this.#covered };
-    const { scale, left, top, region } = viewOf(canvas, camera);
+    const { scale, left, top, region } = viewOf({ ...this.#pageSize(), ...this.#covered }, camera);
     const fraction = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
     return {
       left: left + region.left * scale,

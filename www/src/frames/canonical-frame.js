@@ -19,8 +19,8 @@ const MOST_INTERPOLATED = 2.1;
 /** Frame pixels a canonical pixel below which little is spared: the engine's own warp then stays, to the bit. */
 const LEAST_SCALE = 1.25;
 
-/** @type {OffscreenCanvas | undefined} */
-let canvas;
+/** For bitmaps, and for pixels. @type {(OffscreenCanvasRenderingContext2D | null)[]} */
+const contexts = [];
 
 /**
  * The canonical image of a frame whose lens does not distort: a crop and a scale, black beyond the frame. It stands for the
@@ -31,19 +31,23 @@ let canvas;
  *
  * @param {ImageBitmap} frame
  * @param {SourcedCamera} camera of the frame
- * @returns {ImageBitmap | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
+ * @param {boolean} [asPixels] whether it is read at once, which costs least where the browser draws with the processor
+ * @returns {ImageBitmap | ImageData | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
-export function canonicalFrame(frame, camera) {
+export function canonicalFrame(frame, camera, asPixels = false) {
   if (camera.distortion.some((k) => k !== 0)) return null;
   const [left, top] = imageFromCanonical(camera, 0, 0);
   const [right, bottom] = imageFromCanonical(camera, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   const scale = Math.max((right - left) / CANONICAL_WIDTH, (bottom - top) / CANONICAL_HEIGHT);
   if (scale < LEAST_SCALE) return null;
-  canvas ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT);
-  const context = canvas.getContext("2d", { alpha: false });
+  const settings = { alpha: false, willReadFrequently: asPixels };
+  const context = (contexts[Number(asPixels)] ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT).getContext("2d", settings));
   if (!context) return null;
   context.imageSmoothingQuality = scale <= MOST_INTERPOLATED ? "low" : "medium";
   context.drawImage(frame, left, top, right - left, bottom - top, 0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
-  // Leaves the canvas black.
-  return canvas.transferToImageBitmap();
+  if (!asPixels) return context.canvas.transferToImageBitmap();
+  const pixels = context.getImageData(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  // Black for the next frame, as the other way leaves it.
+  context.clearRect(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  return pixels;
 }

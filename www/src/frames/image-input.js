@@ -12,7 +12,7 @@ import { DeepSftError } from "../error.js";
  * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
  * would take 1.6 GB to read.
  */
-const MOST_PIXELS = 16_777_216;
+export const MOST_PIXELS = 16_777_216;
 
 /** So long a video may take to jump, milliseconds. */
 const MOST_SEEK_MS = 5000;

@@ -3,6 +3,7 @@
 import { DeepSftError } from "../error.js";
 import { CANONICAL_INTRINSICS, canonicalFrame } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
+import { MemoryFrames } from "../frames/memory-frames.js";
 import { Patience } from "../frames/patience.js";
 import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
@@ -37,6 +38,7 @@ const BUSY_MS = 2000;
  * @property {TrackerStartRequest} start
  * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
+ * @property {boolean} software whether the browser draws with the processor
  * @property {(tracked: TrackedFrame) => void} onTracked
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
@@ -60,6 +62,8 @@ export class MeshTracking {
   #parts;
   #frames;
   #patience = new Patience();
+  /** @type {MemoryFrames | null} */
+  #memory;
   #stopped = false;
   /** @type {Map<number, Followed>} */
   #followed;
@@ -88,11 +92,12 @@ export class MeshTracking {
   constructor(video, parts) {
     this.#parts = parts;
     this.#frames = new VideoFrames(video);
+    this.#memory = parts.software ? new MemoryFrames() : null;
     this.#followed = new Map(parts.targets.map((target) => [target.id, { target, presence: new Presence(), mesh: null }]));
     this.#plan = new SearchPlan(parts.targets);
     this.#ready = parts.tracker.start(parts.start);
-    // The loop waits for it too, and says what went wrong.
-    this.#ready.catch(() => undefined);
+    // Also where no frame comes that would wait for it.
+    this.#ready.catch((error) => this.#fail(error));
     const failed = new Promise((_, reject) => (this.#fail = reject));
     /**
      * Resolves when the loop was stopped; rejects with what ended it otherwise, an error of the engine or one that
@@ -144,7 +149,7 @@ export class MeshTracking {
 
   /** @param {HTMLVideoElement} video */
   async #loop(video) {
-    await this.#ready;
+    // The finders look at the first frame while the tracker starts, which then follows it.
     /** @type {Following | null} */
     let next = null;
     for (;;) {
@@ -213,7 +218,8 @@ export class MeshTracking {
       const interval = Math.max(this.#plan.isFollowingSome ? 0 : SEARCHING_INTERVAL_MS, answerable);
       if (began - this.#followedAt < interval) continue;
       this.#followedAt = began;
-      const grabbed = await transferableFrame(video).catch((error) => this.#patience.bear(error));
+      const inMemory = await this.#memory?.grab(video);
+      const grabbed = inMemory ?? (await transferableFrame(video).catch((error) => this.#patience.bear(error)));
       if (!grabbed) continue;
       this.#patience.reset();
       if (this.#stopped) {
@@ -223,7 +229,7 @@ export class MeshTracking {
       const camera = this.#cameraOf(grabbed);
       // Of videos only bitmaps are made.
       const frame = /** @type {ImageBitmap} */ (grabbed.frame);
-      const canonical = canonicalFrame(frame, camera);
+      const canonical = canonicalFrame(frame, camera, this.#memory !== null);
       const grabMs = performance.now() - began;
       // Two frames of one time would start the track afresh.
       this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);

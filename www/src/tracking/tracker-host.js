@@ -8,10 +8,10 @@ import { addSource } from "../targets/add-source.js";
 
 /** @import { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js" */
 
-/** @type {MeshTracker | undefined} */
+/** What waits for the tracker to start waits in turn. @type {Promise<MeshTracker> | undefined} */
 let tracker;
 
-function started() {
+async function started() {
   if (!tracker) throw new DeepSftError("internal", "The tracker has not been started.");
   return tracker;
 }
@@ -20,16 +20,23 @@ function started() {
  * @param {TrackerStartRequest} request
  * @returns {Promise<{ value: void, transfer: Transferable[] }>}
  */
-export async function startTracker({ module, targets, smooth }) {
-  await initialise({ module_or_path: module });
-  tracker = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
-  for (const { id, source } of targets) await addSource(tracker, id, source);
+export async function startTracker(request) {
+  tracker = start(request);
+  await tracker;
   return { value: undefined, transfer: [] };
 }
 
+/** @param {TrackerStartRequest} request */
+async function start({ module, targets, smooth }) {
+  await initialise({ module_or_path: module });
+  const tracker = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
+  for (const { id, source } of targets) await addSource(tracker, id, source);
+  return tracker;
+}
+
 /** @param {{ id: number }} request */
-export function unfollow({ id }) {
-  started().removeTarget(id);
+export async function unfollow({ id }) {
+  (await started()).removeTarget(id);
   return { value: undefined, transfer: [] };
 }
 
@@ -42,7 +49,7 @@ export async function follow({ number, timeS, frame, intrinsics }) {
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
-  const { targets, warpMs, trackMs } = await started().follow(number, timeS, rgba, frame.width, frame.height, camera);
+  const { targets, warpMs, trackMs } = await (await started()).follow(number, timeS, rgba, frame.width, frame.height, camera);
   closeFrame(frame);
   const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
   return { value: { targets, times: { warpMs, trackMs }, readMs }, transfer };
@@ -53,14 +60,15 @@ export async function follow({ number, timeS, frame, intrinsics }) {
  * @returns {Promise<{ value: { verdict: Verdict, answerMs: number }, transfer: Transferable[] }>}
  */
 export async function answer({ id, number, sightings, canDeny }) {
+  const tracker = await started();
   const began = performance.now();
   /** @type {Verdict} */
   let verdict = "ignored";
   if (sightings.length === 0 && canDeny)
-    verdict = await started().answer(id, number, new Float32Array(), new Float32Array());
+    verdict = await tracker.answer(id, number, new Float32Array(), new Float32Array());
   // The likeliest comes first.
   for (const { depth, registration } of sightings) {
-    verdict = await started().answer(id, number, depth, registration);
+    verdict = await tracker.answer(id, number, depth, registration);
     if (verdict !== "ignored") break;
   }
   return { value: { verdict, answerMs: performance.now() - began }, transfer: [] };
@@ -71,6 +79,6 @@ export async function answer({ id, number, sightings, canDeny }) {
  * @returns {Promise<{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
  */
 export async function trackedMaps({ id }) {
-  const { depth, registration } = await started().maps(id);
+  const { depth, registration } = await (await started()).maps(id);
   return { value: { depth, registration }, transfer: [depth.buffer, registration.buffer] };
 }

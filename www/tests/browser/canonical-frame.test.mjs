@@ -22,6 +22,8 @@ const SCALE = 3;
 const SAME_MESH = { rmsMm: 0.3, medianPx: 0.06 };
 /** Root mean square of the difference in colour, of 255: the engine's mean of 3 x 3 pixels against the browser's filter. */
 const SAME_PICTURE = { halved: 1, third: 4, shifted: 6 };
+/** Root mean square, of 255: two ways from YUV to RGB round differently. */
+const SAME_COLOURS = 2;
 
 let folder;
 let clip;
@@ -175,3 +177,51 @@ test("the workers get 480 x 270 pixels of a frame, the finders more only while s
     assert.deepEqual(bent, { follow: ["960 540 true"], find: ["960 540 true", "960 540 true"], frames: ["960 540"] });
   }),
 );
+
+test("a frame read from a video's memory has the colours of the drawn one, and where that cannot be the browser draws it", { timeout: SLOW_MS }, (t) =>
+  onPage({}, async ({ page }) => {
+    const found = await page.evaluate(async () => {
+      const { MemoryFrames } = await import("/src/frames/memory-frames.js");
+      const video = Object.assign(document.createElement("video"), { muted: true, src: "/demo/clip.webm" });
+      await video.play();
+      video.pause();
+      const memory = new MemoryFrames();
+      const read = await memory.grab(video);
+      const drawn = await createImageBitmap(video);
+      // The next frames do not change it.
+      for (let i = 1; i < 5; i++) {
+        const there = new Promise((resolve) => video.addEventListener("seeked", resolve, { once: true }));
+        video.currentTime = 0.5 * i;
+        await there;
+        (await memory.grab(video)).frame.close();
+      }
+      const pixelsOf = (bitmap) => {
+        const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { willReadFrequently: true });
+        context.drawImage(bitmap, 0, 0);
+        return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+      };
+      const [a, b] = [read.frame, drawn].map(pixelsOf);
+      const rms = Math.sqrt(a.reduce((sum, value, i) => sum + (value - b[i]) ** 2, 0) / a.length);
+      const empty = await memory.grab(document.createElement("video"));
+      const { VideoFrame } = globalThis;
+      globalThis.VideoFrame = class extends VideoFrame {
+        get format() {
+          return null;
+        }
+      };
+      const onGpu = await memory.grab(video);
+      globalThis.VideoFrame = class extends VideoFrame {
+        copyTo(pixels) {
+          return super.copyTo(pixels);
+        }
+      };
+      const inPlanes = await memory.grab(video);
+      delete globalThis.VideoFrame;
+      const unknown = await memory.grab(video);
+      return { rms, size: [read.width, read.height, read.frame.width, read.frame.height], empty, onGpu, inPlanes, unknown };
+    });
+    t.diagnostic(JSON.stringify(found));
+    assert.deepEqual(found.size, [960, 540, 960, 540]);
+    assert.ok(found.rms < SAME_COLOURS, `${found.rms}`);
+    assert.deepEqual([found.empty, found.onGpu, found.inPlanes, found.unknown], [null, null, null, null]);
+  }));

@@ -32,12 +32,21 @@ const likeGpu = (context) =>
 /** Has the page count how often its stage is drawn, and how many frames of the video it has taken. */
 async function countDraws(page) {
   await page.evaluate(async () => {
-    globalThis.drawn = { animated: 0, beside: 0, still: 0, frames: 0 };
+    globalThis.drawn = { animated: 0, beside: 0, still: 0, frames: 0, passes: 0, uploads: 0 };
     const { Stage } = await import("/demo/stage/stage.js");
     const { draw } = Stage.prototype;
     Stage.prototype.draw = function (seconds) {
       drawn[!this.animated ? "still" : inScreenFrame ? "animated" : "beside"]++;
       draw.call(this, seconds);
+    };
+    const { drawArrays, texImage2D } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.drawArrays = function (...given) {
+      drawn.passes++;
+      drawArrays.apply(this, given);
+    };
+    WebGL2RenderingContext.prototype.texImage2D = function (...given) {
+      drawn.uploads++;
+      texImage2D.apply(this, given);
     };
     document.addEventListener("deepsft-tracked", () => drawn.frames++);
   });
@@ -62,7 +71,7 @@ test("a stage that is animated is drawn by the screen's frames alone, also when 
   }
 });
 
-test("where the processor draws, each frame is drawn once, and the depth scale is written only while it is shown", { timeout: SLOW_MS }, async () => {
+test("where the processor draws, each frame is one pass over the box of its mesh, and the depth scale is written only while it is shown", { timeout: SLOW_MS }, async () => {
   const browser = await launch();
   try {
     const demo = await openDemo(browser, { device: SMALL, query: "?device=cpu", prepare: (context) => context.addInitScript(() => (globalThis.inScreenFrame = false)) });
@@ -80,6 +89,11 @@ test("where the processor draws, each frame is drawn once, and the depth scale i
     const { drawn, written } = await page.evaluate(() => ({ drawn: { ...globalThis.drawn }, written: globalThis.written }));
     assert.equal(drawn.animated + drawn.beside, 0);
     assert.ok(drawn.still <= drawn.frames + 1, JSON.stringify(drawn));
+    // The frame itself never goes through WebGL, nor a picture of the light.
+    assert.ok(drawn.passes > 0 && drawn.passes <= drawn.frames + 1, JSON.stringify(drawn));
+    assert.equal(drawn.uploads, 0);
+    const drawnBox = await page.evaluate(() => document.querySelector("#stage").getBoundingClientRect().toJSON());
+    assert.ok(drawnBox.width > 0 && drawnBox.width * drawnBox.height < 0.6 * SMALL.viewport.width * SMALL.viewport.height, JSON.stringify(drawnBox));
     assert.equal(written, 0);
     await page.click('[data-overlay="depth"]');
     await page.waitForFunction(() => globalThis.written > 1 && document.querySelectorAll("#scale-ticks span").length > 0);

@@ -27,16 +27,33 @@ export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor:
 const SCREENSHOTS = join(WWW, "tests", "screenshots");
 
 /**
- * @param {object} [options]
- * @param {boolean} [options.webgpu] whether there is an adapter
- * @param {string} [options.camera] a .y4m file that the camera shows; no camera without
+ * @typedef {object} LaunchOptions
+ * @property {boolean} [webgpu] whether there is an adapter
+ * @property {string} [camera] a .y4m file that the camera shows; no camera without
  */
-export async function launch({ webgpu = true, camera } = {}) {
+
+/** @param {LaunchOptions} options */
+function startOptions({ webgpu = true, camera }) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
   if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
-  return chromium.launch({ executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 });
+  return { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
+}
+
+/** @param {LaunchOptions} [options] */
+export async function launch(options = {}) {
+  return chromium.launch(startOptions(options));
+}
+
+/**
+ * The browser with a folder in which it keeps what it would keep of a person's visits: files, and code that it has compiled.
+ *
+ * @param {string} folder
+ * @param {LaunchOptions & import("playwright-core").BrowserContextOptions} options
+ */
+export async function launchWithProfile(folder, { webgpu, camera, ...context }) {
+  return chromium.launchPersistentContext(folder, { ...startOptions({ webgpu, camera }), ...context });
 }
 
 /**

@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, estimatedCamera, visibleRegion } from "deepsft";
 import { softMask } from "../../demo/stage/soft-mask.js";
-import { viewOf } from "../../demo/stage/view.js";
+import { boundsInImage, viewOf } from "../../demo/stage/view.js";
 
 const near = (actual, expected, tolerance = 1e-6) =>
   assert.ok(Math.abs(actual - expected) <= tolerance, `${actual} is not ${expected}`);
@@ -31,6 +31,18 @@ test("a landscape image on a portrait phone keeps what the network sees within 1
   const region = visibleRegion(camera);
   assert.ok((region.right - region.left) * scale <= 1.12 * 390 + 1e-9);
   assert.ok(left <= 0 && left + camera.width * scale >= 390);
+});
+
+test("a mesh is bounded by where the camera shows its vertices, and by the image", () => {
+  const camera = { width: 1000, height: 500, fx: 800, fy: 800, cx: 500, cy: 250, distortion: [0, 0, 0, 0, 0] };
+  // x = 800 * (-100 / 400) + 500 = 300; y = 800 * (50 / 400) + 250 = 350.
+  const box = boundsInImage(Float32Array.of(-100, 50, 400, 0, 0, 400), camera);
+  for (const [side, expected] of Object.entries({ left: 300, top: 250, right: 500, bottom: 350 })) near(box[side], expected, 1e-3);
+  // At radius r = 0.25 of the normalised plane k1 = 0.4 moves a point outwards by 0.4 r^2 of it: 200 px become 205.
+  const distorted = boundsInImage(Float32Array.of(-100, 0, 400, 0, 0, 400), { ...camera, distortion: [0.4, 0, 0, 0, 0] });
+  near(distorted.left, 500 - 205, 1e-3);
+  const beyond = boundsInImage(Float32Array.of(-900, 0, 400, 900, 900, 400), camera);
+  assert.deepEqual([beyond.left, beyond.right, beyond.bottom], [0, 1000, 500]);
 });
 
 test("the softened mask keeps its area, is 0 and 255 away from the border and halves at it", () => {

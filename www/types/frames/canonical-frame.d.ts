@@ -11,6 +11,7 @@ export declare const CANONICAL_INTRINSICS: readonly [380, 380, number, number, 0
  *
  * @param {ImageBitmap} frame
  * @param {SourcedCamera} camera of the frame
- * @returns {ImageBitmap | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
+ * @param {boolean} [asPixels] whether it is read at once, which costs least where the browser draws with the processor
+ * @returns {ImageBitmap | ImageData | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
-export declare function canonicalFrame(frame: ImageBitmap, camera: SourcedCamera): ImageBitmap | null;
+export declare function canonicalFrame(frame: ImageBitmap, camera: SourcedCamera, asPixels?: boolean): ImageBitmap | ImageData | null;

@@ -1,5 +1,15 @@
 export type ImageInput = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob;
 /**
+ * Images that are accepted. Compressed files go in as a Blob (a File is one).
+ *
+ * @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ImageInput
+ */
+/**
+ * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
+ * would take 1.6 GB to read.
+ */
+export declare const MOST_PIXELS = 16777216;
+/**
  * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
  *
  * @param {ImageInput} image

@@ -18,6 +18,10 @@ export type MeshTrackingParts = {
         estimate: Estimate | null;
     }>;
     camera: CameraOption | undefined;
+    /**
+     * whether the browser draws with the processor
+     */
+    software: boolean;
     onTracked: (tracked: TrackedFrame) => void;
     onFound: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onLost: ((target: Target, tracked: TrackedFrame) => void) | undefined;
@@ -53,6 +57,7 @@ export type Followed = {
  * @property {TrackerStartRequest} start
  * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera
+ * @property {boolean} software whether the browser draws with the processor
  * @property {(tracked: TrackedFrame) => void} onTracked
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost

@@ -3,17 +3,17 @@ import type { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Ver
  * @param {TrackerStartRequest} request
  * @returns {Promise<{ value: void, transfer: Transferable[] }>}
  */
-export declare function startTracker({ module, targets, smooth }: TrackerStartRequest): Promise<{
+export declare function startTracker(request: TrackerStartRequest): Promise<{
     value: void;
     transfer: Transferable[];
 }>;
 /** @param {{ id: number }} request */
 export declare function unfollow({ id }: {
     id: number;
-}): {
+}): Promise<{
     value: undefined;
     transfer: never[];
-};
+}>;
 /**
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}

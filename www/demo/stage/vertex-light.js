@@ -1,0 +1,147 @@
+// The light on a mesh by its vertices, for machines whose processor draws: three passes of WebGL over a picture of the light take it
+// longer than all the rest of the sheet.
+
+import { PAINTED_POWER } from "../graphics/papers.js";
+import { FLOOR, LINEAR, MOST, luminanceOf } from "./shading.js";
+import { inImage } from "./view.js";
+
+/** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
+/** @import { TemplateLight } from "./shading.js" */
+
+/** What is printed on a face is the mean of its cells, of so many along each edge. */
+const PRINTED_AT = 4;
+
+/** What is seen divided by what is printed, both the mean of the faces around a vertex and of those around its neighbours. */
+export class VertexLight {
+  #faces;
+  /** Luminance of what is printed on each face. */
+  #printed;
+
+  /**
+   * @param {MeshTopology} mesh
+   * @param {TemplateLight} template
+   */
+  constructor({ faces, textureCoordinates }, template) {
+    this.#faces = faces;
+    this.#printed = Float32Array.from({ length: faces.length / 3 }, (_, face) => {
+      const corner = (/** @type {number} */ k, /** @type {number} */ axis) => textureCoordinates[2 * faces[3 * face + k] + axis];
+      let [sum, count] = [0, 0];
+      for (let i = 0; i < PRINTED_AT; i++) {
+        for (let j = 0; i + j < PRINTED_AT; j++, count++) {
+          const [a, b] = [(i + 1 / 3) / PRINTED_AT, (j + 1 / 3) / PRINTED_AT];
+          const at = (/** @type {number} */ axis) => a * corner(0, axis) + b * corner(1, axis) + (1 - a - b) * corner(2, axis);
+          sum += template.luminanceAt(at(0), at(1));
+        }
+      }
+      return sum / count;
+    });
+  }
+
+  /**
+   * @param {SurfaceMesh["vertices"]} vertices
+   * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers
+   * @param {SourcedCamera} camera
+   * @param {{ data: Uint8ClampedArray, width: number, height: number }} frame RGBA, small: each pixel the mean of those it stands for
+   * @returns {Float32Array} for each vertex the power {@link PAINTED_POWER} of the light, 1 where the image is as bright as the print
+   */
+  of(vertices, seen, camera, frame) {
+    const luminance = luminances(frame);
+    const points = inImage(vertices, camera, frame.width / camera.width);
+    const sums = noSums(seen.length);
+    const faces = this.#faces;
+    for (let i = 0; i < faces.length; i += 3) {
+      const [a, b, c] = [faces[i], faces[i + 1], faces[i + 2]];
+      const [ax, bx, cx] = [points[2 * a], points[2 * b], points[2 * c]];
+      const [ay, by, cy] = [points[2 * a + 1], points[2 * b + 1], points[2 * c + 1]];
+      // Twice the area in the image, where y points down: negative where the back is seen.
+      const area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
+      const weight = area * ramp((seen[a] + seen[b] + seen[c]) / 3);
+      if (!(weight > 0)) continue;
+      // The mean of three places, each half way from the middle to a corner.
+      const [x, y] = [ax + bx + cx, ay + by + cy];
+      const nearA = sampled(luminance, frame, (x + 3 * ax) / 6, (y + 3 * ay) / 6);
+      const nearB = sampled(luminance, frame, (x + 3 * bx) / 6, (y + 3 * by) / 6);
+      const nearC = sampled(luminance, frame, (x + 3 * cx) / 6, (y + 3 * cy) / 6);
+      add(sums, a, b, c, (weight * (nearA + nearB + nearC)) / 3, weight * this.#printed[i / 3], weight);
+    }
+    const spread = this.#spread(sums);
+    return spread.weight.map((weight, i) => {
+      if (weight < 1e-6) return 1;
+      const light = (spread.seen[i] / weight + FLOOR) / (spread.printed[i] / weight + FLOOR);
+      return Math.min(MOST, light) ** PAINTED_POWER;
+    });
+  }
+
+  /** Each vertex's sums and those of its neighbours. @param {Sums} sums @returns {Sums} */
+  #spread({ seen, printed, weight }) {
+    const spread = noSums(weight.length);
+    const faces = this.#faces;
+    for (let i = 0; i < faces.length; i += 3) {
+      const [a, b, c] = [faces[i], faces[i + 1], faces[i + 2]];
+      add(spread, a, b, c, seen[a] + seen[b] + seen[c], printed[a] + printed[b] + printed[c], weight[a] + weight[b] + weight[c]);
+    }
+    return spread;
+  }
+}
+
+/**
+ * By vertex: luminance seen and printed, both times their weight.
+ *
+ * @typedef {{ seen: Float32Array, printed: Float32Array, weight: Float32Array }} Sums
+ */
+
+/** @param {number} count of vertices @returns {Sums} */
+function noSums(count) {
+  return { seen: new Float32Array(count), printed: new Float32Array(count), weight: new Float32Array(count) };
+}
+
+/**
+ * Adds to the sums of a face's corners.
+ *
+ * @param {Sums} sums
+ * @param {number} a
+ * @param {number} b
+ * @param {number} c
+ * @param {number} seen
+ * @param {number} printed
+ * @param {number} weight
+ */
+function add(sums, a, b, c, seen, printed, weight) {
+  sums.seen[a] += seen;
+  sums.seen[b] += seen;
+  sums.seen[c] += seen;
+  sums.printed[a] += printed;
+  sums.printed[b] += printed;
+  sums.printed[c] += printed;
+  sums.weight[a] += weight;
+  sums.weight[b] += weight;
+  sums.weight[c] += weight;
+}
+
+/** How far a face counts of which so much is seen. @param {number} seen */
+function ramp(seen) {
+  const x = Math.min(1, Math.max(0, (seen - 0.4) / 0.5));
+  return x * x * (3 - 2 * x);
+}
+
+/** @param {{ data: Uint8ClampedArray }} frame */
+function luminances({ data }) {
+  const values = new Float32Array(data.length / 4);
+  for (let i = 0; i < values.length; i++)
+    values[i] = luminanceOf(LINEAR[data[4 * i]], LINEAR[data[4 * i + 1]], LINEAR[data[4 * i + 2]]);
+  return values;
+}
+
+/**
+ * @param {Float32Array} values
+ * @param {{ width: number, height: number }} size
+ * @param {number} x pixels; centres of pixels lie at halves
+ * @param {number} y
+ */
+function sampled(values, { width, height }, x, y) {
+  const [fx, fy] = [Math.min(width - 1, Math.max(0, x - 0.5)), Math.min(height - 1, Math.max(0, y - 0.5))];
+  const [left, top] = [Math.min(width - 2, Math.floor(fx)), Math.min(height - 2, Math.floor(fy))];
+  const [u, v] = [fx - left, fy - top];
+  const at = top * width + left;
+  return (1 - v) * ((1 - u) * values[at] + u * values[at + 1]) + v * ((1 - u) * values[at + width] + u * values[at + width + 1]);
+}
