@@ -13,6 +13,7 @@ use deepsft::ModelBundle;
 use deepsft_cli::failure::usage;
 use deepsft_cli::input;
 use deepsft_formats::write_file;
+use deepsft_network::{Network, start_device};
 use serde::Serialize;
 use std::path::PathBuf;
 use throughput::{Rate, SampleTime};
@@ -175,7 +176,10 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
     // Inference first: a processor that is not yet hot from training is what a user's frame meets.
     eprintln!("inference on {threads:?} threads");
     let frame = workload::camera_frame(bundle)?;
-    let inference = turns::measure(&arguments.model, &frame, &threads, arguments.runs, rival)?;
+    let (device, _) = pollster::block_on(start_device(deepsft::DeviceKind::Cpu))?;
+    let layers = Network::from_folded(bundle.network(), &device)?.describe();
+    let gflop = layers.iter().map(|layer| layer.executed_flops).sum::<u64>() as f64 / 1e9;
+    let inference = turns::measure(&arguments.model, gflop, &frame, &threads, arguments.runs, rival)?;
     eprintln!("the mesh");
     let mesh = mesh_times::measure(bundle)?;
     eprintln!("synthesis");
@@ -234,6 +238,13 @@ fn print(report: &Report) {
             Some(format!("{:.2}", i.rival.as_ref()?.ratio))
         });
     }
+    columns("GFLOP/s of the network's plain convolutions", &|i| {
+        Some(format!("{:.0}", i.operations.network_gflop_per_s))
+    });
+    columns("GFLOP/s of a product of matrices (burn)", &|i| {
+        Some(format!("{:.0}", i.operations.matrices_gflop_per_s))
+    });
+    columns("  share", &|i| Some(format!("{:.2}", i.operations.share)));
     println!(
         "\n{:<46}{:>14}",
         format!("the mesh, ms, medians of {}", report.mesh.frames),

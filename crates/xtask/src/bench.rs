@@ -3,6 +3,7 @@
 
 mod browser;
 mod completion;
+mod demo;
 mod download;
 mod rivals;
 
@@ -166,6 +167,13 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     } else {
         None
     };
+    let demo = if options.browser {
+        let figures = demo::measure(root, &manifest)?;
+        demo::print(&figures)?;
+        Some(figures)
+    } else {
+        None
+    };
     if let Some(figures) = &in_browser {
         print_mesh(&native, figures)?;
     }
@@ -180,6 +188,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         "agreement_with_onnxruntime": agreement,
         "architectures": architectures.transpose()?,
         "browser": in_browser,
+        "demo": demo,
         "downloads": downloads,
     });
     write(root, options, &folder, &figures)

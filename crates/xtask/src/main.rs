@@ -38,8 +38,8 @@ Tasks of the DeepSfT workspace
 
     cargo xtask bench [--model DIR] [--json FILE] [--runs N] [--no-build] [--no-browser] [--no-onnxruntime]
         Measures synthesis, training and inference, natively and in the browser, beside ONNX Runtime with the
-        same weights (installed below the target folder; needs Python), and the sizes of the downloads. Let
-        nothing else run meanwhile.
+        same weights (installed below the target folder; needs Python), the demo page without a GPU, and the
+        sizes of the downloads. Let nothing else run meanwhile.
         --model           the model bundle (default: models/poster-a4)
         --json            where the figures go (default: bench/bench.json in the target folder)
         --runs            frames for each median (default: 21)

@@ -65,14 +65,8 @@ pub fn measure(
     rivals: Option<&Rivals>,
     runs: u32,
 ) -> Result<Value> {
-    let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
-    let mut command = Command::new("node");
-    command
-        .arg(root.join("www/bench/browser.mjs"))
-        .arg(model)
-        .arg(exported)
-        .env("DEEPSFT_CHROMIUM", tools::chromium()?)
-        .env("DEEPSFT_CHROMIUM_FLAGS", flags);
+    let mut command = script(root, manifest, "browser.mjs")?;
+    command.arg(model).arg(exported);
     match rivals.and_then(|rivals| Some((rivals.network(), rivals.web()?))) {
         Some((network, web)) => command.arg(network).arg(web),
         None => command.args(["-", "-"]),
@@ -81,6 +75,22 @@ pub fn measure(
     let figures: Value = serde_json::from_str(&printed).context("reading what browser.mjs printed")?;
     check(&Figures::deserialize(&figures)?)?;
     Ok(figures)
+}
+
+/// A script of `www/bench` that drives Chromium.
+///
+/// # Errors
+/// When there is no Chromium.
+pub fn script(root: &Path, manifest: &Manifest, name: &str) -> Result<Command> {
+    let mut command = Command::new("node");
+    command
+        .arg(root.join("www/bench").join(name))
+        .env("DEEPSFT_CHROMIUM", tools::chromium()?)
+        .env(
+            "DEEPSFT_CHROMIUM_FLAGS",
+            serde_json::to_string(&manifest.browser_tests.chromium_flags)?,
+        );
+    Ok(command)
 }
 
 /// Times of programs that do not compute the same are not worth comparing.
