@@ -62,6 +62,18 @@ impl Executor {
         }
     }
 
+    /// The same as far as [`Executor::read`] needs for `stage`, see [`ResidualExecutor::run_to`]. The compact network always runs
+    /// whole: nearly all of it is its main block.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the image has another size.
+    pub fn run_to(&mut self, stage: Stage, image: &Picture) -> Result<(), GeometryError> {
+        match self {
+            Self::Compact(executor) => executor.run(image),
+            Self::Residual(executor) => executor.run_to(stage, image),
+        }
+    }
+
     /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else in the
     /// network's mask. That of the compact network is where the mask's probability is at least one half; the paper's network and
     /// R50F say a depth nearer to the range than to the -1 outside, at the stage that is read. R50F says the same at all stages.

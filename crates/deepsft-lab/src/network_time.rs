@@ -10,7 +10,7 @@ use deepsft::{DeviceKind, FoldedNetwork, Stage};
 use deepsft_cli::network_choice;
 use deepsft_formats::write_file;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps, Picture};
-use deepsft_network::start_device;
+use deepsft_network::{Block, start_device};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,9 @@ pub struct NetworkTimeArguments {
     /// Passes to take the median of, after one to warm up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     passes: u32,
+    /// Our executor as far as the main block, and nothing by burn
+    #[arg(long)]
+    main: bool,
     /// Measure nothing; write the network, one image and what it says of it as plain arrays, which other programs can read
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
@@ -47,13 +50,23 @@ pub struct NetworkTimeArguments {
     take_turns: bool,
 }
 
+impl NetworkTimeArguments {
+    /// What is read of the network.
+    fn stage(&self) -> Stage {
+        match self.main {
+            true => Stage::Main,
+            false => Stage::RegistrationRefinement,
+        }
+    }
+}
+
 /// Runs images through the network, by burn and by our executor, and prints median times and the peak memory of
 /// this process. Operations are those of plain convolutions, also where the executor saves some.
 pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
     let passes = arguments.passes;
     if let Some(name) = &arguments.rival {
         let command = &arguments.rival_command;
-        let turns = turns::measure(&arguments.network, passes, Rival { name, command })?;
+        let turns = turns::measure(&arguments.network, arguments.stage(), passes, Rival { name, command })?;
         return match &arguments.json {
             Some(path) => Ok(write_file(path, &serde_json::to_vec_pretty(&turns)?)?),
             None => Ok(()),
@@ -61,14 +74,17 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
     }
     let network = network_choice::named(&arguments.network)?.fold();
     if arguments.take_turns {
-        return turns::take(&network.folded(), &image());
+        return turns::take(&network.folded(), arguments.stage(), &image());
     }
     if let Some(folder) = &arguments.export {
-        return export(&network.folded(), folder);
+        return export(&network.folded(), arguments.stage(), folder);
     }
     let (device, description) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let image = image();
-    let flops: u64 = network.describe().iter().map(|layer| layer.executed_flops).sum();
+    let mut layers = network.describe();
+    layers.retain(|layer| !arguments.main || layer.block == Block::Main);
+    let flops: u64 = layers.iter().map(|layer| layer.executed_flops).sum();
+    let stage = arguments.stage();
     let measured = |way: &str, pass: &mut dyn FnMut() -> Result<()>| -> Result<()> {
         let mut milliseconds = Vec::new();
         // The first pass fills caches and thread pools.
@@ -92,15 +108,17 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
         );
         Ok(())
     };
-    measured("burn", &mut || {
-        pollster::block_on(network.infer(&[&image], &device))?;
-        Ok(())
-    })?;
+    if !arguments.main {
+        measured("burn", &mut || {
+            pollster::block_on(network.infer(&[&image], &device))?;
+            Ok(())
+        })?;
+    }
     let mut executor = network.folded().executor([CANONICAL_WIDTH, CANONICAL_HEIGHT])?;
     let mut maps = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
     measured("our executor", &mut || {
-        executor.run(&image)?;
-        Ok(executor.read(Stage::RegistrationRefinement, None, &mut maps)?)
+        executor.run_to(stage, &image)?;
+        Ok(executor.read(stage, None, &mut maps)?)
     })?;
     match peak_bytes() {
         Some(bytes) => println!("peak memory of this process: {:.0} MB", bytes as f64 / 1e6),
@@ -115,15 +133,15 @@ fn image() -> Picture {
     })
 }
 
-/// Writes the network, its image [1, 3, H, W], and what our executor says of all pixels: depth [1, 1, H, W] in mm, (u, v)
+/// Writes the network, its image [1, 3, H, W], and what our executor says of all pixels at `stage`: depth [1, 1, H, W] in mm, (u, v)
 /// [1, 2, H, W].
-fn export(network: &FoldedNetwork, folder: &Path) -> Result<()> {
+fn export(network: &FoldedNetwork, stage: Stage, folder: &Path) -> Result<()> {
     let image = image();
     let (width, height) = image.size();
     let mut executor = network.executor([width, height])?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
-    executor.run(&image)?;
-    executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)?;
+    executor.run_to(stage, &image)?;
+    executor.read(stage, Some(&all), &mut maps)?;
     let channel = |k: usize| {
         image
             .rgb()

@@ -2,6 +2,7 @@
 
 mod finding;
 mod fit;
+mod precision;
 mod shapes;
 mod tracking;
 
@@ -14,6 +15,8 @@ pub enum StudyCommand {
     Finding(finding::FindingStudyArguments),
     /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
     Fit(fit::FitStudyArguments),
+    /// Evaluate a model with its weights rounded to fewer bits.
+    Precision(precision::PrecisionArguments),
     /// Train compact networks of other sides on the same samples: accuracy, operations, time.
     Shapes(shapes::ShapesArguments),
     /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
@@ -24,6 +27,7 @@ pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
+        StudyCommand::Precision(arguments) => precision::run(arguments),
         StudyCommand::Shapes(arguments) => shapes::run(arguments),
         StudyCommand::Tracking(arguments) => tracking::run(arguments),
     }

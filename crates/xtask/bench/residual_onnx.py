@@ -11,6 +11,9 @@ from plain_arrays import Arrays
 MAPS = {"paper": ["depth", "registration"], "r50f": ["maps"]}
 """What the graphs say of every pixel."""
 
+MAIN_MAPS = ["main"]
+"""What the paper's network says when it ends with its main block."""
+
 
 class ResidualNetwork:
     """Bottleneck blocks over a graph; `weights` by their path, batch normalisation folded."""
@@ -72,15 +75,17 @@ class ResidualNetwork:
         x = self.stack(f"{path}.decode7", x, 2, upsampling=2, rows=(1, 91))
         return self.convolution(f"{path}.output", self.enlarged(x, 3), relu=False, **output)
 
-    def paper(self, image: str) -> None:
+    def paper(self, image: str, outputs: list[str]) -> None:
         g = self.graph
         main = self.main_block(image)
+        if outputs == MAIN_MAPS:
+            return
         seen = g.op("Concat", image, main, axis=1)
         self.refinement_block("depth_refinement", seen, output="depth")
         correction = self.refinement_block("registration_refinement", seen)
         g.op("Add", g.slice(main, 1, 1, 3), correction, output="registration")
 
-    def r50f(self, image: str) -> None:
+    def r50f(self, image: str, _outputs: list[str]) -> None:
         x = self.stack("encode2", self.entry("", image, 2, 1), 2)
         for path, identities in (("encode3", 3), ("encode4", 5), ("encode5", 2)):
             x = self.stack(path, x, identities, stride=2)
@@ -98,7 +103,7 @@ def build(config: dict, weights: Arrays, outputs: list[str]) -> onnx.ModelProto:
     network = ResidualNetwork(weights)
     g = network.graph
     image = g.op("Sub", g.times("images", 2.0), g.constant(1.0))
-    {"paper": network.paper, "r50f": network.r50f}[config["architecture"]](image)
+    {"paper": network.paper, "r50f": network.r50f}[config["architecture"]](image, outputs)
     channels = {"main": 3, "depth": 1, "registration": 2, "maps": 3}
     described = [helper.make_tensor_value_info(name, TensorProto.FLOAT, (1, channels[name], 270, 480)) for name in outputs]
     images = helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, 270, 480])

@@ -1,8 +1,8 @@
 """Writes the ONNX graph of an exported network and checks that ONNX Runtime computes with it what DeepSfT does.
 
-    python write_network.py EXPORT_FOLDER NETWORK.onnx
+    python write_network.py EXPORT_FOLDER NETWORK.onnx [--main]
 
-Prints one line of JSON: the largest difference of each output, and the share of the pixels that differ visibly. Fails
+With --main the paper's network ends with its main block. Prints one line of JSON: the largest difference of each output, and the share of the pixels that differ visibly. Fails
 when the two programs do not compute the same function."""
 
 import json
@@ -49,14 +49,18 @@ def compare(network: plain_arrays.PlainNetwork, answers: plain_arrays.Arrays) ->
 
 def maps_of(config: dict, said: plain_arrays.Arrays) -> plain_arrays.Arrays:
     """Depth in mm and (u, v) of what the paper's network or R50F says."""
-    depth, uv = (said["depth"], said["registration"]) if "depth" in said else (said["maps"][:, :1], said["maps"][:, 1:])
+    if "depth" in said:
+        depth, uv = said["depth"], said["registration"]
+    else:
+        (maps,) = said.values()
+        depth, uv = maps[:, :1], maps[:, 1:]
     near, far = config["depth_range"]["near_mm"], config["depth_range"]["far_mm"]
     return {"depth_mm": np.maximum(near + depth * (far - near), near), "uv": uv}
 
 
-def write_residual(network: plain_arrays.PlainNetwork, target: Path) -> dict:
+def write_residual(network: plain_arrays.PlainNetwork, target: Path, main_only: bool) -> dict:
     """The graph of the paper's network or R50F; how far its maps are from ours, as fractions of the largest value."""
-    outputs = residual_onnx.MAPS[network.config["architecture"]]
+    outputs = residual_onnx.MAIN_MAPS if main_only else residual_onnx.MAPS[network.config["architecture"]]
     onnx.save(residual_onnx.build(network.config, network.weights, outputs), target)
     session = onnxruntime.InferenceSession(target, providers=["CPUExecutionProvider"])
     maps = maps_of(network.config, dict(zip(outputs, session.run(outputs, {"images": network.images}))))
@@ -69,10 +73,11 @@ def write_residual(network: plain_arrays.PlainNetwork, target: Path) -> dict:
 
 
 def main() -> None:
-    folder, target = map(Path, sys.argv[1:])
+    folder, target = map(Path, sys.argv[1:3])
+    main_only = "--main" in sys.argv[3:]
     network = plain_arrays.load(folder)
     if network.config["architecture"] in residual_onnx.MAPS:
-        print(json.dumps({"onnxruntime": onnxruntime.__version__, **write_residual(network, target)}))
+        print(json.dumps({"onnxruntime": onnxruntime.__version__, **write_residual(network, target, main_only)}))
         return
     _, _, height, width = network.images.shape
     everything = network_onnx.build(network.config, network.weights, height, width, network_onnx.ALL_OUTPUTS)

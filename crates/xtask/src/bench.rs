@@ -142,7 +142,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     tools::run(lab().arg("--export").arg(&exported))?;
     let agreement = rivals
         .as_ref()
-        .map(|rivals| rivals.write_network(&exported, rivals.network()))
+        .map(|rivals| rivals.write_network(&exported, rivals.network(), false))
         .transpose()?;
 
     let native_json = folder.join("native.json");
@@ -204,18 +204,20 @@ fn write(root: &Path, options: &Options, folder: &Path, figures: &Value) -> Resu
     Ok(())
 }
 
-/// The paper's network and R50F, untrained, in turns with ONNX Runtime on the same weights.
+/// The paper's main block, its network and R50F, untrained, in turns with ONNX Runtime on the same weights.
 fn architectures(rivals: &Rivals, target_folder: &Path, folder: &Path, runs: u32) -> Result<Value> {
-    let measure = |name: &str| -> Result<Value> {
+    let measure = |name: &str, main_only: bool| -> Result<Value> {
         let lab = || {
             let mut command = program(target_folder);
-            command.args(["network-time", name]);
+            command.args(["network-time", name]).args(main_only.then_some("--main"));
             command
         };
-        let [exported, graph, json] = ["network", "onnx", "json"].map(|kind| folder.join(format!("{name}.{kind}")));
+        let part = if main_only { ".main" } else { "" };
+        let [exported, graph, json] =
+            ["network", "onnx", "json"].map(|kind| folder.join(format!("{name}{part}.{kind}")));
         println!();
         tools::run(lab().arg("--export").arg(&exported))?;
-        let agreement = rivals.write_network(&exported, &graph)?;
+        let agreement = rivals.write_network(&exported, &graph, main_only)?;
         let mut turns = lab();
         turns.args(["--passes", &runs.to_string(), "--json"]).arg(&json);
         rivals.compete(&mut turns, &agreement, &exported, &graph);
@@ -223,7 +225,11 @@ fn architectures(rivals: &Rivals, target_folder: &Path, folder: &Path, runs: u32
         let turns: Value = serde_json::from_slice(&web::read(&json)?)?;
         Ok(json!({ "agreement_with_onnxruntime": agreement, "turns": turns }))
     };
-    Ok(json!({ "paper": measure("paper")?, "r50f": measure("r50f")? }))
+    Ok(json!({
+        "paper_main_block": measure("paper", true)?,
+        "paper": measure("paper", false)?,
+        "r50f": measure("r50f", false)?,
+    }))
 }
 
 /// What follows the network, natively and in the browser, both on one thread.

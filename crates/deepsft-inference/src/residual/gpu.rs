@@ -46,7 +46,7 @@ impl ResidualGpuExecutor {
     /// failed before.
     pub fn new(gpu: &Gpu, config: &NetworkConfig, weights: &Weights) -> Result<Self, GpuError> {
         gpu.check()?;
-        let ResidualPlan { plan, image, said } = ResidualPlan::new(config, weights)?;
+        let ResidualPlan { plan, image, said, .. } = ResidualPlan::new(config, weights)?;
         let plan = GpuPlan::new(gpu, plan, &said.maps());
         let size = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
         let pixels = Frames::pixels(gpu, size);

@@ -26,6 +26,7 @@ pub struct ResidualExecutor {
     cpu: CpuPlan,
     image: MapId,
     said: Said,
+    main_steps: usize,
     range: DepthRange,
 }
 
@@ -41,12 +42,18 @@ impl ResidualExecutor {
     /// # Errors
     /// [`PlanError`] when `weights` are not those of `config`, and when that is of another architecture.
     pub fn new(config: &NetworkConfig, weights: &Weights, threads: usize) -> Result<Self, PlanError> {
-        let ResidualPlan { plan, image, said } = ResidualPlan::new(config, weights)?;
+        let ResidualPlan {
+            plan,
+            image,
+            said,
+            main_steps,
+        } = ResidualPlan::new(config, weights)?;
         let kept = said.maps();
         Ok(Self {
             cpu: CpuPlan::new(plan, &kept, threads),
             image,
             said,
+            main_steps,
             range: config.depth_range,
         })
     }
@@ -56,6 +63,15 @@ impl ResidualExecutor {
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
+        self.run_to(Stage::RegistrationRefinement, image)
+    }
+
+    /// The same as far as [`ResidualExecutor::read`] needs for `stage`: later stages then say nothing of this image. The main block
+    /// is somewhat more than half of the paper's network.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the image has another size.
+    pub fn run_to(&mut self, stage: Stage, image: &Picture) -> Result<(), GeometryError> {
         check_size(image.size(), (CANONICAL_WIDTH, CANONICAL_HEIGHT))?;
         let pitch = self.cpu.pitch(self.image);
         let places = self.cpu.values_mut(self.image).chunks_exact_mut(pitch);
@@ -64,7 +80,10 @@ impl ResidualExecutor {
                 *value = f32::from(color) * (2.0 / 255.0) - 1.0;
             }
         }
-        let steps = 0..self.cpu.steps();
+        let steps = match stage {
+            Stage::Main => 0..self.main_steps,
+            _ => 0..self.cpu.steps(),
+        };
         awake(self.cpu.threads(), || self.cpu.run(steps));
         Ok(())
     }

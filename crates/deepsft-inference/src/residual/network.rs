@@ -11,6 +11,8 @@ pub(crate) struct ResidualPlan {
     /// The image, the caller's: values -1..=1.
     pub(super) image: MapId,
     pub(super) said: Said,
+    /// The steps of the main block.
+    pub(super) main_steps: usize,
 }
 
 /// What a network says of the pixels.
@@ -67,6 +69,7 @@ impl ResidualPlan {
         let mut network = Residual::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
+        let main_steps = network.builder.plan.steps();
         let seen = [plain(image), plain(main)];
         let depth = network.refinement_block("depth_refinement", &seen, 1)?;
         let correction = network.refinement_block("registration_refinement", &seen, 2)?;
@@ -76,7 +79,12 @@ impl ResidualPlan {
             correction,
         };
         let plan = network.builder.finish()?;
-        Ok(Self { plan, image, said })
+        Ok(Self {
+            plan,
+            image,
+            said,
+            main_steps,
+        })
     }
 
     fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
@@ -92,7 +100,12 @@ impl ResidualPlan {
         let x = network.dense("neurons", x.map, neurons, true)?;
         let said = Said::Planes(network.dense("maps", x, MAP_VALUES, false)?);
         let plan = network.builder.finish()?;
-        Ok(Self { plan, image, said })
+        Ok(Self {
+            main_steps: plan.steps(),
+            plan,
+            image,
+            said,
+        })
     }
 }
 

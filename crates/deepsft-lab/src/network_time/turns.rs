@@ -26,15 +26,19 @@ pub struct Turns {
 }
 
 /// Lets both take `runs` turns, on one thread and on all, and prints the times.
-pub fn measure(network: &str, runs: u32, rival: Rival<'_>) -> Result<Vec<Turns>> {
+pub fn measure(network: &str, stage: Stage, runs: u32, rival: Rival<'_>) -> Result<Vec<Turns>> {
     let mut threads = vec![1, cores()];
     threads.dedup();
-    let title = format!("{network} alone, ms, medians of {runs}");
+    let part = if stage == Stage::Main { ", main block" } else { "" };
+    let title = format!("{network}{part} alone, ms, medians of {runs}");
     println!("{title:<46}{:>14}{:>24}{:>8}", "DeepSfT", rival.name, "ratio");
     let mut all = Vec::new();
     for threads in threads {
         let mut ours = Command::new(env::current_exe()?);
         ours.args(["network-time", network, "--take-turns"]);
+        if stage == Stage::Main {
+            ours.arg("--main");
+        }
         let (program, arguments) = rival.command.split_first().context("the rival has no program")?;
         let mut theirs = Command::new(program);
         let mut players = [
@@ -72,7 +76,7 @@ pub fn measure(network: &str, runs: u32, rival: Rival<'_>) -> Result<Vec<Turns>>
 }
 
 /// Our side: for each line one image, from its pixels to the values of all pixels.
-pub fn take(network: &FoldedNetwork, image: &Picture) -> Result<()> {
+pub fn take(network: &FoldedNetwork, stage: Stage, image: &Picture) -> Result<()> {
     let (width, height) = image.size();
     let mut executor = network.executor([width, height])?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
@@ -80,8 +84,8 @@ pub fn take(network: &FoldedNetwork, image: &Picture) -> Result<()> {
         question?;
         let mut ms = 0.0;
         timed(&mut ms, || {
-            executor.run(image)?;
-            executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)
+            executor.run_to(stage, image)?;
+            executor.read(stage, Some(&all), &mut maps)
         })?;
         writeln!(stdout(), "{ms}")?;
         stdout().flush()?;

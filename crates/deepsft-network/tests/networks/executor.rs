@@ -217,6 +217,11 @@ fn the_papers_network_and_r50f_say_the_same_to_a_ten_thousandth() {
         executor.run(&image).unwrap();
         let mut maps = Maps::empty(480, 270);
         executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut maps).unwrap();
+        let mut main = Maps::empty(480, 270);
+        executor.run(&picture(480, 270, 5)).unwrap();
+        executor.run_to(Stage::Main, &image).unwrap();
+        executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut main).unwrap();
+        assert!(main == maps, "a run as far as the main block says the same of it");
         let us = || (0..480 * 270).map(|pixel| maps.uv(pixel).x);
         let (least, most) = (us().fold(f64::MAX, f64::min), us().fold(f64::MIN, f64::max));
         assert!(most - least > 0.05, "{least} to {most}: nothing is compared");

@@ -67,13 +67,14 @@ impl Rivals {
         &self.network
     }
 
-    /// Writes the ONNX graph of an exported network to `graph` and gives back how well ONNX Runtime agrees with us on it.
+    /// Writes the ONNX graph of an exported network, or of its main block alone, to `graph` and gives back how well ONNX Runtime
+    /// agrees with us on it.
     ///
     /// # Errors
     /// When it does not agree.
-    pub fn write_network(&self, exported: &Path, graph: &Path) -> Result<Value> {
+    pub fn write_network(&self, exported: &Path, graph: &Path, main_only: bool) -> Result<Value> {
         let mut command = self.script("write_network.py");
-        command.arg(exported).arg(graph);
+        command.arg(exported).arg(graph).args(main_only.then_some("--main"));
         let printed = printed_by(&mut command).context("ONNX Runtime and DeepSfT do not agree")?;
         serde_json::from_str(&printed).context("reading what write_network.py printed")
     }
