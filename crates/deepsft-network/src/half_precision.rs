@@ -5,22 +5,12 @@
 //! standardisation of filters, batch normalisation, expected positions, geometry, and the layers that predict, where
 //! they are small.
 
-use burn::module::{ModuleMapper, Param};
-use burn::tensor::{DType, FloatDType, Tensor};
+use burn::tensor::{DType, Tensor};
 
 /// `x` in single precision where it is in half precision, else as it is.
 pub fn widened<const D: usize>(x: Tensor<D>) -> Tensor<D> {
     match x.dtype() {
         DType::F16 | DType::BF16 => x.cast(DType::F32),
         _ => x,
-    }
-}
-
-/// Rounds weights to half precision, for files.
-pub struct Half;
-
-impl ModuleMapper for Half {
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        param.map(|weights| weights.cast(FloatDType::F16))
     }
 }

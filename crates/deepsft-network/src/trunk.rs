@@ -4,9 +4,9 @@ use super::any_network::Network;
 use super::compact::VARIANCE_FLOOR;
 use crate::error::NetworkError;
 use burn::module::{Module, ModuleMapper, Param};
-use burn::store::burn_pack::Reader;
-use burn::tensor::{Bytes, Distribution, Tensor, TensorData};
-use std::collections::{HashMap, HashSet};
+use burn::tensor::{Distribution, Tensor, TensorData};
+use deepsft_inference::Weights;
+use std::collections::HashSet;
 
 /// Heads of the main block, which read one template's positions off the trunk's features.
 const HEADS: [&str; 2] = ["main.bins.", "main.offset."];
@@ -18,9 +18,8 @@ const FEATURE_SIZE: f32 = 3.6;
 const NOISE_PX: usize = 192;
 
 impl Network {
-    /// The same network with the trunk of another one: the convolutions of the main block without its heads. `weights` is the
-    /// file `weights.bpk` of a model bundle with a compact network of the same widths, or of a
-    /// [`crate::DescriptorNetwork`]; both hold folded filters.
+    /// The same network with the trunk of another one: the convolutions of the main block without its heads. `weights` are the
+    /// folded ones of a compact network of the same widths or of a [`crate::DescriptorNetwork`].
     ///
     /// A filter is unfolded into a raw one of length one, as new ones have, and its gain: the same function, and the learning
     /// rate turns it as it turns a new one. Then the trunk is scaled, which changes nothing but one factor behind the patches,
@@ -30,9 +29,9 @@ impl Network {
     /// Waits for the device: native only.
     ///
     /// # Errors
-    /// [`NetworkError::Weights`], which calls the file `file`, for one that has no such trunk, and for a network that is
+    /// [`NetworkError::Weights`], which says that they come from the file `file`, for weights that have no such trunk, and for a network that is
     /// not compact or folded.
-    pub fn with_trunk(self, file: &str, weights: &[u8]) -> Result<Self, NetworkError> {
+    pub fn with_trunk(self, file: &str, weights: &Weights) -> Result<Self, NetworkError> {
         let refused = |reason: String| NetworkError::Weights {
             file: file.to_owned(),
             reason,
@@ -41,7 +40,7 @@ impl Network {
         let Some(device) = compact.and_then(|compact| compact.devices().into_iter().next()) else {
             return Err(refused("only a compact network can begin with a trunk".to_owned()));
         };
-        let mut unfolding = Unfolding::new(weights).map_err(refused)?;
+        let mut unfolding = Unfolding::new(weights);
         let begun = self.map(&mut unfolding);
         unfolding.refuse_what_is_left();
         if let Some(problem) = unfolding.problem {
@@ -61,38 +60,30 @@ fn of_trunk(path: &str) -> bool {
     path.starts_with("main.") && !HEADS.iter().any(|head| path.starts_with(head))
 }
 
-/// Puts the weights of a file with folded filters into the trunk of a network.
-struct Unfolding {
+/// Puts folded weights into the trunk of a network.
+struct Unfolding<'a> {
     path: Vec<String>,
-    /// The file's weights by their paths.
-    folded: HashMap<String, TensorData>,
+    folded: &'a Weights,
     /// What the features are multiplied by.
     scale: f32,
     /// Whether a gain was met: a folded network has none.
     has_gains: bool,
     /// The first weights that do not fit.
     problem: Option<String>,
-    /// Paths of the file's weights that have a place in the network.
+    /// Paths of the folded weights that have a place in the network.
     placed: HashSet<String>,
 }
 
-impl Unfolding {
-    fn new(file: &[u8]) -> Result<Self, String> {
-        crate::weight_array::check_weights(file)?;
-        let reader = Reader::from_bytes(Bytes::from_bytes_vec(file.to_vec())).map_err(|e| e.to_string())?;
-        let mut folded = HashMap::new();
-        for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
-            let (path, kind, shape, _, bytes) = tensor.into_parts().map_err(|e| e.to_string())?;
-            folded.insert(path, TensorData::from_bytes(bytes, shape, kind).convert::<f32>());
-        }
-        Ok(Self {
+impl<'a> Unfolding<'a> {
+    fn new(folded: &'a Weights) -> Self {
+        Self {
             path: Vec::new(),
             folded,
             scale: 1.0,
             has_gains: false,
             problem: None,
             placed: HashSet::new(),
-        })
+        }
     }
 
     /// A deeper trunk is another function.
@@ -117,13 +108,13 @@ impl Unfolding {
         let stored = stored.ok_or_else(|| format!("it has no {stored_path}, as the trunk of a compact network has"))?;
         self.placed.insert(stored_path.clone());
         // A gain is one number for each filter.
-        if stored.shape()[..shape.len().min(stored.shape().len())] != *shape {
-            let theirs = stored.shape().to_vec();
+        if stored.shape[..shape.len().min(stored.shape.len())] != *shape {
+            let theirs = &stored.shape;
             return Err(format!(
                 "its {stored_path} has the shape {theirs:?}, this network's has {shape:?}"
             ));
         }
-        let mut values = stored.clone().try_to_vec::<f32>().map_err(|e| e.to_string())?;
+        let mut values = stored.values.clone();
         if path.ends_with("bias") {
             // What leaves a layer is scaled, from the first layer behind the patches on. relu keeps factors.
             let scale = if path == "main.patch.bias" { 1.0 } else { self.scale };
@@ -146,7 +137,7 @@ impl Unfolding {
     }
 }
 
-impl ModuleMapper for Unfolding {
+impl ModuleMapper for Unfolding<'_> {
     fn enter_module(&mut self, name: &str, _container: &str) {
         self.path.push(name.to_owned());
     }
@@ -212,8 +203,8 @@ mod tests {
         NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera())
     }
 
-    fn file(network: Network) -> Vec<u8> {
-        network.fold().into_record().into_bytes().unwrap().to_vec()
+    fn weights(network: Network) -> Weights {
+        network.folded().weights
     }
 
     #[test]
@@ -222,7 +213,7 @@ mod tests {
         let images = Tensor::random([2, 3, 96, 64], Distribution::Uniform(0.0, 1.0), &device);
         let fresh = Network::new(&config([8, 12, 16, 20], 2), &device);
         let trained = fresh.clone().map(&mut Noise::default());
-        let begun = fresh.clone().with_trunk("w", &file(trained.clone())).unwrap();
+        let begun = fresh.clone().with_trunk("w", &weights(trained.clone())).unwrap();
         // New heads have no biases: the logits of their bins tell the features, up to the factor.
         let bins = |network: &Network| {
             let [u, v, d] = network.as_compact().unwrap().forward(images.clone()).bins;
@@ -251,16 +242,16 @@ mod tests {
     #[test]
     fn the_trunk_of_the_descriptor_network_fits_the_default_network() {
         let device = Device::flex();
-        let bytes = DescriptorNetwork::new(&device).to_bytes().unwrap();
+        let weights = DescriptorNetwork::new(&device).folded_weights();
         let network = Network::new(&NetworkConfig::compact([200.0, 150.0], &training_camera()), &device);
         let before = network.clone();
-        let begun = network.with_trunk("w", &bytes).unwrap();
+        let begun = network.with_trunk("w", &weights).unwrap();
         let first = "main.patch.weight";
         assert_ne!(begun.weights()[first], before.weights()[first]);
     }
 
     #[test]
-    fn files_without_this_trunk_are_refused() {
+    fn weights_without_this_trunk_are_refused() {
         let device = Device::flex();
         let network = || Network::new(&config([8, 12, 16, 20], 2), &device);
         let r50f = || {
@@ -270,23 +261,23 @@ mod tests {
                 &device,
             )
         };
-        for (network, bytes, part) in [
-            (network(), b"nothing".to_vec(), "w "),
-            (network(), file(r50f()), "no main.patch.weight"),
+        for (network, weights, part) in [
+            (network(), Weights::new(), "no main.patch.weight"),
+            (network(), weights(r50f()), "no main.patch.weight"),
             (
                 network(),
-                file(Network::new(&config([8, 12, 16, 24], 2), &device)),
+                weights(Network::new(&config([8, 12, 16, 24], 2), &device)),
                 "main.down32.weight has the shape [24, 16, 3, 3]",
             ),
             (
                 network(),
-                file(Network::new(&config([8, 12, 16, 20], 3), &device)),
+                weights(Network::new(&config([8, 12, 16, 20], 3), &device)),
                 "main.encode32.2.",
             ),
-            (r50f(), file(network()), "only a compact network"),
-            (network().fold(), file(network()), "a folded network"),
+            (r50f(), weights(network()), "only a compact network"),
+            (network().fold(), weights(network()), "a folded network"),
         ] {
-            let error = network.with_trunk("w", &bytes).unwrap_err().to_string();
+            let error = network.with_trunk("w", &weights).unwrap_err().to_string();
             assert!(error.starts_with("w ") && error.contains(part), "{error}");
         }
     }

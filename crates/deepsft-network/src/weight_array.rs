@@ -2,8 +2,7 @@
 
 use super::any_network::Network;
 use burn::module::{Module, ModuleVisitor, Param};
-use burn::store::burn_pack::Reader as PackReader;
-use burn::tensor::{Bytes, Tensor, TensorData};
+use burn::tensor::{Tensor, TensorData};
 use deepsft_inference::{WeightArray, Weights};
 
 impl Network {
@@ -49,16 +48,4 @@ impl<F: FnMut(&str, TensorData)> ModuleVisitor for Reader<F> {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         (self.take)(&self.path.join("."), param.val().into_data());
     }
-}
-
-/// Whether all tensors of a file of weights are of floating-point numbers: burn panics where it is to load others into them.
-pub(crate) fn check_weights(bytes: &[u8]) -> Result<(), String> {
-    let reader = PackReader::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| e.to_string())?;
-    for tensor in reader.into_tensors().map_err(|e| e.to_string())? {
-        let (name, kind, ..) = tensor.into_parts().map_err(|e| e.to_string())?;
-        if !kind.is_float() {
-            return Err(format!("{name} holds {kind:?}, expected floating-point numbers"));
-        }
-    }
-    Ok(())
 }

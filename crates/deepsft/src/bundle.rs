@@ -1,7 +1,7 @@
 //! Model bundle: everything an estimator needs, as files by name, checked before use.
 //!
 //! `model.json` describes the network and lists every other file with its size and SHA-256;
-//! `weights.bpk` holds the folded weights (burnpack, f16); `template/` is the template.
+//! `weights.bpk` holds the folded weights (burnpack, filters in 8 bits); `template/` is the template.
 
 use crate::error::DeepSftError;
 use crate::weights_file::{weights_from_burnpack, weights_to_burnpack};

@@ -9,6 +9,7 @@ use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
+use deepsft::weights_to_burnpack;
 use deepsft_cli::paths::beside;
 use deepsft_formats::write_file;
 use deepsft_synth::random::{Stream, generator};
@@ -182,9 +183,9 @@ impl Training {
         Ok(point)
     }
 
-    /// The weights, folded, in half precision.
+    /// The weights, folded, as a file.
     pub fn weights(&self) -> Result<Vec<u8>> {
-        Ok(self.matcher.network.to_bytes()?)
+        weights_to_burnpack(&self.matcher.network.folded_weights()).map_err(|reason| anyhow!("the weights: {reason}"))
     }
 
     /// The curve as a table.

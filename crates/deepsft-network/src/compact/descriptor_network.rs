@@ -2,13 +2,10 @@
 
 use super::layers::{Convolution, scaled_relu};
 use super::main_block::MainBlock;
-use crate::error::NetworkError;
 use crate::fold::Fold;
-use crate::half_precision::Half;
 use crate::weight_array::weights_of;
 use burn::module::Module;
-use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device, Tensor};
+use burn::tensor::{Device, Tensor};
 use deepsft_inference::{CompactConfig, DESCRIPTOR_LENGTH, Weights};
 
 /// Keeps the division by a descriptor's length finite.
@@ -60,36 +57,8 @@ impl DescriptorNetwork {
         weights_of(self)
     }
 
-    /// Reads the weights that [`DescriptorNetwork::to_bytes`] wrote.
-    ///
-    /// # Errors
-    /// [`NetworkError::Weights`] for bytes that are no weights of this network.
-    pub fn from_bytes(bytes: &[u8], device: &Device) -> Result<Self, NetworkError> {
-        let refused = |reason: String| NetworkError::Weights {
-            file: "the weights of the descriptor network".to_owned(),
-            reason,
-        };
-        crate::weight_array::check_weights(bytes).map_err(refused)?;
-        let bytes = Bytes::from_bytes_vec(bytes.to_vec());
-        let record = ModuleRecord::from_bytes(bytes).map_err(|e| refused(e.to_string()))?;
-        let empty = Self::new(&Device::flex()).fold();
-        let network = empty
-            .try_load_record(record.cast_to_module_dtype())
-            .map_err(|e| refused(e.to_string()))?;
-        Ok(network.fork(device))
-    }
-
-    /// The weights, folded, as a burnpack file in half precision.
-    ///
-    /// # Errors
-    /// [`NetworkError::Weights`] when they cannot be encoded.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, NetworkError> {
-        let half = self.valid().fold().fork(&Device::flex()).map(&mut Half);
-        let bytes = half.into_record().into_bytes();
-        let bytes = bytes.map_err(|e| NetworkError::Weights {
-            file: "the weights of the descriptor network".to_owned(),
-            reason: e.to_string(),
-        })?;
-        Ok(bytes.to_vec())
+    /// Those of the finished network, for those who only run it.
+    pub fn folded_weights(&self) -> Weights {
+        self.valid().fold().weights()
     }
 }

@@ -57,7 +57,7 @@ fn edit(files: &Files, from: &str, to: &str) -> Files {
 }
 
 #[test]
-fn every_architecture_comes_back_and_says_the_same_to_half_precision() {
+fn every_architecture_comes_back_and_says_the_same_but_for_its_rounding() {
     let device = Device::flex();
     let images = Tensor::random([1, 3, 270, 480], Distribution::Uniform(0.0, 1.0), &device);
     for architecture in [
@@ -73,12 +73,11 @@ fn every_architecture_comes_back_and_says_the_same_to_half_precision() {
         // Rounding twice changes nothing.
         assert_eq!(read.to_files().unwrap(), files);
         let parameters = original.network().parameters();
-        // Two bytes per weight, and names and alignment of each array.
+        // A byte per weight, two per bias, four per filter (narrow dense layers have many of few weights), and names and
+        // alignment of each array.
         let (arrays, bytes) = (original.network().weights.len(), files[WEIGHTS_FILE].len());
-        assert!(
-            (2 * parameters..2 * parameters + 1024 * arrays).contains(&bytes),
-            "{bytes}"
-        );
+        let most = parameters + parameters / 4 + 2048 * arrays;
+        assert!((parameters..most).contains(&bytes), "{parameters} {bytes}");
         let said = |bundle: &ModelBundle| {
             let network = Network::from_folded(bundle.network(), &device).unwrap();
             network.forward_maps(images.clone()).registration
@@ -86,9 +85,9 @@ fn every_architecture_comes_back_and_says_the_same_to_half_precision() {
         let (before, after) = (said(&original), said(&read));
         let size = before.clone().abs().max().into_scalar::<f32>();
         let off = (before - after).abs().mean().into_scalar::<f32>();
-        // Half precision rounds a weight by at most 2^-11 of itself; layers add up. The mean, since in an untrained compact
+        // A filter's weights move by up to 2^-8 of its largest one; layers add up. The mean, since in an untrained compact
         // network two bins may be equally likely somewhere, and the other one wins.
-        assert!(off > 0.0 && off < 0.005 * size, "{off} of {size}");
+        assert!(off > 0.0 && off < 0.03 * size, "{off} of {size}");
         let estimator = Estimator::new(&read, &deepsft::Device::Cpu).unwrap();
         let maps = pollster::block_on(estimator.infer(&Picture::from_fn(480, 270, |x, y| [x as u8, y as u8, 128])));
         assert_eq!(maps.unwrap().width(), 480);

@@ -8,9 +8,10 @@ use crate::device::Stepper;
 use crate::error::TrainError;
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::{NetworkConfig, WEIGHTS_FILE};
+use deepsft::{NetworkConfig, WEIGHTS_FILE, Weights, weights_from_burnpack};
+use deepsft_formats::sha256;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
-use deepsft_network::Network;
+use deepsft_network::{Network, NetworkError};
 use deepsft_synth::Sample;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -88,14 +89,23 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
 /// The file whose trunk a network begins with.
 pub(super) struct Trunk {
     pub path: PathBuf,
-    pub weights: Vec<u8>,
+    /// Of the file's bytes.
+    pub sha256: String,
+    pub weights: Weights,
 }
 
 impl Trunk {
     fn read(folder: &Path) -> Result<Self, TrainError> {
         let path = folder.join(WEIGHTS_FILE);
         match fs::read(&path) {
-            Ok(weights) => Ok(Self { path, weights }),
+            Ok(file) => Ok(Self {
+                sha256: sha256(&file),
+                weights: weights_from_burnpack(&file).map_err(|reason| NetworkError::Weights {
+                    file: path.display().to_string(),
+                    reason,
+                })?,
+                path,
+            }),
             Err(error) => Err(TrainError::From {
                 reason: error.to_string(),
                 path,
@@ -125,7 +135,7 @@ impl TrainingStep for StepOne<'_> {
     fn make_network(&self) -> Result<Network, TrainError> {
         let network = Network::new(self.network_config, &self.device.clone().autodiff());
         match self.trunk {
-            Some(Trunk { path, weights }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
+            Some(Trunk { path, weights, .. }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
             None => Ok(network),
         }
     }

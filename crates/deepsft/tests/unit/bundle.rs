@@ -1,8 +1,11 @@
 //! Model bundles: written, read back, and refused when a file is not as published.
 
 use burn::tensor::Device;
-use burn_pack::{Bytes, DType, Reader};
-use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, NetworkConfig, Provenance};
+use burn_pack::{Bytes, DType, Reader, Tensor as Packed, Writer};
+use deepsft::{
+    Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, NetworkConfig, Provenance, WeightArray, Weights,
+    weights_from_burnpack, weights_to_burnpack,
+};
 use deepsft_formats::sha256;
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_network::Network;
@@ -45,7 +48,7 @@ fn describe(files: &mut Files, description: &str) {
 }
 
 #[test]
-fn a_bundle_comes_back_with_the_weights_rounded_to_half() {
+fn a_bundle_comes_back_with_its_weights_rounded() {
     let files = files();
     let bundle = ModelBundle::from_files(&files).unwrap();
     assert_eq!(bundle.name(), "test");
@@ -114,8 +117,43 @@ fn what_is_missing_cut_altered_newer_or_does_not_fit_is_refused_and_named() {
 }
 
 #[test]
-fn weights_that_are_no_floating_point_numbers_are_refused() {
-    use burn_pack::{Tensor as Packed, Writer};
+fn filters_are_rounded_to_steps_of_their_own_and_biases_to_half_precision() {
+    let array = |shape: &[usize], values: &[f32]| WeightArray {
+        shape: shape.to_vec(),
+        values: values.to_vec(),
+    };
+    let filters = array(&[3, 2, 1, 1], &[1.0, -0.303, 250.0, 7.3, 0.0, 0.0]);
+    let weights = Weights::from([
+        ("a.bias".to_owned(), array(&[2], &[0.100_01, -2.0])),
+        ("a.weight".to_owned(), filters.clone()),
+    ]);
+    let file = weights_to_burnpack(&weights).unwrap();
+    let read = weights_from_burnpack(&file).unwrap();
+    assert_eq!(read.keys().collect::<Vec<_>>(), ["a.bias", "a.weight"]);
+    assert_eq!(read["a.bias"].values[1], -2.0);
+    assert!((read["a.bias"].values[0] - 0.1).abs() < 1e-4);
+    assert_eq!(read["a.weight"].shape, filters.shape);
+    for (k, (before, after)) in filters.values.iter().zip(&read["a.weight"].values).enumerate() {
+        let largest = [1.0, 250.0, 0.0][k / 2];
+        assert!((before - after).abs() <= largest / 127.0 * 0.501, "{before} {after}");
+    }
+    assert_ne!(read["a.weight"].values[1], -0.303);
+    assert_eq!(weights_to_burnpack(&read).unwrap(), file);
+
+    let spoilt = Weights::from([("a.weight".to_owned(), array(&[1, 1], &[f32::INFINITY]))]);
+    assert!(weights_to_burnpack(&spoilt).unwrap_err().starts_with("a.weight"));
+    let bytes = |bytes: &[u8]| Bytes::from_bytes_vec(bytes.to_vec());
+    let integers = || Packed::new("a.weight".to_owned(), DType::I8, vec![2, 1], None, bytes(&[1, 2]));
+    let steps = Packed::new("a.weight.step".to_owned(), DType::F32, vec![1], None, bytes(&[0; 4]));
+    for tensors in [vec![integers()], vec![integers(), steps]] {
+        let file = Writer::new(tensors).into_bytes().unwrap();
+        let refusal = weights_from_burnpack(&file).unwrap_err();
+        assert!(refusal.contains("without 2 steps a.weight.step"), "{refusal}");
+    }
+}
+
+#[test]
+fn weights_of_another_kind_are_refused() {
     let mut files = files();
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();
     let mut spoilt = String::new();
