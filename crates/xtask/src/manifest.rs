@@ -31,8 +31,6 @@ pub struct Package {
     pub crate_name: String,
     /// Relative to the workspace's root.
     pub out_dir: String,
-    /// wasm-bindgen's `--target`.
-    pub target: String,
     /// Cargo's `--profile`.
     pub profile: String,
 }
@@ -41,7 +39,6 @@ pub struct Package {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Tools {
-    pub wasm_bindgen: String,
     pub binaryen: String,
     /// Least major version of Node.js.
     pub node_at_least: u32,
@@ -76,8 +73,13 @@ impl Manifest {
     /// When the manifest cannot be read or disagrees with another file; the message names both.
     pub fn load(root: &Path) -> Result<Self> {
         let manifest: Self = toml::from_str(&read(root, FILE_NAME)?).with_context(|| format!("reading {FILE_NAME}"))?;
-        let locked = locked_version(&read(root, "Cargo.lock")?, "wasm-bindgen")?;
-        agree("wasm-bindgen", &manifest.tools.wasm_bindgen, &locked, "Cargo.lock")?;
+        let lock = read(root, "Cargo.lock")?;
+        let [library, program] = ["wasm-bindgen", "wasm-bindgen-cli-support"].map(|name| locked_version(&lock, name));
+        let (library, program) = (library?, program?);
+        ensure!(
+            library == program,
+            "Cargo.lock has wasm-bindgen {library} and wasm-bindgen-cli-support {program}; `cargo update` both to one version"
+        );
         let configured = wasm_rustflags(&read(root, ".cargo/config.toml")?)?;
         agree("rustc flags", &manifest.rustc.flags, &configured, ".cargo/config.toml")?;
         let npm = npm_version(&read(root, "www/package.json")?, "binaryen")?;

@@ -103,54 +103,6 @@ pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
     rustup.with_context(|| format!("this Rust cannot compile for {target}, and rustup could not add that target"))
 }
 
-/// The wasm-bindgen program of exactly `version`: the one on the PATH, or one below the target folder,
-/// compiled there when it is missing (about two minutes, once).
-///
-/// # Errors
-/// When cargo cannot install it.
-pub fn wasm_bindgen(root: &Path, target_folder: &Path, version: &str) -> Result<PathBuf> {
-    let is_exact = |program: &Path| {
-        let printed = output(Command::new(program).arg("--version")).unwrap_or_default();
-        printed.split_whitespace().nth(1) == Some(version)
-    };
-    let folder = target_folder.join("tools").join(format!("wasm-bindgen-{version}"));
-    let own = folder
-        .join("bin")
-        .join(format!("wasm-bindgen{}", env::consts::EXE_SUFFIX));
-    let known = on_path("wasm-bindgen").into_iter().chain([own.clone()]);
-    if let Some(program) = known.into_iter().find(|program| is_exact(program)) {
-        return Ok(program);
-    }
-    eprintln!(
-        "wasm-bindgen {version} is not installed; compiling it into {}",
-        folder.display()
-    );
-    let install = |locked: &[&str]| {
-        let mut install = cargo(root);
-        install
-            .args([
-                "install",
-                "wasm-bindgen-cli",
-                "--version",
-                &format!("={version}"),
-                "--root",
-            ])
-            .arg(&folder)
-            .args(locked);
-        run(&mut install)
-    };
-    // A registry that lacks one of the locked versions (mirrors may) can still have what is needed.
-    install(&["--locked"])
-        .or_else(|_| install(&[]))
-        .with_context(|| format!("installing wasm-bindgen-cli {version}"))?;
-    ensure!(
-        is_exact(&own),
-        "{} is not wasm-bindgen {version} after its installation",
-        own.display()
-    );
-    Ok(own)
-}
-
 /// Sees to it that Node.js is there, new enough, and that the packages of `www/package-lock.json` are
 /// installed.
 ///

@@ -14,6 +14,7 @@ use std::{
     process::Command,
     time::Instant,
 };
+use wasm_bindgen_cli_support::Bindgen;
 
 /// Bytes in a megabyte of a download.
 const MB: f64 = 1e6;
@@ -28,7 +29,6 @@ pub fn build(root: &Path) -> Result<()> {
     let target_folder = tools::target_folder(root)?;
     tools::ensure_node_packages(root, &manifest.tools)?;
     tools::ensure_rust_target(root, TARGET)?;
-    let wasm_bindgen = tools::wasm_bindgen(root, &target_folder, &manifest.tools.wasm_bindgen)?;
 
     let package = &manifest.package;
     let started = Instant::now();
@@ -59,12 +59,11 @@ pub fn build(root: &Path) -> Result<()> {
         if aside.exists() {
             fs::remove_dir_all(&aside).with_context(|| format!("emptying {}", aside.display()))?;
         }
-        tools::run(
-            Command::new(wasm_bindgen)
-                .args(["--target", &package.target, "--out-dir"])
-                .arg(&aside)
-                .arg(&compiled),
-        )?;
+        Bindgen::new()
+            .input_path(&compiled)
+            .web(true)
+            .and_then(|bindgen| bindgen.generate(&aside))
+            .with_context(|| format!("wasm-bindgen on {}", compiled.display()))?;
         let started = Instant::now();
         optimise(root, &manifest.wasm_opt.flags, &aside.join(&module))?;
         eprintln!("optimised in {:.0} s", started.elapsed().as_secs_f64());
