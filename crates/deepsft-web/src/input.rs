@@ -47,12 +47,11 @@ pub fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Fai
         );
         return Err(Failure::new(Code::ImageUnreadable, message));
     }
-    let rgb = rgba
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .flat_map(|&[r, g, b, _]| [r, g, b])
-        .collect();
+    // Not collected byte by byte: a video does this for each frame.
+    let mut rgb = vec![0; 3 * width * height];
+    for (to, &[r, g, b, _]) in rgb.as_chunks_mut().0.iter_mut().zip(rgba.as_chunks().0) {
+        *to = [r, g, b];
+    }
     Ok(Picture::new(width, height, rgb)?)
 }
 

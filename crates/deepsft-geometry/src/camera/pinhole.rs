@@ -122,6 +122,24 @@ impl Camera {
             .with_distortion(self.distortion)
     }
 
+    /// The same camera for an image at half the size (sides rounded down), each pixel the mean of four.
+    ///
+    /// # Errors
+    /// [`GeometryError::CameraParameter`] for an image of one row or column.
+    pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
+        let half = |number: f64| number / 2.0;
+        let (width, height) = (self.width / 2, self.height / 2);
+        Self::pinhole(
+            width,
+            height,
+            half(self.fx),
+            half(self.fy),
+            half(self.cx),
+            half(self.cy),
+        )?
+        .with_distortion(self.distortion)
+    }
+
     /// Image width, pixels.
     pub fn width(&self) -> u32 {
         self.width

@@ -4,12 +4,12 @@ use super::agreement::Agreement;
 use super::level::IsometricMesh;
 use super::lookalikes::Lookalike;
 use super::measurements::{Measurement, measurements};
-use super::mesh_fitter::{MeshFitter, POINT_STEP, Resolution, Round, WINDOW_PX, check_blurs};
+use super::mesh_fitter::{MeshFitter, POINT_STEP, Resolution, Round, WINDOW_PX, check_blurs, window_of};
 use super::options::FitOptions;
 use super::slips::Start;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
-use crate::image::{GreyImage, Normalizer, Picture};
+use crate::image::{GreyImage, Normalizer, Part, Picture};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{RigidMotion, SurfacePoint, Template, TriangleMesh};
@@ -184,7 +184,7 @@ impl FrameFitter {
             };
             let (reprojection, depth) = self.measured_terms(fine, &from.measured, camera, worth, hold)?;
             let round = self.round(Resolution::Fine, blur);
-            let seen = |pixel: usize| from.is_moved || maps.inside(pixel);
+            let seen = |x: usize, y: usize| from.is_moved || maps.inside(y * maps.width() + x);
             let priors: [&dyn Energy; 2] = [&reprojection, &depth];
             let fitted = self
                 .mesh_fitter
@@ -230,7 +230,7 @@ impl FrameFitter {
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
         let measured = &from.measured;
-        let seen = |pixel: usize| from.is_moved || maps.inside(pixel);
+        let seen = |x: usize, y: usize| from.is_moved || maps.inside(y * maps.width() + x);
         let worth = self.options.independent_registrations;
         let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
@@ -265,7 +265,7 @@ impl FrameFitter {
     fn fitted_from(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
-        seen: &impl Fn(usize) -> bool,
+        seen: &impl Fn(usize, usize) -> bool,
         (mut vertices, mut reports): (Vec<DVec3>, Vec<SolveReport>),
         blurs: &[f32],
         priors: &[&dyn Energy],
@@ -291,6 +291,7 @@ impl FrameFitter {
         Round {
             resolution,
             blur,
+            window: window_of(blur),
             // The network's mask has its own.
             margin: 0,
             rigid_steps: 0,
@@ -371,17 +372,28 @@ impl FrameFitter {
     ) -> FrameFit {
         let surface = VisibleSurface::new(self.mesh_fitter.template.mesh(), &vertices, camera);
         let mut fitted = surface.maps();
-        let both: Vec<f32> = (0..maps.depth().len())
-            .map(|p| f32::from(u8::from(maps.inside(p) && fitted.inside(p))))
-            .collect();
-        let normalizer = Normalizer::new(&both, maps.width(), JUDGED_BLUR_PX, WINDOW_PX);
-        let image = normalizer.normalize(grey);
+        let window = surface.window();
+        let part = Part::around(
+            &window.columns,
+            &window.rows,
+            Normalizer::reach(JUDGED_BLUR_PX),
+            camera.size(),
+        );
+        let pixels: Vec<usize> = part.pixels().map(|(x, y)| y * maps.width() + x).collect();
+        let is_in_both = |&pixel: &usize| maps.inside(pixel) && fitted.inside(pixel);
+        let both: Vec<f32> = pixels.iter().map(|p| f32::from(u8::from(is_in_both(p)))).collect();
+        let normalizer = Normalizer::new(both.clone(), part, camera.size(), JUDGED_BLUR_PX, WINDOW_PX);
+        let image = normalizer.normalize(part.of(&grey.values, grey.width));
         let cost = |maps: &Maps| {
-            let drawn = normalizer.normalize(&self.mesh_fitter.print.drawn(maps, &both, camera.focal().x));
+            let seen = |&pixel: &usize| (f64::from(maps.depth()[pixel]), maps.registration()[pixel]);
+            let texels: Vec<_> = pixels.iter().map(|p| is_in_both(p).then(|| seen(p))).collect();
+            let print = self.mesh_fitter.print.drawn(&texels, camera.focal().x);
+            let drawn = normalizer.normalize(print.into_iter());
             let robust = self.mesh_fitter.robust();
             let (mut sum, mut count) = (0.0, 0_usize);
-            for pixel in (0..both.len()).filter(|&p| both[p] > 0.0) {
-                sum += robust.rho((image.pixel(pixel) - drawn.pixel(pixel)).powi(2));
+            let values = image.values().iter().zip(drawn.values());
+            for ((seen, printed), _) in values.zip(&both).filter(|(_, both)| **both > 0.0) {
+                sum += robust.rho((f64::from(*seen) - f64::from(*printed)).powi(2));
                 count += 1;
             }
             sum / count.max(1) as f64

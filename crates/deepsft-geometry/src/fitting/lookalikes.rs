@@ -1,7 +1,7 @@
 //! Where a print looks like itself: there a fit can have slipped.
 
 use super::mesh_fitter::WINDOW_PX;
-use crate::image::{GreyImage, GreyMipmap, Normalizer};
+use crate::image::{GreyMipmap, Normalizer, Part};
 use crate::mesh::Template;
 use glam::DVec2;
 
@@ -92,16 +92,10 @@ impl Small {
         let texels = template.texture().width() as f64 / width as f64;
         let level = mipmap.level(texels.max(1.0).log2().round() as usize);
         let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
-        let grey = GreyImage {
-            width,
-            height,
-            values: (0..width * height)
-                .map(|p| level.sample([at(p % width, width), at(p / width, height)]))
-                .collect(),
-        };
-        let normalized = Normalizer::new(&vec![1.0; width * height], width, BLUR_PX, WINDOW_PX).normalize(&grey);
-        let values = (0..width * height).map(|p| normalized.pixel(p) as f32).collect();
-        Self::new(width, height, values)
+        let (size, everywhere) = ((width, height), vec![1.0; width * height]);
+        let grey = (0..width * height).map(|p| level.sample([at(p % width, width), at(p / width, height)]));
+        let normalized = Normalizer::new(everywhere, Part::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
+        Self::new(width, height, normalized.values().to_vec())
     }
 
     fn turned(&self, quarter_turns: usize) -> Self {

@@ -53,6 +53,8 @@ pub(crate) struct Round {
     pub(crate) resolution: Resolution,
     /// Blur of image and drawing, pixels.
     pub(crate) blur: f32,
+    /// Width of the window in which mean and contrast are taken, pixels.
+    pub(crate) window: f32,
     /// Pixels beside the silhouette and beside what hides the object that are not compared.
     pub(crate) margin: usize,
     /// Steps of a rigid motion before the mesh may bend.
@@ -66,6 +68,11 @@ pub(crate) struct FittedRound {
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) report: SolveReport,
     pub(crate) agreement: Agreement,
+}
+
+/// The window that goes with a blur, pixels.
+pub(crate) fn window_of(blur: f32) -> f32 {
+    WINDOW_PX.max(WINDOW_BLURS * blur)
 }
 
 /// Refuses a list of rounds that is empty or has a blur that is none.
@@ -124,14 +131,14 @@ impl MeshFitter {
         self.to_fine_linear.apply_fractions(coarse)
     }
 
-    /// Draws the mesh at `start`, compares it with the image in the pixels that `seen` allows and at the points that
+    /// Draws the mesh at `start`, compares it with the image in the pixels (column, row) that `seen` allows and at the points that
     /// `trusted` allows, and moves it until they agree. Also says how they agree in the end, at all points.
     pub(crate) fn round(
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
         start: &[DVec3],
         round: &Round,
-        seen: impl Fn(usize) -> bool,
+        seen: impl Fn(usize, usize) -> bool,
         trusted: impl Fn(&SurfacePoint) -> bool,
         priors: &[&dyn Energy],
     ) -> Result<FittedRound, GeometryError> {
@@ -141,11 +148,12 @@ impl MeshFitter {
             Resolution::Coarse => &mut self.coarse,
         };
         let surface = VisibleSurface::new(&level.mesh, start, camera);
-        let drawing = Drawing::new(print, &surface, seen, round.margin, POINT_STEP);
-        let window = WINDOW_PX.max(WINDOW_BLURS * round.blur);
-        let normalizer = Normalizer::new(&drawing.mask, grey.width, round.blur, window);
-        let image = normalizer.normalize(grey);
-        let points = drawing.points(&normalizer.normalize(&drawing.print));
+        let border = Normalizer::reach(round.blur);
+        let mut drawing = Drawing::new(print, &surface, seen, (border, round.margin), POINT_STEP);
+        let mask = std::mem::take(&mut drawing.mask);
+        let normalizer = Normalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
+        let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
+        let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
         let fitted: Vec<_> = points.iter().filter(|p| trusted(&p.point)).copied().collect();
         let mut vertices = start.to_vec();
         if round.rigid_steps > 0 {

@@ -1,8 +1,8 @@
 //! What is printed on the template, as a camera sees it.
 
-use crate::image::{GreyImage, GreyMipmap, NormalizedImage};
+use crate::image::{GreyMipmap, NormalizedImage, Part};
+use crate::maps::erode;
 use crate::maps::raster::VisibleSurface;
-use crate::maps::{Maps, erode};
 use crate::mesh::{SurfacePoint, Template};
 use crate::solver::TexturePoint;
 
@@ -24,70 +24,135 @@ impl Print {
         }
     }
 
-    /// The print as `maps` place it in an image with this focal length (pixels), where `mask` is 1; 0 elsewhere.
-    pub(crate) fn drawn(&self, maps: &Maps, mask: &[f32], focal: f64) -> GreyImage {
-        let seen = || mask.iter().zip(maps.depth()).filter(|(m, _)| **m > 0.0);
-        let depth = seen().map(|(_, d)| f64::from(*d)).sum::<f64>() / seen().count().max(1) as f64;
+    /// The print as an image with this focal length (pixels) shows it where a pixel has a depth (mm) and a texture position;
+    /// 0 elsewhere.
+    pub(crate) fn drawn(&self, seen: &[Option<(f64, [f32; 2])>], focal: f64) -> Vec<f32> {
+        let depths = seen.iter().flatten().map(|(depth, _)| depth);
+        let depth = depths.clone().sum::<f64>() / depths.count().max(1) as f64;
         // At most about one texel per pixel on a frontal sheet at this depth.
         let texels_per_pixel = self.texels_per_mm * depth / focal;
         let level = self.mipmap.level(texels_per_pixel.max(1.0).log2().round() as usize);
-        let value = |(&m, &uv): (&f32, &[f32; 2])| if m > 0.0 { level.sample(uv) } else { 0.0 };
-        GreyImage {
-            width: maps.width(),
-            height: maps.height(),
-            values: mask.iter().zip(maps.registration()).map(value).collect(),
-        }
+        seen.iter()
+            .map(|pixel| pixel.map_or(0.0, |(_, uv)| level.sample(uv)))
+            .collect()
     }
 }
 
 /// A mesh drawn with its print, and the points of it that are compared with the image.
 pub(crate) struct Drawing {
-    pub(crate) print: GreyImage,
+    /// The part of the image that was drawn.
+    pub(crate) part: Part,
+    /// Of the pixels of the part: what is printed there.
+    pub(crate) print: Vec<f32>,
     /// 1 where the mesh is seen and may be compared.
     pub(crate) mask: Vec<f32>,
-    /// Pixel, and point of the mesh that it shows.
+    /// Index of a pixel of the part, and point of the mesh that it shows. Points of a face follow each other.
     anchors: Vec<(usize, SurfacePoint)>,
 }
 
 impl Drawing {
-    /// Draws the front of `surface`; `seen` says which pixels may be compared. Those within `margin` pixels of others are
-    /// left out: there a mesh that is a little off would be compared with what lies beside the object, and creep out
-    /// over it. Points stand `step` pixels apart.
+    /// Draws the front of `surface` and `border` pixels around it; `seen` says which pixels (column, row) may be compared.
+    /// Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared with what
+    /// lies beside the object, and creep out over it. Points stand `step` pixels apart.
     pub(crate) fn new(
         print: &Print,
         surface: &VisibleSurface,
-        seen: impl Fn(usize) -> bool,
-        margin: usize,
+        seen: impl Fn(usize, usize) -> bool,
+        (border, margin): (usize, usize),
         step: usize,
     ) -> Self {
-        let camera = surface.camera();
-        let (width, height) = (camera.width() as usize, camera.height() as usize);
-        let mut mask = vec![0.0; width * height];
+        let (camera, window) = (surface.camera(), surface.window());
+        // The pixel beside the window says that there the mesh ends.
+        let part = Part::around(&window.columns, &window.rows, border.max(1), camera.size());
+        let mut mask = vec![0.0; part.area()];
         for (column, row, ..) in surface.front() {
-            let pixel = row * width + column;
-            if seen(pixel) {
+            if let Some(pixel) = part.index(column, row).filter(|_| seen(column, row)) {
                 mask[pixel] = 1.0;
             }
         }
-        erode(&mut mask, width, margin);
-        let mut anchors = Vec::new();
+        erode(&mut mask, part.width, margin);
+        let (mut texels, mut anchors) = (vec![None; part.area()], Vec::new());
         for (column, row, face, triangle) in surface.front() {
-            let pixel = row * width + column;
-            if mask[pixel] > 0.0 && column % step == step / 2 && row % step == step / 2 {
-                let barycentric = triangle.barycentric(column as f64 + 0.5, row as f64 + 0.5);
+            let Some(pixel) = part.index(column, row).filter(|&pixel| mask[pixel] > 0.0) else {
+                continue;
+            };
+            let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+            let point = triangle.seen_point(x, y);
+            texels[pixel] = Some((point.depth_mm, point.uv.as_vec2().to_array()));
+            if column % step == step / 2 && row % step == step / 2 {
+                let barycentric = triangle.barycentric(x, y);
                 anchors.push((pixel, SurfacePoint { face, barycentric }));
             }
         }
-        let print = print.drawn(&surface.maps(), &mask, camera.focal().x);
-        Self { print, mask, anchors }
+        anchors.sort_by_key(|(_, point)| point.face);
+        Self {
+            print: print.drawn(&texels, camera.focal().x),
+            part,
+            mask,
+            anchors,
+        }
     }
 
     /// The photo-consistency points with what the normalised print shows there.
     pub(crate) fn points(&self, print: &NormalizedImage) -> Vec<TexturePoint> {
+        let values = print.values();
         let point = |&(pixel, point): &(usize, SurfacePoint)| TexturePoint {
             point,
-            value: print.pixel(pixel),
+            value: f64::from(values[pixel]),
         };
         self.anchors.iter().map(point).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::training_camera;
+    use crate::image::{GreyImage, Normalizer, Picture};
+    use glam::DVec3;
+
+    #[test]
+    fn the_part_around_a_mesh_is_drawn_and_normalised_as_in_the_whole_image() {
+        let texture = Picture::from_fn(300, 200, |x, y| [((x * x + 31 * y) % 251) as u8; 3]);
+        let template = Template::thin_shell(texture, 297.0, 210.0).unwrap();
+        let camera = training_camera();
+        // Beyond the image's left border, and bent.
+        let place = |p: &DVec3| DVec3::new(p.x - 250.0, p.y + 20.0, 600.0 + 0.002 * p.x * p.x);
+        let vertices: Vec<_> = template.mesh().vertices().iter().map(place).collect();
+        let surface = VisibleSurface::new(template.mesh(), &vertices, &camera);
+        let print = Print::of(&template);
+        let picture = Picture::from_fn(480, 270, |x, y| [((7 * x + y * y) % 249) as u8; 3]);
+        let (grey, blur) = (GreyImage::of(&picture), 1.5);
+        let drawn = |border: usize| {
+            let drawing = Drawing::new(&print, &surface, |x, _| x > 10, (border, 3), 3);
+            let normalizer = Normalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
+            let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
+            let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
+            (drawing, image, points)
+        };
+        let (part, image, points) = drawn(Normalizer::reach(blur));
+        let (whole, whole_image, whole_points) = drawn(480);
+        assert!(whole.part.area() == 480 * 270 && part.part.area() < 480 * 270 / 3 && points.len() > 500);
+        for (index, (column, row)) in whole.part.pixels().enumerate() {
+            let (mask, print) = match part.part.index(column, row) {
+                Some(index) => (part.mask[index], part.print[index]),
+                None => (0.0, 0.0),
+            };
+            assert_eq!(
+                (mask, print),
+                (whole.mask[index], whole.print[index]),
+                "{column}, {row}"
+            );
+        }
+        for (a, b) in points.iter().zip(&whole_points) {
+            assert_eq!(a.point, b.point);
+            // Mean and contrast are taken on cells that begin elsewhere.
+            assert!((a.value - b.value).abs() < 0.2, "{} {}", a.value, b.value);
+            let pixel = camera
+                .project(a.point.position(template.mesh().faces(), &vertices))
+                .unwrap();
+            let seen = [&image, &whole_image].map(|image| image.sample(pixel).unwrap().0);
+            assert!((seen[0] - seen[1]).abs() < 0.2, "{seen:?}");
+        }
     }
 }

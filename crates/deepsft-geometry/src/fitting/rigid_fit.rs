@@ -23,26 +23,28 @@ pub(crate) fn rigid_fit(
 ) -> impl Fn(DVec3) -> DVec3 + use<> {
     let centre = points.iter().map(|p| p.0).sum::<DVec3>() / points.len().max(1) as f64;
     let (mut rotation, mut translation) = (DQuat::IDENTITY, DVec3::ZERO);
-    let place = |rotation: DQuat, translation: DVec3, p: DVec3| rotation * (p - centre) + centre + translation;
+    let place = |rotation: DMat3, translation: DVec3, p: DVec3| rotation * (p - centre) + centre + translation;
     // Rotation in radians against translation in mm: a unit of length makes them alike.
     let length =
         (points.iter().map(|p| (p.0 - centre).length_squared()).sum::<f64>() / points.len().max(1) as f64).sqrt();
     let cost = |rotation: DQuat, translation: DVec3| -> f64 {
-        let one = |&(p, printed): &(DVec3, f64)| {
+        let rotation = DMat3::from_quat(rotation);
+        let square = |&(p, printed): &(DVec3, f64)| {
             // As in the mesh solver: a step behind the camera is no step.
             let Some(pixel) = camera.project(place(rotation, translation, p)) else {
                 return f64::INFINITY;
             };
             let residual = image.sample(pixel).map_or(1.0, |(seen, _)| seen - printed);
-            robust.rho(residual * residual)
+            residual * residual
         };
-        points.iter().map(one).sum()
+        robust.sum(points.iter().map(square))
     };
     let mut here = cost(rotation, translation);
     for _ in 0..steps {
         let (mut matrix, mut vector) = ([[0.0; 6]; 6], [0.0; 6]);
+        let turned = DMat3::from_quat(rotation);
         for &(p, printed) in points {
-            let position = place(rotation, translation, p);
+            let position = place(turned, translation, p);
             let Some((pixel, [dx, dy])) = camera.project_with_gradients(position) else {
                 continue;
             };

@@ -126,7 +126,7 @@ impl FrameFitter {
         };
         let judged = self
             .mesh_fitter
-            .round(frame, &found.vertices, &round, |_| true, |_| true, &[])?;
+            .round(frame, &found.vertices, &round, |_, _| true, |_| true, &[])?;
         Ok(judged.agreement.whole * judged.agreement.points as f64)
     }
 }

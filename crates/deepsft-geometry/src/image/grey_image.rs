@@ -19,9 +19,42 @@ impl GreyImage {
             values: picture.rgb().as_chunks().0.iter().map(|&c| luma(c)).collect(),
         }
     }
+
+    /// The image at half the size (rounded down), each pixel the mean of the four that it covers.
+    pub fn halved(&self) -> Self {
+        let (width, height) = (self.width / 2, self.height / 2);
+        let mut values = Vec::with_capacity(width * height);
+        for rows in self.values.chunks_exact(2 * self.width.max(1)) {
+            let (above, below) = rows.split_at(self.width);
+            let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
+            values.extend(pairs.map(|([a, b], [c, d])| 0.25 * ((a + b) + (c + d))));
+        }
+        Self { width, height, values }
+    }
 }
 
 /// Rec. 601 luma of a stored (gamma) colour, 0..=255.
 pub fn luma([r, g, b]: [u8; 3]) -> f32 {
     0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halving_takes_the_mean_of_four_and_leaves_out_an_odd_last_row_and_column() {
+        let values = (1..16).map(|k| (k * k) as f32).collect();
+        let half = GreyImage {
+            width: 5,
+            height: 3,
+            values,
+        }
+        .halved();
+        assert_eq!((half.width, half.height), (2, 1));
+        assert_eq!(
+            half.values,
+            [(1 + 4 + 36 + 49) as f32 / 4.0, (9 + 16 + 64 + 81) as f32 / 4.0]
+        );
+    }
 }

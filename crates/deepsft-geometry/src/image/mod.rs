@@ -3,6 +3,7 @@
 mod grey_image;
 mod mipmap;
 mod normalized_image;
+mod part;
 mod picture;
 
 pub(crate) use grey_image::GreyImage;
@@ -10,4 +11,5 @@ pub use grey_image::luma;
 pub use mipmap::{GreyLevel, GreyMipmap, MipLevel};
 pub use normalized_image::NormalizedImage;
 pub(crate) use normalized_image::Normalizer;
+pub(crate) use part::Part;
 pub use picture::Picture;

@@ -1,6 +1,7 @@
 //! Grey values freed from light and gain.
 
 use super::grey_image::GreyImage;
+use super::part::Part;
 use super::picture::Picture;
 use glam::DVec2;
 
@@ -20,8 +21,7 @@ const LEAST_SUPPORT: f32 = 0.02;
 /// light and exposure change.
 #[derive(Clone, Debug)]
 pub struct NormalizedImage {
-    width: usize,
-    height: usize,
+    size: (usize, usize),
     /// The part of the picture that has values; elsewhere they are 0.
     part: Part,
     values: Vec<f32>,
@@ -33,86 +33,47 @@ impl NormalizedImage {
     /// levels in a Gaussian window of `window_px` (8 suits prints seen on a 480 x 270 image).
     pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
         let grey = GreyImage::of(picture);
-        let everywhere = vec![1.0; grey.values.len()];
-        Normalizer::new(&everywhere, grey.width, blur_px, window_px).normalize(&grey)
+        let (everywhere, whole) = (vec![1.0; grey.values.len()], Part::whole(picture.size()));
+        Normalizer::new(everywhere, whole, picture.size(), blur_px, window_px).normalize(grey.values.into_iter())
     }
 
-    /// Value of the pixel with row-major index `index`.
-    pub(crate) fn pixel(&self, index: usize) -> f64 {
-        self.value(index % self.width, index / self.width)
+    /// Values of the part of the picture that has any.
+    pub(crate) fn values(&self) -> &[f32] {
+        &self.values
     }
 
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+        self.size
     }
 
     /// Bilinear value and its gradient (per pixel) at an image position, pixel centres at half integers;
     /// `None` outside the outermost pixel centres.
+    #[inline]
     pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let p = at - 0.5;
-        let last = DVec2::new((self.width - 1) as f64, (self.height - 1) as f64);
+        let last = DVec2::new((self.size.0 - 1) as f64, (self.size.1 - 1) as f64);
         if !(p.x >= 0.0 && p.y >= 0.0 && p.x < last.x && p.y < last.y) {
             return None;
         }
         let (x, y) = (p.x as usize, p.y as usize);
         let (fx, fy) = (p.x - x as f64, p.y - y as f64);
-        let [a, b, c, d] = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| self.value(x, y));
+        let [a, b, c, d] = self.square(x, y).map(f64::from);
         let gradient = DVec2::new((b - a) * (1.0 - fy) + (d - c) * fy, (c - a) * (1.0 - fx) + (d - b) * fx);
         Some((a + gradient.x * fx + (c - a) * fy, gradient))
     }
 
-    fn value(&self, x: usize, y: usize) -> f64 {
-        let (x, y) = (x.wrapping_sub(self.part.left), y.wrapping_sub(self.part.top));
-        if x < self.part.width && y < self.part.height {
-            f64::from(self.values[y * self.part.width + x])
-        } else {
-            0.0
+    /// Values of the pixel, its right neighbour, and the two below.
+    #[inline]
+    fn square(&self, x: usize, y: usize) -> [f32; 4] {
+        let width = self.part.width;
+        let (column, row) = (x.wrapping_sub(self.part.left), y.wrapping_sub(self.part.top));
+        if column < width.saturating_sub(1) && row < self.part.height.saturating_sub(1) {
+            let values = &self.values[row * width + column..];
+            return [values[0], values[1], values[width], values[width + 1]];
         }
-    }
-}
-
-/// A rectangle of an image, pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Part {
-    left: usize,
-    top: usize,
-    width: usize,
-    height: usize,
-}
-
-impl Part {
-    /// The smallest that holds all pixels where `mask` (rows of `width`) is above 0, and `margin` more on all sides.
-    fn around(mask: &[f32], width: usize, margin: usize) -> Self {
-        let height = mask.len() / width;
-        let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
-        for (y, row) in mask.chunks_exact(width).enumerate() {
-            let Some(first) = row.iter().position(|&m| m > 0.0) else {
-                continue;
-            };
-            let last = row.iter().rposition(|&m| m > 0.0).unwrap_or(first);
-            (left, right) = (left.min(first), right.max(last + 1));
-            (top, bottom) = (top.min(y), y + 1);
-        }
-        let (left, top) = (
-            left.min(right).saturating_sub(margin),
-            top.min(bottom).saturating_sub(margin),
-        );
-        Self {
-            left,
-            top,
-            width: (right + margin).min(width) - left,
-            height: (bottom + margin).min(height) - top,
-        }
-    }
-
-    /// The rows of the rectangle in an image with rows of `width`.
-    fn rows<'a>(&self, image: &'a [f32], width: usize) -> impl Iterator<Item = &'a [f32]> {
-        let Self {
-            left, width: columns, ..
-        } = *self;
-        let rows = image.chunks_exact(width.max(1)).skip(self.top).take(self.height);
-        rows.map(move |row| &row[left..left + columns])
+        [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
+            .map(|(x, y)| self.part.index(x, y).map_or(0.0, |index| self.values[index]))
     }
 }
 
@@ -122,8 +83,7 @@ impl Part {
 /// Mean and deviation change slowly, over the window's width: they are taken on cells of 4 x 4 pixels and
 /// interpolated, which makes them cost less than the blur (a twentieth of what they cost pixel by pixel).
 pub(crate) struct Normalizer {
-    width: usize,
-    height: usize,
+    size: (usize, usize),
     part: Part,
     mask: Vec<f32>,
     blur: Vec<f32>,
@@ -138,22 +98,19 @@ pub(crate) struct Normalizer {
 const CELL: usize = 4;
 
 impl Normalizer {
-    /// For a `mask` (0 or 1 per pixel, row-major, `width` columns); `blur_px` and `window_px` as in
+    /// For a `mask` (0 or 1 for each pixel of `part`) of images of `size`; `blur_px` and `window_px` as in
     /// [`NormalizedImage::new`].
-    pub fn new(mask: &[f32], width: usize, blur_px: f32, window_px: f32) -> Self {
+    pub fn new(mask: Vec<f32>, part: Part, size: (usize, usize), blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);
-        let part = Part::around(mask, width, blur.len() + 1);
-        let seen: Vec<f32> = part.rows(mask, width).flatten().copied().collect();
-        let support = blurred(&seen, part.width, part.height, &blur);
+        let support = blurred(&mask, part.width, part.height, &blur);
         let per_support = support
             .into_iter()
             .map(|s| if s > LEAST_SUPPORT { s.recip() } else { 0.0 })
             .collect();
         let mut this = Self {
-            width,
-            height: mask.len() / width.max(1),
+            size,
             part,
-            mask: seen,
+            mask,
             blur,
             per_support,
             window: half_gaussian(window_px / CELL as f32),
@@ -163,10 +120,14 @@ impl Normalizer {
         this
     }
 
-    /// The normalised picture, of the mask's size. 0 where nothing is seen nearby.
-    pub fn normalize(&self, grey: &GreyImage) -> NormalizedImage {
-        let rows = self.part.rows(&grey.values, self.width).flatten();
-        let masked: Vec<f32> = rows.zip(&self.mask).map(|(v, m)| (v - MIDDLE_LEVEL) * m).collect();
+    /// Pixels beside a mask up to which its picture is blurred.
+    pub fn reach(blur_px: f32) -> usize {
+        half_gaussian(blur_px).len() + 1
+    }
+
+    /// The normalised picture with these grey values in the part. 0 where nothing is seen nearby.
+    pub fn normalize(&self, grey: impl Iterator<Item = f32>) -> NormalizedImage {
+        let masked: Vec<f32> = grey.zip(&self.mask).map(|(v, m)| (v - MIDDLE_LEVEL) * m).collect();
         let mut values = blurred(&masked, self.part.width, self.part.height, &self.blur);
         values.iter_mut().zip(&self.per_support).for_each(|(v, s)| *v *= s);
         let sums = self.around_cells(|i| self.mask[i] * values[i]);
@@ -184,8 +145,7 @@ impl Normalizer {
             .unzip();
         self.subtract_and_scale(&mut values, &means, &gains);
         NormalizedImage {
-            width: self.width,
-            height: self.height,
+            size: self.size,
             part: self.part,
             values,
         }
@@ -319,8 +279,8 @@ mod tests {
         let painted = Picture::from_fn(64, 48, |x, y| [if x < 40 { pattern(x, y) as u8 } else { 255 }; 3]);
         let mask: Vec<f32> = (0..64 * 48).map(|i| f32::from(u8::from(i % 64 < 40))).collect();
         let [one, other] = [picture, painted].map(|p| {
-            Normalizer::new(&mask, 64, 2.0, 8.0)
-                .normalize(&GreyImage::of(&p))
+            Normalizer::new(mask.clone(), Part::whole(p.size()), p.size(), 2.0, 8.0)
+                .normalize(GreyImage::of(&p).values.into_iter())
                 .values
         });
         assert_eq!(one, other);

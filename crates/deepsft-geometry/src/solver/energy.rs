@@ -53,6 +53,9 @@ pub enum Robust {
     Cauchy(f64),
 }
 
+/// A product beyond which no more factors are multiplied: far from what an f64 holds.
+const LARGE: f64 = 1e150;
+
 impl Robust {
     /// rho of a squared residual.
     pub fn rho(self, square: f64) -> f64 {
@@ -62,11 +65,46 @@ impl Robust {
         }
     }
 
+    /// The sum of rho over squared residuals: one logarithm for many of them.
+    pub(crate) fn sum(self, squares: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::Squares => squares.sum(),
+            Self::Cauchy(scale) => {
+                let per_square = (scale * scale).recip();
+                let (mut logarithm, mut product) = (0.0, 1.0);
+                for square in squares {
+                    product *= 1.0 + square * per_square;
+                    if product > LARGE {
+                        logarithm += f64::ln(product);
+                        product = 1.0;
+                    }
+                }
+                scale * scale * (logarithm + product.ln())
+            }
+        }
+    }
+
     /// The derivative of rho: the weight of the residual in iteratively re-weighted least squares.
     pub fn weight(self, square: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
             Self::Cauchy(scale) => 1.0 / (1.0 + square / (scale * scale)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sum_over_residuals_is_that_of_each_and_infinite_where_one_is() {
+        for robust in [Robust::Squares, Robust::Cauchy(0.8)] {
+            let squares = || (0..3000).map(|k| f64::from(k).powi(2) * if k % 2 == 0 { 1e-9 } else { 1e3 });
+            let each: f64 = squares().map(|s| robust.rho(s)).sum();
+            assert!((robust.sum(squares()) / each - 1.0).abs() < 1e-12);
+            assert_eq!(robust.sum(squares().chain([f64::INFINITY])), f64::INFINITY);
+            assert!(robust.sum(squares().chain([f64::NAN])).is_nan());
         }
     }
 }

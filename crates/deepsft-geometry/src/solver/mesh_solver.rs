@@ -301,9 +301,14 @@ impl MeshSolver {
         let vertices = self.equations.gradient().len();
         check_start(start, vertices)?;
         for term in terms {
-            let mut held = true;
+            let (mut held, mut last) = (true, Vec::new());
             term.stencils(&mut |stencil| {
-                held &= stencil.iter().all(|&v| v < vertices) && self.equations.holds(stencil)
+                // Points of a face follow each other.
+                if last != stencil {
+                    held &= stencil.iter().all(|&v| v < vertices) && self.equations.holds(stencil);
+                    last.clear();
+                    last.extend_from_slice(stencil);
+                }
             });
             if !held {
                 return Err(GeometryError::Coupling { term: term.name() });

@@ -17,7 +17,12 @@ pub(crate) struct NormalEquations {
     cholesky: SparseCholesky,
     values: Vec<f64>,
     outside: bool,
+    /// The triangle whose residuals were added last, and its blocks: residuals of one triangle follow each other.
+    triangle: ([usize; 3], [usize; 6]),
 }
+
+/// No triangle.
+const NONE: [usize; 3] = [usize::MAX; 3];
 
 impl NormalEquations {
     /// For `vertices` vertices and the coupled `pairs` (any order, any number of times).
@@ -56,6 +61,7 @@ impl NormalEquations {
             rows,
             values,
             outside: false,
+            triangle: (NONE, [0; 6]),
         })
     }
 
@@ -140,6 +146,19 @@ impl NormalEquations {
         self.cholesky.weak_pivots(&self.values, fraction)
     }
 
+    /// Blocks of the pairs of a triangle's vertices, in the order of two nested loops; `None` where some are not coupled.
+    fn blocks_of(&mut self, triangle: [usize; 3]) -> Option<[usize; 6]> {
+        if self.triangle.0 != triangle {
+            let [a, b, c] = triangle;
+            let mut blocks = [0; 6];
+            for (block, (a, b)) in blocks.iter_mut().zip([(a, a), (a, b), (a, c), (b, b), (b, c), (c, c)]) {
+                *block = self.block(a, b)?;
+            }
+            self.triangle = (triangle, blocks);
+        }
+        Some(self.triangle.1)
+    }
+
     fn add(&mut self, a: usize, b: usize, outer: DMat3) {
         match self.block(a, b) {
             Some(k) => self.blocks[k] += outer,
@@ -150,6 +169,20 @@ impl NormalEquations {
 
 impl ResidualSink for NormalEquations {
     fn scalar(&mut self, residual: f64, weight: f64, gradient: &[(usize, DVec3)]) {
+        if let &[(a, _), (b, _), (c, _)] = gradient
+            && let Some(blocks) = self.blocks_of([a, b, c])
+        {
+            let mut blocks = blocks.into_iter();
+            for (k, &(a, ga)) in gradient.iter().enumerate() {
+                let weighted = weight * ga;
+                self.gradient[a] += residual * weighted;
+                for (&(b, gb), block) in gradient[k..].iter().zip(blocks.by_ref()) {
+                    let (row, column) = if a > b { (weighted, gb) } else { (weight * gb, ga) };
+                    self.blocks[block] += DMat3::from_cols(row * column.x, row * column.y, row * column.z);
+                }
+            }
+            return;
+        }
         for (k, &(a, ga)) in gradient.iter().enumerate() {
             self.gradient[a] += weight * residual * ga;
             for &(b, gb) in &gradient[k..] {
@@ -198,5 +231,26 @@ mod tests {
         assert!(equations.holds(&[1, 0]) && !equations.holds(&[0, 1, 2]));
         equations.vector(DVec3::X, 1.0, &[(0, 1.0), (2, 1.0)]);
         assert!(equations.outside());
+    }
+
+    #[test]
+    fn residuals_of_triangles_count_as_those_of_any_vertices_do() {
+        let pairs = (0..5).flat_map(|a| (a..5).map(move |b| [a, b])).collect::<Vec<_>>();
+        let mut all = [0, 1].map(|_| NormalEquations::new(5, pairs.clone()).unwrap());
+        let gradient = |v: usize, k: usize| (v, DVec3::new(v as f64 - 1.3, 0.7 * k as f64, (v * k) as f64 + 0.2));
+        for (k, [a, b, c]) in [[4, 0, 2], [4, 0, 2], [1, 2, 3], [4, 0, 2]].into_iter().enumerate() {
+            let triangle = [gradient(a, k), gradient(b, k), gradient(c, k)];
+            all[0].scalar(0.3 + k as f64, 1.5, &triangle);
+            // A fourth vertex without gradient adds nothing.
+            let [x, y, z] = triangle;
+            let other = (0..5).find(|v| ![a, b, c].contains(v)).unwrap();
+            all[1].scalar(0.3 + k as f64, 1.5, &[x, y, z, (other, DVec3::ZERO)]);
+        }
+        let [triangles, any] = all;
+        let blocks = triangles.blocks.iter().zip(&any.blocks);
+        assert!(blocks.clone().any(|(a, _)| *a != DMat3::ZERO));
+        assert!(blocks.into_iter().all(|(a, b)| a.abs_diff_eq(*b, 1e-12)));
+        let gradients = triangles.gradient().iter().zip(any.gradient());
+        assert!(gradients.into_iter().all(|(a, b)| a.abs_diff_eq(*b, 1e-12)));
     }
 }

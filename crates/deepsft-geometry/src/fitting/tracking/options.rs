@@ -11,7 +11,7 @@ pub struct TrackingOptions {
     pub blurs: Vec<f32>,
     /// Steps of a rigid motion in the first round of a frame that is followed.
     pub rigid_steps: usize,
-    /// Accepted solver steps per round of a frame that is followed.
+    /// Accepted solver steps in the last round of a frame that is followed; each round before it has one.
     pub steps: usize,
     /// Blurs of the second try, when the first does not find the sheet again.
     pub wide_blurs: Vec<f32>,
@@ -39,7 +39,7 @@ impl Default for TrackingOptions {
             fit: FitOptions::default(),
             blurs: vec![3.0, 0.8],
             rigid_steps: 10,
-            steps: 2,
+            steps: 3,
             wide_blurs: vec![7.0, 3.0, 0.8],
             persistence: 0.8,
             start_agreement: 0.5,

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::fitting::frame_fitter::FrameFitter;
 use crate::fitting::measurements::measurements;
-use crate::fitting::mesh_fitter::{Resolution, Round, check_blurs};
+use crate::fitting::mesh_fitter::{Resolution, Round, check_blurs, window_of};
 use crate::fitting::print::Drawing;
 use crate::image::{GreyImage, Picture};
 use crate::maps::Maps;
@@ -21,8 +21,15 @@ use std::rc::Rc;
 struct Remembered {
     frame: u64,
     time_s: f64,
-    grey: Rc<GreyImage>,
+    image: Rc<Sizes>,
     mesh: Option<Mesh>,
+}
+
+/// An image at two sizes.
+struct Sizes {
+    whole: GreyImage,
+    /// For the rounds that blur so much that it shows as much.
+    half: GreyImage,
 }
 
 /// The coarse mesh and how the image confirms it.
@@ -40,12 +47,16 @@ struct Mesh {
 /// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
 /// [`memory`](TrackingOptions::memory) images.
 #[derive(Clone)]
-pub struct TrackerImage(Rc<GreyImage>);
+pub struct TrackerImage(Rc<Sizes>);
 
 impl TrackerImage {
     /// Of a canonical image.
     pub fn of(image: &Picture) -> Self {
-        Self(Rc::new(GreyImage::of(image)))
+        let whole = GreyImage::of(image);
+        Self(Rc::new(Sizes {
+            half: whole.halved(),
+            whole,
+        }))
     }
 }
 
@@ -136,7 +147,7 @@ impl Tracker {
         TrackerImage(image): &TrackerImage,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        check_size((image.width, image.height), camera.size())?;
+        check_size((image.whole.width, image.whole.height), camera.size())?;
         let goes_on = self
             .frames
             .back()
@@ -148,7 +159,7 @@ impl Tracker {
         self.frames.push_back(Remembered {
             frame,
             time_s,
-            grey: Rc::clone(image),
+            image: Rc::clone(image),
             mesh: None,
         });
         while self.frames.len() > self.options.memory.max(2) {
@@ -269,8 +280,8 @@ impl Tracker {
 
     /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
     fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
-        let grey = Rc::clone(&self.frames[index].grey);
-        let Some(start) = self.fitter.coarse_start(&grey, camera, maps)? else {
+        let image = Rc::clone(&self.frames[index].image);
+        let Some(start) = self.fitter.coarse_start(&image.whole, camera, maps)? else {
             return Ok(None);
         };
         let mut meshes = vec![Mesh {
@@ -340,8 +351,15 @@ impl Tracker {
         };
         let fit = self.fitter.mesh_fitter();
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, &camera);
-        let drawing = Drawing::new(&fit.print, &surface, |_| true, MARGIN_PX, 1);
-        let shift = best_shift(&drawing.print, &drawing.mask, &self.frames[index].grey);
+        let grey = &self.frames[index].image.whole;
+        // The border takes in the whole image.
+        let border = grey.width.max(grey.height);
+        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (border, MARGIN_PX), 1);
+        let print = GreyImage {
+            values: drawing.print,
+            ..*grey
+        };
+        let shift = best_shift(&print, &drawing.mask, grey);
         let depth = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
         let way = (shift / camera.focal() * depth).extend(0.0);
         vertices.iter().map(|p| p + way).collect()
@@ -357,7 +375,8 @@ impl Tracker {
         let Some(camera) = self.camera else {
             return Ok(last.clone());
         };
-        let grey = Rc::clone(&self.frames[index].grey);
+        let image = Rc::clone(&self.frames[index].image);
+        let half_camera = camera.halved()?;
         let mut mesh = Mesh {
             confidence: vec![0.0; start.len()],
             vertices: start,
@@ -376,14 +395,24 @@ impl Tracker {
             anything || confidence > HIDDEN
         };
         for (k, &blur) in blurs.iter().enumerate() {
+            let is_half = blur >= HALVED_BLUR_PX;
+            let (frame, pixel) = match is_half {
+                true => ((&image.half, &half_camera), 2),
+                false => ((&image.whole, &camera), 1),
+            };
             let round = Round {
                 resolution: Resolution::Coarse,
-                blur,
-                margin: MARGIN_PX,
+                blur: blur / pixel as f32,
+                window: window_of(blur) / pixel as f32,
+                margin: MARGIN_PX / pixel,
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
-                steps: self.options.steps,
+                steps: if k + 1 < blurs.len() {
+                    EARLIER_STEPS
+                } else {
+                    self.options.steps
+                },
             };
-            let fitted = fit.round((&grey, &camera), &mesh.vertices, &round, |_| true, trusted, &[])?;
+            let fitted = fit.round(frame, &mesh.vertices, &round, |_, _| true, trusted, &[])?;
             mesh.vertices = fitted.vertices;
             mesh.iterations += fitted.report.iterations;
             mesh.confidence = fitted.agreement.confidence;
@@ -453,6 +482,12 @@ impl Tracker {
 /// Pixels inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
 /// beside the sheet there, and creep out over it.
 const MARGIN_PX: usize = 2;
+
+/// Accepted solver steps of all rounds but the last: they only bring the mesh near.
+const EARLIER_STEPS: usize = 1;
+
+/// Blur from which rounds look at the image at half the size.
+const HALVED_BLUR_PX: f32 = 3.0;
 
 /// Confidence around a point below which it is taken as hidden.
 const HIDDEN: f64 = 0.25;

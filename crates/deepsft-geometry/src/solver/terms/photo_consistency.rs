@@ -86,13 +86,11 @@ impl Energy for PhotoConsistency<'_> {
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {
-        let cost = |(point, value): &(AnchoredPoint, f64)| {
+        let square = |(point, value): &(AnchoredPoint, f64)| {
             let pixel = self.camera.project(point.position(vertices));
-            pixel.map_or(f64::INFINITY, |pixel| {
-                self.robust.rho(self.residual(pixel, *value).0.powi(2))
-            })
+            pixel.map_or(f64::INFINITY, |pixel| self.residual(pixel, *value).0.powi(2))
         };
-        self.weight * self.points.iter().map(cost).sum::<f64>()
+        self.weight * self.robust.sum(self.points.iter().map(square))
     }
 
     fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
