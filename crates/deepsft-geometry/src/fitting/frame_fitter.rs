@@ -296,6 +296,7 @@ impl FrameFitter {
             margin: 0,
             rigid_steps: 0,
             steps: self.options.steps,
+            is_near: false,
         }
     }
 

@@ -22,6 +22,8 @@ pub struct IsometricMesh {
     isometry: [Isometry; 3],
     bending: Bending,
     solver: MeshSolver,
+    /// As [`SolveOptions::halving`].
+    pub(crate) halving: bool,
 }
 
 impl IsometricMesh {
@@ -48,6 +50,7 @@ impl IsometricMesh {
             mesh,
             isometry,
             bending,
+            halving: false,
         })
     }
 
@@ -96,6 +99,7 @@ impl IsometricMesh {
             energy_tolerance: 1e-4,
             judge_rank: false,
             first_damping: FIRST_DAMPING,
+            halving: self.halving,
         };
         let mut all = terms.to_vec();
         all.push(&self.isometry[stiffness]);

@@ -61,6 +61,8 @@ pub(crate) struct Round {
     pub(crate) rigid_steps: usize,
     /// Accepted solver steps.
     pub(crate) steps: usize,
+    /// Whether the mesh is near its place.
+    pub(crate) is_near: bool,
 }
 
 /// The outcome of a [`Round`].
@@ -163,7 +165,10 @@ impl MeshFitter {
         let photo_consistency = PhotoConsistency::new(&level.mesh, camera, &image, &fitted, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         terms.extend(priors);
-        let (vertices, report) = level.solve(&terms, &vertices, round.steps)?;
+        level.halving = round.is_near;
+        let solved = level.solve(&terms, &vertices, round.steps);
+        level.halving = false;
+        let (vertices, report) = solved?;
         let agreement = Agreement::of(&level.mesh, camera, &image, &points, &vertices);
         Ok(FittedRound {
             vertices,

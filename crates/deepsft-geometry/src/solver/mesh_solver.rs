@@ -21,6 +21,9 @@ const RANK_DAMPING: f64 = 1e-13;
 /// Damping up to which a short step or a small decrease means that the minimum is near.
 const TRUSTED_DAMPING: f64 = 1.0;
 
+/// Decrease that a step foretells, as a fraction of the energy, up to which the minimum is near.
+const NEAR: f64 = 0.01;
+
 /// Most of the acceleration as a multiple of the step (the 0.75 of Transtrum and Sethna).
 const MOST_ACCELERATION: f64 = 0.75;
 
@@ -41,6 +44,9 @@ pub struct SolveOptions {
     /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it
     /// leaves open: a start that is near its minimum wants much less.
     pub first_damping: f64,
+    /// Whether a step near the minimum that is too long is tried at half its length before it is damped more, which would cost a
+    /// factorisation. For starts that are near their minimum. Default false.
+    pub halving: bool,
 }
 
 impl Default for SolveOptions {
@@ -51,6 +57,7 @@ impl Default for SolveOptions {
             energy_tolerance: 1e-9,
             judge_rank: true,
             first_damping: 1e-3,
+            halving: false,
         }
     }
 }
@@ -274,6 +281,13 @@ impl MeshSolver {
                 }
                 if settled {
                     return Outcome::Lowest;
+                }
+                if options.halving && foretold <= NEAR * energy {
+                    let half: Vec<_> = vertices.iter().zip(&there).map(|(a, b)| a.midpoint(*b)).collect();
+                    let reached: Vec<f64> = terms.iter().map(|t| t.energy(&half)).collect();
+                    if energy > reached.iter().sum::<f64>() {
+                        return Outcome::Lower((half, reached), false);
+                    }
                 }
             }
             damping.raise();

@@ -328,12 +328,12 @@ impl Tracker {
     /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, in wider steps from where `last`
     /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
-        let first = self.fitted_in(&self.options.blurs.clone(), index, start, last)?;
+        let first = self.fitted_in((&self.options.blurs.clone(), false), index, start, last)?;
         if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
-        let mut second = self.fitted_in(&self.options.wide_blurs.clone(), index, shifted, last)?;
+        let mut second = self.fitted_in((&self.options.wide_blurs.clone(), true), index, shifted, last)?;
         second.iterations += first.iterations;
         Ok(if second.agreement > first.agreement {
             self.searched.get_or_insert(self.frames[index].frame);
@@ -365,9 +365,10 @@ impl Tracker {
         vertices.iter().map(|p| p + way).collect()
     }
 
+    /// The mesh fitted to frame `index` from `start`, round by round; `wide` where it may be far off.
     fn fitted_in(
         &mut self,
-        blurs: &[f32],
+        (blurs, wide): (&[f32], bool),
         index: usize,
         start: Vec<DVec3>,
         last: &Mesh,
@@ -395,7 +396,7 @@ impl Tracker {
             anything || confidence > HIDDEN
         };
         for (k, &blur) in blurs.iter().enumerate() {
-            let is_half = blur >= HALVED_BLUR_PX;
+            let is_half = !wide && blur >= HALVED_BLUR_PX;
             let (frame, pixel) = match is_half {
                 true => ((&image.half, &half_camera), 2),
                 false => ((&image.whole, &camera), 1),
@@ -406,11 +407,12 @@ impl Tracker {
                 window: window_of(blur) / pixel as f32,
                 margin: MARGIN_PX / pixel,
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
-                steps: if k + 1 < blurs.len() {
-                    EARLIER_STEPS
-                } else {
-                    self.options.steps
+                steps: match (k + 1 == blurs.len(), wide) {
+                    (true, _) => self.options.steps,
+                    (false, true) => WIDE_STEPS,
+                    (false, false) => EARLIER_STEPS,
                 },
+                is_near: !wide,
             };
             let fitted = fit.round(frame, &mesh.vertices, &round, |_, _| true, trusted, &[])?;
             mesh.vertices = fitted.vertices;
@@ -485,6 +487,9 @@ const MARGIN_PX: usize = 2;
 
 /// Accepted solver steps of all rounds but the last: they only bring the mesh near.
 const EARLIER_STEPS: usize = 1;
+
+/// The same where the mesh may be far off: they have to bend it too, on the whole image.
+const WIDE_STEPS: usize = 2;
 
 /// Blur from which rounds look at the image at half the size.
 const HALVED_BLUR_PX: f32 = 3.0;
