@@ -43,3 +43,8 @@ pub use residual::ResidualExecutor;
 pub use residual::ResidualGpuExecutor;
 pub use stage::Stage;
 pub use weights::{WeightArray, Weights};
+
+/// Products of matrices in the processor's vectors: what the convolutions of [`CpuPlan`] are made of, and those of training.
+pub mod product {
+    pub use crate::cpu::{Buffer, Packed, Rows, Sink, multiply, padded};
+}

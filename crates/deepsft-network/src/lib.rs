@@ -8,6 +8,7 @@
 mod any_network;
 mod block;
 mod compact;
+mod convolution;
 mod description;
 mod device;
 mod error;

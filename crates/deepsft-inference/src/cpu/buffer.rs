@@ -9,8 +9,8 @@ pub(crate) const BLOCK: usize = 16;
 const LINE: usize = 64;
 
 /// Numbers from the beginning of a cache line on.
-#[derive(Default)]
-pub(crate) struct Buffer {
+#[derive(Debug, Default)]
+pub struct Buffer {
     values: Vec<f32>,
     first: usize,
     length: usize,
@@ -18,23 +18,23 @@ pub(crate) struct Buffer {
 
 impl Buffer {
     /// Zeros.
-    pub(crate) fn new(length: usize) -> Self {
+    pub fn new(length: usize) -> Self {
         let values = vec![0.0; length + LINE / size_of::<f32>()];
         let first = values.as_ptr().align_offset(LINE).min(values.len() - length);
         Self { values, first, length }
     }
 
-    pub(crate) fn values(&self) -> &[f32] {
+    pub fn values(&self) -> &[f32] {
         &self.values[self.first..self.first + self.length]
     }
 
-    pub(crate) fn values_mut(&mut self) -> &mut [f32] {
+    pub fn values_mut(&mut self) -> &mut [f32] {
         &mut self.values[self.first..self.first + self.length]
     }
 }
 
 /// Channels with their padding.
-pub(crate) fn padded(channels: usize) -> usize {
+pub fn padded(channels: usize) -> usize {
     channels.next_multiple_of(BLOCK)
 }
 

@@ -14,10 +14,12 @@ mod winograd;
 use crate::plan::{Added, MapId, MapShape, Operation, Plan, Pool};
 pub use bands::available_threads;
 pub(crate) use bands::{Shared, Units, awake, in_bands};
-use buffer::{BLOCK, Buffer, padded};
+use buffer::BLOCK;
+pub use buffer::{Buffer, padded};
 use dense::Dense;
 use layer::{Layer, Maps, Scratch};
 use pool::Pooled;
+pub use product::{Packed, Rows, Sink, multiply};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 #[cfg(feature = "gpu")]

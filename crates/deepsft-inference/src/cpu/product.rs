@@ -19,7 +19,7 @@ fn group(lanes: usize) -> usize {
 
 /// A matrix [inner, outputs] in the order in which the kernel reads it: groups of outputs, in a group the outputs of one inner index
 /// side by side.
-pub(crate) struct Packed {
+pub struct Packed {
     values: Buffer,
     inner: usize,
     outputs: usize,
@@ -28,7 +28,7 @@ pub(crate) struct Packed {
 
 impl Packed {
     /// A matrix of zeros; `outputs` is a multiple of [`BLOCK`].
-    pub(crate) fn new(inner: usize, outputs: usize, lanes: usize) -> Self {
+    pub fn new(inner: usize, outputs: usize, lanes: usize) -> Self {
         Self {
             values: Buffer::new(inner * outputs),
             inner,
@@ -37,7 +37,7 @@ impl Packed {
         }
     }
 
-    pub(crate) fn set(&mut self, k: usize, output: usize, value: f32) {
+    pub fn set(&mut self, k: usize, output: usize, value: f32) {
         let first = output / self.group * self.group;
         let width = self.group.min(self.outputs - first);
         self.values.values_mut()[first * self.inner + k * width + output - first] = value;
@@ -45,17 +45,17 @@ impl Packed {
 }
 
 /// The rows of a product lie in `values` as places of an image do.
-pub(crate) struct Rows<'a> {
-    pub(crate) values: &'a [f32],
-    pub(crate) count: usize,
+pub struct Rows<'a> {
+    pub values: &'a [f32],
+    pub count: usize,
     /// Rows side by side before the next line begins.
-    pub(crate) across: usize,
+    pub across: usize,
     /// From one row to the next, and from one line to the next.
-    pub(crate) step: usize,
-    pub(crate) line: usize,
+    pub step: usize,
+    pub line: usize,
     /// A row has this many parts, `pitch` apart; together they are as long as the matrix's inner side.
-    pub(crate) parts: usize,
-    pub(crate) pitch: usize,
+    pub parts: usize,
+    pub pitch: usize,
 }
 
 impl Rows<'_> {
@@ -66,7 +66,7 @@ impl Rows<'_> {
 }
 
 /// Takes the sums. No closure: those are not compiled for the processor's vectors.
-pub(crate) trait Sink<S: Simd> {
+pub trait Sink<S: Simd> {
     /// The sums of these rows come next.
     fn begin(&mut self, simd: S, rows: Range<usize>);
 
@@ -82,7 +82,7 @@ const SMALL: usize = 1 << 16;
 
 /// The product of `rows` and `matrix`. `RELU` reads negative numbers of the rows as zero.
 #[inline(always)]
-pub(crate) fn multiply<S: Simd, const RELU: bool>(simd: S, rows: &Rows<'_>, matrix: &Packed, sink: &mut impl Sink<S>) {
+pub fn multiply<S: Simd, const RELU: bool>(simd: S, rows: &Rows<'_>, matrix: &Packed, sink: &mut impl Sink<S>) {
     let lanes = S::F32_LANES;
     // What is read again and again stays in the cache: the matrix, or else as many rows as fit.
     let together = match matrix.inner * matrix.outputs {

@@ -89,8 +89,8 @@ impl CompactNetwork {
         let features = scaled_relu(main.features);
 
         let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2);
-        let mask = coarse + self.mask_fine.forward(scaled_relu(main.patches));
-        let mask = mask.clone() + self.mask_mix.forward(scaled_relu(mask));
+        let mask = coarse + self.mask_fine.forward_rectified(main.patches);
+        let mask = mask.clone() + self.mask_mix.forward_rectified(mask);
         let mask = self.mask.forward(widened(scaled_relu(mask))); // [N, 16, H / 4, W / 4]
 
         let registration = main.coordinates.clone().slice([0..n, 0..2]);

@@ -1,13 +1,14 @@
 //! Layers: weight-standardised convolutions, residual blocks, bilinear up-sampling.
 
+use crate::convolution::{Convolved, convolve};
 use crate::description::Cost;
 use crate::fold::{Fold, folded};
 use burn::module::{Module, Param};
-use burn::tensor::{Device, Distribution, Tensor, activation, module::conv2d, ops::ConvOptions};
+use burn::tensor::{Device, Distribution, Tensor, activation};
 
 /// Makes the second moment of relu(x) that of x for a standard normal x
 /// (Brock et al. 2021, "Characterizing signal propagation in normalizer-free networks").
-const RELU_GAIN: f64 = 1.713_958_7;
+const RELU_GAIN: f32 = 1.713_958_7;
 
 /// Keeps the division by a filter's deviation finite.
 pub const VARIANCE_FLOOR: f64 = 1e-6;
@@ -79,20 +80,19 @@ impl Convolution {
 
     /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)], in the precision of `x`.
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+        self.convolve(x, None)
+    }
+
+    /// The same of [`scaled_relu`] of `x`.
+    pub fn forward_rectified(&self, x: Tensor<4>) -> Tensor<4> {
+        self.convolve(x, Some(RELU_GAIN))
+    }
+
+    fn convolve(&self, x: Tensor<4>, rectified: Option<f32>) -> Tensor<4> {
         let weight = self.effective_weight().cast(x.dtype());
         let bias = self.bias.val().cast(x.dtype());
-        let [outputs, inputs, kernel, _] = weight.dims();
-        if kernel == 1 && self.stride == 1 {
-            // A 1x1 convolution is a matrix product; its gradients are matrix products too.
-            let [n, _, h, w] = x.dims();
-            let flat: Tensor<3> = x.reshape([n, inputs, h * w]);
-            let weight: Tensor<3> = weight.reshape([1, outputs, inputs]);
-            let bias: Tensor<3> = bias.reshape([1, outputs, 1]);
-            return (weight.matmul(flat) + bias).reshape([n, outputs, h, w]);
-        }
-        let pad = kernel / 2;
-        let options = ConvOptions::new([self.stride, self.stride], [pad, pad], [1, 1], 1);
-        conv2d(x, weight, Some(bias), options)
+        let stride = self.stride;
+        convolve(x, weight, bias, Convolved { stride, rectified })
     }
 
     /// What it costs on a map whose output has `pixels` pixels.
@@ -140,8 +140,8 @@ impl ResidualBlock {
 
     /// [N, C, H, W] -> [N, C, H, W].
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
-        let branch = self.first.forward(scaled_relu(x.clone()));
-        x + self.second.forward(scaled_relu(branch))
+        let branch = self.first.forward_rectified(x.clone());
+        x + self.second.forward_rectified(branch)
     }
 
     /// What it costs on a map of `pixels` pixels.

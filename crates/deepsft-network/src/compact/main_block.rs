@@ -77,9 +77,9 @@ impl MainBlock {
     /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> features.
     pub fn features(&self, image: Tensor<4>) -> Features {
         let patches = self.patch.forward(space_to_depth(image, PATCH)); // [N, C4, H/4, W/4]
-        let at8 = self.encode8.forward(self.down8.forward(scaled_relu(patches.clone())));
-        let at16 = self.encode16.forward(self.down16.forward(scaled_relu(at8.clone())));
-        let mut at32 = self.down32.forward(scaled_relu(at16.clone()));
+        let at8 = self.encode8.forward(self.down8.forward_rectified(patches.clone()));
+        let at16 = self.encode16.forward(self.down16.forward_rectified(at8.clone()));
+        let mut at32 = self.down32.forward_rectified(at16.clone());
         for block in &self.encode32 {
             at32 = block.forward(at32);
         }
@@ -157,7 +157,7 @@ impl Fold for MainBlock {
 /// up-sampled by two and cropped to the size of `like`.
 fn up(lateral: &Convolution, coarse: Tensor<4>, like: &Tensor<4>) -> Tensor<4> {
     let [n, c, height, width] = like.dims();
-    let doubled = upsample_nearest(lateral.forward(scaled_relu(coarse)), 2);
+    let doubled = upsample_nearest(lateral.forward_rectified(coarse), 2);
     if doubled.dims() == like.dims() {
         return doubled;
     }

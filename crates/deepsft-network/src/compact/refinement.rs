@@ -56,7 +56,7 @@ impl RefinementBlock {
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
         let cues = cues.cast(features.dtype());
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
-        let x = self.middle.forward(scaled_relu(x));
+        let x = self.middle.forward_rectified(x);
         self.correction.forward(widened(scaled_relu(x)))
     }
 

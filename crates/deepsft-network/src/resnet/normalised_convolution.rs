@@ -1,12 +1,13 @@
 //! A convolution followed by batch normalisation.
 
 use super::weight_init::WeightInit;
+use crate::convolution::{Convolved, convolve};
 use crate::description::{Cost, LayerTable};
 use crate::fold::Fold;
 use crate::half_precision::widened;
 use burn::module::{Module, Param};
 use burn::nn::{BatchNorm, BatchNormConfig};
-use burn::tensor::{Slice, Tensor, module::conv2d, ops::ConvOptions};
+use burn::tensor::Tensor;
 
 /// Added to the variance, as in Keras (the paper's framework).
 pub const EPSILON: f64 = 1e-3;
@@ -65,19 +66,9 @@ impl NormalisedConvolution {
     fn convolve(&self, x: Tensor<4>) -> Tensor<4> {
         let weight = self.weight.val().cast(x.dtype());
         let bias = self.bias.val().cast(x.dtype());
-        let [outputs, inputs, kernel, _] = weight.dims();
-        if kernel == 1 {
-            // A 1x1 convolution is a matrix product; its gradients are matrix products too.
-            let x = every(x, self.stride);
-            let [n, _, h, w] = x.dims();
-            let flat: Tensor<3> = x.reshape([n, inputs, h * w]);
-            let weight: Tensor<3> = weight.reshape([1, outputs, inputs]);
-            let bias: Tensor<3> = bias.reshape([1, outputs, 1]);
-            return (weight.matmul(flat) + bias).reshape([n, outputs, h, w]);
-        }
-        let pad = kernel / 2;
-        let options = ConvOptions::new([self.stride, self.stride], [pad, pad], [1, 1], 1);
-        conv2d(x, weight, Some(bias), options)
+        let stride = self.stride;
+        let rectified = None;
+        convolve(x, weight, bias, Convolved { stride, rectified })
     }
 
     /// Filters: channels of what comes out.
@@ -133,13 +124,4 @@ impl Fold for NormalisedConvolution {
             stride: self.stride,
         }
     }
-}
-
-/// Every `stride`-th row and column, from the first: [N, C, H, W] -> [N, C, ceil(H / stride), ceil(W / stride)].
-fn every(x: Tensor<4>, stride: usize) -> Tensor<4> {
-    if stride == 1 {
-        return x;
-    }
-    let stepped = Slice::with_step(0, None, stride as isize);
-    x.slice([Slice::full(), Slice::full(), stepped, stepped])
 }
