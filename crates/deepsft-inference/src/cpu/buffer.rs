@@ -24,10 +24,12 @@ impl Buffer {
         Self { values, first, length }
     }
 
+    /// The numbers.
     pub fn values(&self) -> &[f32] {
         &self.values[self.first..self.first + self.length]
     }
 
+    /// The numbers, to write.
     pub fn values_mut(&mut self) -> &mut [f32] {
         &mut self.values[self.first..self.first + self.length]
     }

@@ -37,24 +37,40 @@ impl Packed {
         }
     }
 
+    /// Sets a number.
     pub fn set(&mut self, k: usize, output: usize, value: f32) {
+        let at = self.place(k, output);
+        self.values.values_mut()[at] = value;
+    }
+
+    /// Where a number lies. Those of the outputs up to the next multiple of [`BLOCK`] follow.
+    pub fn place(&self, k: usize, output: usize) -> usize {
         let first = output / self.group * self.group;
         let width = self.group.min(self.outputs - first);
-        self.values.values_mut()[first * self.inner + k * width + output - first] = value;
+        first * self.inner + k * width + output - first
+    }
+
+    /// The numbers as they lie.
+    pub fn values_mut(&mut self) -> &mut [f32] {
+        self.values.values_mut()
     }
 }
 
 /// The rows of a product lie in `values` as places of an image do.
 pub struct Rows<'a> {
+    /// Numbers from the first row on.
     pub values: &'a [f32],
+    /// Number of rows.
     pub count: usize,
     /// Rows side by side before the next line begins.
     pub across: usize,
-    /// From one row to the next, and from one line to the next.
+    /// From one row to the next.
     pub step: usize,
+    /// From one line to the next.
     pub line: usize,
-    /// A row has this many parts, `pitch` apart; together they are as long as the matrix's inner side.
+    /// Parts of a row; together they are as long as the matrix's inner side.
     pub parts: usize,
+    /// From one part to the next.
     pub pitch: usize,
 }
 

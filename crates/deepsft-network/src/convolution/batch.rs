@@ -11,13 +11,14 @@
 //!
 //! Sums run in an order that depends on nothing but the sizes, whatever the number of threads.
 
+use super::along::{Along, TOGETHER};
+use super::places::{Layout, Places, to_maps};
+use super::room::with_room;
+use super::winograd::{self, PointFilters};
 use deepsft_inference::product::{Buffer, Packed, Rows, Sink, multiply, padded};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Channels of the filters' gradient that are summed together; the channels of what is read are padded to multiples of it.
-const TOGETHER: usize = 8;
 
 /// Output places whose part of the filters' gradient is summed before the next ones: what they read stays in the cache.
 const BAND: usize = 512;
@@ -35,60 +36,6 @@ pub struct Convolving {
     pub rectified: Option<f32>,
 }
 
-/// Maps of a batch.
-#[derive(Debug)]
-pub struct Places {
-    values: Buffer,
-    /// Numbers of a sample, of a row and of a place.
-    sample: usize,
-    row: usize,
-    pitch: usize,
-}
-
-impl Places {
-    /// [N, channels, rows, columns] with a border of `border` places; `pitch` numbers a place.
-    fn new(maps: &[f32], channels: usize, [rows, columns]: [usize; 2], border: usize, pitch: usize, read: impl Fn(f32) -> f32 + Sync) -> Self {
-        let row = (columns + 2 * border) * pitch;
-        let sample = (rows + 2 * border) * row;
-        let map = channels * rows * columns;
-        let mut values = Buffer::new(maps.len() / map * sample);
-        let samples = values.values_mut().par_chunks_exact_mut(sample);
-        samples.zip(maps.par_chunks_exact(map)).for_each(|(to, from)| {
-            for y in 0..rows {
-                let to = &mut to[(y + border) * row + border * pitch..][..columns * pitch];
-                for first in (0..channels).step_by(TOGETHER) {
-                    let line = |channel: usize| &from[(channel * rows + y) * columns..][..columns];
-                    if first + TOGETHER <= channels {
-                        let lines: [&[f32]; TOGETHER] = std::array::from_fn(|c| line(first + c));
-                        for (x, to) in to.chunks_exact_mut(pitch).enumerate() {
-                            let to = &mut to[first..first + TOGETHER];
-                            for (to, line) in to.iter_mut().zip(lines) {
-                                *to = read(line[x]);
-                            }
-                        }
-                        continue;
-                    }
-                    for channel in first..channels {
-                        for (to, &from) in to.chunks_exact_mut(pitch).zip(line(channel)) {
-                            to[channel] = read(from);
-                        }
-                    }
-                }
-            }
-        });
-        Self {
-            values,
-            sample,
-            row,
-            pitch,
-        }
-    }
-
-    fn of_sample(&self, sample: usize) -> &[f32] {
-        &self.values.values()[sample * self.sample..][..self.sample]
-    }
-}
-
 impl Convolving {
     /// Rows and columns that come out.
     pub fn output_size(&self) -> [usize; 2] {
@@ -99,36 +46,58 @@ impl Convolving {
         self.kernel / 2
     }
 
+    /// Whether Winograd's method applies.
+    fn is_winograd(&self) -> bool {
+        self.kernel == 3 && self.stride == 1 && self.size.iter().all(|&side| side >= winograd::TILE)
+    }
+
+    /// How maps of `channels` channels and the size `size` are read.
+    fn layout(&self, channels: usize, size: [usize; 2]) -> Layout {
+        Layout {
+            channels,
+            size,
+            border: self.border(),
+            pitch: padded(channels),
+            multiple: if self.is_winograd() { winograd::TILE } else { 1 },
+        }
+    }
+
     /// The output [N, outputs, rows, columns] for maps [N, inputs, rows, columns], `weights` [outputs, inputs, kernel, kernel]
     /// and `biases` [outputs]; and the maps as they were read, for the gradients.
     pub fn forward(&self, maps: &[f32], weights: &[f32], biases: &[f32]) -> (Vec<f32>, Places) {
         let arch = Arch::new();
-        let pitch = self.inputs.next_multiple_of(TOGETHER);
+        let lanes = arch.dispatch(Lanes);
+        let mut layout = self.layout(self.inputs, self.size);
+        if !self.is_winograd() {
+            layout.pitch = self.inputs.next_multiple_of(TOGETHER);
+        }
         let read = match self.rectified {
-            Some(gain) => {
-                let positive = move |value: f32| if value > 0.0 { value * gain } else { 0.0 };
-                Places::new(maps, self.inputs, self.size, self.border(), pitch, positive)
-            }
-            None => Places::new(maps, self.inputs, self.size, self.border(), pitch, |value| value),
+            Some(gain) => Places::new(maps, &layout, |value| value.max(0.0) * gain),
+            None => Places::new(maps, &layout, |value| value),
         };
         let area = self.kernel * self.kernel;
-        let mut filters = Packed::new(area * pitch, padded(self.outputs), arch.dispatch(Lanes));
+        let [rows, columns] = self.output_size();
+        let finish =
+            |_: usize, products: &mut [f32], out: &mut [f32]| to_maps(products, padded(self.outputs), out, biases);
+        if self.is_winograd() {
+            let weight =
+                |input: usize, output: usize, place: usize| weights[(output * self.inputs + input) * 9 + place];
+            let filters = PointFilters::new(self.inputs, self.outputs, lanes, weight);
+            let out = self.by_winograd(arch, &read, &filters, self.outputs, finish);
+            return (out, read);
+        }
+        let mut filters = Packed::new(area * read.pitch, padded(self.outputs), lanes);
         for (filter, weights) in weights.chunks_exact(area).enumerate() {
             let (output, input) = (filter / self.inputs, filter % self.inputs);
             for (place, &weight) in weights.iter().enumerate() {
-                filters.set(place * pitch + input, output, weight);
+                filters.set(place * read.pitch + input, output, weight);
             }
         }
-        let [rows, columns] = self.output_size();
-        let count = rows * columns;
-        let mut out = vec![0.0; maps.len() / (self.inputs * self.size[0] * self.size[1]) * self.outputs * count];
-        let samples = out.par_chunks_exact_mut(self.outputs * count).enumerate();
-        let room = || Buffer::new(count * padded(self.outputs));
-        samples.for_each_init(room, |products, (sample, out)| {
+        let out = by_samples(&read, self.outputs, rows * columns, finish, |sample, products| {
             arch.dispatch(Product {
                 rows: Rows {
                     values: read.of_sample(sample),
-                    count,
+                    count: rows * columns,
                     across: columns,
                     step: self.stride * read.pitch,
                     line: self.stride * read.row,
@@ -141,17 +110,16 @@ impl Convolving {
                     step: 1,
                     line: columns,
                     pitch: padded(self.outputs),
-                    out: products.values_mut(),
+                    out: products,
                 },
             });
-            to_maps(products.values(), padded(self.outputs), out, count, |channel, value| value + biases[channel]);
         });
         (out, read)
     }
 
     /// The gradient of the output [N, outputs, rows, columns] as the other gradients read it.
     pub fn gradient(&self, gradient: &[f32]) -> Places {
-        Places::new(gradient, self.outputs, self.output_size(), self.border(), padded(self.outputs), |value| value)
+        Places::new(gradient, &self.layout(self.outputs, self.output_size()), |value| value)
     }
 
     /// The gradient of the maps that were read.
@@ -160,17 +128,34 @@ impl Convolving {
         let lanes = arch.dispatch(Lanes);
         let (stride, pitch) = (self.stride, padded(self.inputs));
         let [height, width] = self.size;
+        let finish = |sample: usize, products: &mut [f32], out: &mut [f32]| {
+            if let Some(gain) = self.rectified {
+                let rows = products.chunks_exact_mut(width * pitch);
+                for (products, read_row) in rows.zip(read.within(sample).chunks(read.row)) {
+                    for (products, read) in products.chunks_exact_mut(pitch).zip(read_row.chunks_exact(read.pitch)) {
+                        for (product, &read) in products.iter_mut().zip(read) {
+                            *product = if read > 0.0 { *product * gain } else { 0.0 };
+                        }
+                    }
+                }
+            }
+            to_maps(products, pitch, out, &[]);
+        };
+        if self.is_winograd() {
+            let weight =
+                |output: usize, input: usize, place: usize| weights[(output * self.inputs + input) * 9 + 8 - place];
+            let filters = PointFilters::new(self.outputs, self.inputs, lanes, weight);
+            return self.by_winograd(arch, gradient, &filters, self.inputs, finish);
+        }
         // Places whose distance is a multiple of the stride are reached by the same of the kernel's places.
         let phases: Vec<_> = (0..stride * stride)
             .filter(|phase| phase / stride < height && phase % stride < width)
             .filter_map(|phase| Phase::new(self, [phase / stride, phase % stride], weights, lanes))
             .collect();
-        let (read_row, read_pitch) = (read.row, read.pitch);
-        let samples = gradient.values.values().len() / gradient.sample;
-        let mut out = vec![0.0; samples * self.inputs * height * width];
-        let samples = out.par_chunks_exact_mut(self.inputs * height * width).enumerate();
-        let room = || Buffer::new(height * width * pitch);
-        samples.for_each_init(room, |products, (sample, out)| {
+        by_samples(gradient, self.inputs, height * width, finish, |sample, products| {
+            if phases.len() < stride * stride {
+                products.fill(0.0);
+            }
             for phase in &phases {
                 let [y, x] = phase.first;
                 let [rows, columns] = [height - y, width - x].map(|side| side.div_ceil(stride));
@@ -191,23 +176,41 @@ impl Convolving {
                         step: stride,
                         line: stride * width,
                         pitch,
-                        out: &mut products.values_mut()[(y * width + x) * pitch..],
+                        out: &mut products[(y * width + x) * pitch..],
                     },
                 });
             }
-            let products = products.values_mut();
-            if let Some(gain) = self.rectified {
-                let read = &read.of_sample(sample)[self.border() * (read.row + read.pitch)..];
-                let rows = products.chunks_exact_mut(width * pitch).zip(read.chunks(read_row));
-                for (products, read) in rows {
-                    for (products, read) in products.chunks_exact_mut(pitch).zip(read.chunks(read_pitch)) {
-                        for (product, &read) in products.iter_mut().zip(read) {
-                            *product = if read > 0.0 { *product * gain } else { 0.0 };
-                        }
-                    }
+        })
+    }
+
+    /// Maps [N, channels, rows, columns] of the size that is read; `finish` gets a sample's number, places and maps.
+    fn by_winograd(
+        &self,
+        arch: Arch,
+        from: &Places,
+        filters: &PointFilters,
+        channels: usize,
+        finish: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
+    ) -> Vec<f32> {
+        let [rows, columns] = self.size;
+        let map = rows * columns;
+        let tiles = rows.div_ceil(winograd::TILE) * columns.div_ceil(winograd::TILE);
+        let share = from.samples().div_ceil(rayon::current_num_threads());
+        let together = winograd::CHUNK.div_ceil(tiles).min(share);
+        let mut out = vec![0.0; from.samples() * channels * map];
+        let [read, products] = filters.between(from);
+        let groups = out.par_chunks_mut(together * channels * map).enumerate();
+        groups.for_each(|(group, out)| {
+            let samples = group * together..group * together + out.len() / (channels * map);
+            let made = together * map * padded(channels);
+            with_room([read, products, made], |[read, products, made]| {
+                let between = [read, products];
+                winograd::convolve(arch, from, filters, samples.clone(), self.size, between, made);
+                let made = made.chunks_exact_mut(map * padded(channels));
+                for ((sample, made), out) in samples.zip(made).zip(out.chunks_exact_mut(channels * map)) {
+                    finish(sample, made, out);
                 }
-            }
-            to_maps(products, pitch, out, height * width, |_, value| value);
+            });
         });
         out
     }
@@ -236,29 +239,77 @@ impl Convolving {
         let arch = Arch::new();
         let area = self.kernel * self.kernel;
         let pitch = gradient.pitch;
-        let mut sums = Buffer::new(area * read.pitch * pitch);
-        let blocks = area * read.pitch / TOGETHER;
-        let together = blocks.div_ceil(2 * rayon::current_num_threads());
-        let chunks = sums.values_mut().par_chunks_mut(together * TOGETHER * pitch).enumerate();
+        if self.is_winograd() {
+            // Threads share the channels: sums are the same for any number of threads.
+            let lines = read.pitch / winograd::BLOCK;
+            let together = lines.div_ceil(rayon::current_num_threads()) * winograd::BLOCK;
+            let shares: Vec<usize> = (0..read.pitch).step_by(together).collect();
+            let sums: Vec<Buffer> = shares
+                .into_par_iter()
+                .map(|first| {
+                    let channels = first..read.pitch.min(first + together);
+                    winograd::filter_gradient(arch, read, gradient, self.size, channels)
+                })
+                .collect();
+            let sum = |input: usize, output: usize, place: usize| {
+                sums[input / together].values()[(input % together * area + place) * pitch + output]
+            };
+            return self.filters(sum);
+        }
+        let blocks = self.inputs.div_ceil(TOGETHER);
+        let mut sums = Buffer::new(area * blocks * TOGETHER * pitch);
+        let together = (area * blocks).div_ceil(2 * rayon::current_num_threads());
+        let chunks = sums
+            .values_mut()
+            .par_chunks_mut(together * TOGETHER * pitch)
+            .enumerate();
         chunks.for_each(|(chunk, sums)| {
             arch.dispatch(FilterGradient {
                 convolving: self,
                 gradient,
                 read,
-                first: chunk * together * TOGETHER,
+                first: chunk * together,
                 sums,
             });
         });
         let sums = sums.values();
-        let mut out = vec![0.0; self.outputs * self.inputs * area];
-        for (filter, out) in out.chunks_exact_mut(area).enumerate() {
-            let (output, input) = (filter / self.inputs, filter % self.inputs);
-            for (place, out) in out.iter_mut().enumerate() {
-                *out = sums[(place * read.pitch + input) * pitch + output];
-            }
-        }
-        out
+        self.filters(|input, output, place| sums[(place * blocks * TOGETHER + input) * pitch + output])
     }
+
+    /// Filters [outputs, inputs, kernel, kernel] from their numbers for an input, an output and a place.
+    fn filters(&self, number: impl Fn(usize, usize, usize) -> f32 + Sync) -> Vec<f32> {
+        let area = self.kernel * self.kernel;
+        let mut filters = vec![0.0; self.outputs * self.inputs * area];
+        let of_outputs = filters.par_chunks_exact_mut(self.inputs * area).enumerate();
+        of_outputs.for_each(|(output, filters)| {
+            for (input, filter) in filters.chunks_exact_mut(area).enumerate() {
+                for (place, to) in filter.iter_mut().enumerate() {
+                    *to = number(input, output, place);
+                }
+            }
+        });
+        filters
+    }
+}
+
+/// Maps [N, channels, places], sample by sample: `make` gets a sample's number and its places to fill, `finish` these and its
+/// maps.
+fn by_samples(
+    from: &Places,
+    channels: usize,
+    places: usize,
+    finish: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
+    make: impl Fn(usize, &mut [f32]) + Sync,
+) -> Vec<f32> {
+    let mut out = vec![0.0; from.samples() * channels * places];
+    let samples = out.par_chunks_exact_mut(channels * places).enumerate();
+    samples.for_each(|(sample, out)| {
+        with_room([places * padded(channels)], |[made]| {
+            make(sample, made);
+            finish(sample, made, out);
+        });
+    });
+    out
 }
 
 fn add(sums: &mut [f32], numbers: &[f32]) {
@@ -365,24 +416,8 @@ impl<S: Simd> Sink<S> for ToPlaces<'_> {
     }
 }
 
-/// `count` places of `pitch` numbers each -> maps [channels, count]. `finish` gets the channel and a value.
-#[inline(always)]
-fn to_maps(places: &[f32], pitch: usize, maps: &mut [f32], count: usize, finish: impl Fn(usize, f32) -> f32) {
-    // Places of a block stay in the cache until all of their channels are read.
-    const BLOCK: usize = 32;
-    for start in (0..count).step_by(BLOCK) {
-        let end = count.min(start + BLOCK);
-        for (channel, map) in maps.chunks_exact_mut(count).enumerate() {
-            let places = places[start * pitch..end * pitch].chunks_exact(pitch);
-            for (to, from) in map[start..end].iter_mut().zip(places) {
-                *to = finish(channel, from[channel]);
-            }
-        }
-    }
-}
-
-/// Sums of the filters' gradient: `sums` [kernel's place, input] x outputs from the row `first` on, a multiple of
-/// [`TOGETHER`].
+/// Sums of the filters' gradient: `sums` [kernel's place, block of [`TOGETHER`] inputs, input] x outputs from the block `first`
+/// on.
 struct FilterGradient<'a> {
     convolving: &'a Convolving,
     gradient: &'a Places,
@@ -403,82 +438,30 @@ impl WithSimd for FilterGradient<'_> {
             first,
             sums,
         } = self;
-        let (kernel, stride, border) = (convolving.kernel, convolving.stride, convolving.border());
+        let (kernel, stride) = (convolving.kernel, convolving.stride);
         let [rows, columns] = convolving.output_size();
-        let samples = gradient.values.values().len() / gradient.sample;
+        let blocks = convolving.inputs.div_ceil(TOGETHER);
         let band = BAND.div_ceil(columns);
-        for sample in 0..samples {
-            let (read_values, gradients) = (read.of_sample(sample), gradient.of_sample(sample));
+        for sample in 0..gradient.samples() {
+            let (read_values, gradients) = (read.of_sample(sample), gradient.within(sample));
             for start in (0..rows).step_by(band) {
                 let end = rows.min(start + band);
                 for (block, sums) in sums.chunks_exact_mut(TOGETHER * gradient.pitch).enumerate() {
-                    let row = first + block * TOGETHER;
-                    let (place, channel) = (row / read.pitch, row % read.pitch);
+                    let (place, channel) = ((first + block) / blocks, (first + block) % blocks * TOGETHER);
                     let [y, x] = [place / kernel, place % kernel];
-                    let mut outputs = 0;
-                    while outputs < gradient.pitch {
-                        let along = Along {
-                            read: &read_values[(stride * start + y) * read.row + x * read.pitch + channel..],
-                            step: stride * read.pitch,
-                            line: stride * read.row,
-                            gradient: &gradients[(start + border) * gradient.row + border * gradient.pitch + outputs..],
-                            pitch: gradient.pitch,
-                            row: gradient.row,
-                            rows: end - start,
-                            columns,
-                        };
-                        let sums = &mut sums[outputs..];
-                        outputs += match S::F32_LANES {
-                            16 if gradient.pitch - outputs >= 32 => along.add::<S, 8, 2>(simd, sums),
-                            16 => along.add::<S, 8, 1>(simd, sums),
-                            _ => along.add::<S, 4, 2>(simd, sums),
-                        };
-                    }
+                    let along = Along {
+                        read: &read_values[(stride * start + y) * read.row + x * read.pitch + channel..],
+                        step: stride * read.pitch,
+                        line: stride * read.row,
+                        gradient: &gradients[start * gradient.row..],
+                        pitch: gradient.pitch,
+                        row: gradient.row,
+                        rows: end - start,
+                        columns,
+                    };
+                    along.add_to(simd, sums);
                 }
             }
         }
-    }
-}
-
-/// Products along places of a map.
-struct Along<'a> {
-    read: &'a [f32],
-    step: usize,
-    line: usize,
-    gradient: &'a [f32],
-    pitch: usize,
-    row: usize,
-    rows: usize,
-    columns: usize,
-}
-
-impl Along<'_> {
-    /// Adds to [`TOGETHER`] rows of `sums`; returns the number of outputs.
-    #[inline(always)]
-    fn add<S: Simd, const ROWS: usize, const VECTORS: usize>(&self, simd: S, sums: &mut [f32]) -> usize {
-        for first in (0..TOGETHER).step_by(ROWS) {
-            let mut totals = [[simd.splat_f32s(0.0); VECTORS]; ROWS];
-            for y in 0..self.rows {
-                let read = self.read[y * self.line + first..].chunks(self.step);
-                let gradient = self.gradient[y * self.row..].chunks(self.pitch);
-                for (read, gradient) in read.zip(gradient).take(self.columns) {
-                    let read: &[f32] = &read[..ROWS];
-                    let gradient: &[S::f32s] = &S::as_simd_f32s(&gradient[..VECTORS * S::F32_LANES]).0[..VECTORS];
-                    for (totals, &number) in totals.iter_mut().zip(read) {
-                        let number = simd.splat_f32s(number);
-                        for (total, &gradient) in totals.iter_mut().zip(gradient) {
-                            *total = simd.mul_add_e_f32s(number, gradient, *total);
-                        }
-                    }
-                }
-            }
-            for (r, totals) in totals.iter().enumerate() {
-                let (sums, _) = S::as_mut_simd_f32s(&mut sums[(first + r) * self.pitch..]);
-                for (sum, &total) in sums.iter_mut().zip(totals) {
-                    *sum = simd.add_f32s(*sum, total);
-                }
-            }
-        }
-        VECTORS * S::F32_LANES
     }
 }

@@ -1,15 +1,22 @@
 //! Convolutions that are trained: in single precision on the processor by [`batch`], which burn's graph differentiates through
 //! the operation below; elsewhere burn's own.
 
+mod along;
 mod batch;
+mod places;
+mod room;
+#[cfg(test)]
+mod tests;
+mod winograd;
 
-use batch::{Convolving, Places};
+use batch::Convolving;
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::NoCheckpointing};
 use burn::backend::autodiff::grads::Gradients;
 use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::flex::FlexTensor;
 use burn::backend::{Autodiff, Flex};
 use burn::tensor::{DType, Slice, Tensor, TensorData, activation, module::conv2d, ops::ConvOptions};
+use places::Places;
 use std::sync::Arc;
 
 /// What a convolution does, beside its weights.
@@ -44,7 +51,12 @@ fn by_burn(x: Tensor<4>, weight: Tensor<4>, bias: Tensor<1>, how: Convolved) -> 
         return (weight.matmul(flat) + bias).reshape([n, outputs, h, w]);
     }
     let pad = kernel / 2;
-    conv2d(x, weight, Some(bias), ConvOptions::new([stride; 2], [pad; 2], [1; 2], 1))
+    conv2d(
+        x,
+        weight,
+        Some(bias),
+        ConvOptions::new([stride; 2], [pad; 2], [1; 2], 1),
+    )
 }
 
 /// Every `stride`-th row and column, from the first: [N, C, H, W] -> [N, C, ceil(H / stride), ceil(W / stride)].

@@ -1,7 +1,7 @@
 //! Exponential moving average of a network's weights.
 
-use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::{Tensor, TensorData};
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::tensor::Tensor;
 use deepsft_network::Network;
 
 /// The average of the weights over the last iterations: what is evaluated and shipped. In the first
@@ -10,7 +10,8 @@ use deepsft_network::Network;
 pub struct WeightAverage {
     decay: f64,
     steps: u64,
-    values: Vec<Vec<f32>>,
+    /// All weights in the module's order, on the device of the network.
+    values: Vec<Tensor<1>>,
 }
 
 impl WeightAverage {
@@ -36,17 +37,15 @@ impl WeightAverage {
     pub fn update(&mut self, network: &Network) {
         self.steps += 1;
         if self.decay == 0.0 {
-            // The average is the network itself: nothing to fetch from its device.
+            // The average is the network itself.
             self.values.clear();
             return;
         }
         let steps = self.steps as f64;
-        let keep = self.decay.min((1.0 + steps) / (10.0 + steps)) as f32;
+        let keep = self.decay.min((1.0 + steps) / (10.0 + steps));
         for (average, now) in self.values.iter_mut().zip(weights(network)) {
-            // What is frozen stays bit for bit what it is: the sum of its two parts need not.
-            for (a, n) in average.iter_mut().zip(now).filter(|(a, n)| **a != *n) {
-                *a = *a * keep + n * (1.0 - keep);
-            }
+            // What is frozen stays bit for bit what it is: nothing is added to it.
+            *average = average.clone() + (now - average.clone()) * (1.0 - keep);
         }
     }
 
@@ -59,25 +58,36 @@ impl WeightAverage {
 }
 
 struct Replace<'a> {
-    values: std::slice::Iter<'a, Vec<f32>>,
+    values: std::slice::Iter<'a, Tensor<1>>,
 }
 
 impl ModuleMapper for Replace<'_> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
         let Some(values) = self.values.next() else { return param };
-        param.map(|old| {
-            let data = TensorData::new(values.clone(), old.shape());
-            Tensor::from_data(data, &old.device())
-        })
+        param.map(|old| values.clone().reshape(old.dims()).to_device(&old.device()))
+    }
+}
+
+struct Collect(Vec<Tensor<1>>);
+
+impl ModuleVisitor for Collect {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let weights = param.val();
+        let count = weights.shape().num_elements();
+        let weights = if weights.device().is_autodiff() {
+            weights.inner()
+        } else {
+            weights
+        };
+        self.0.push(weights.reshape([count]));
     }
 }
 
 /// All weights in the module's order.
-fn weights(network: &Network) -> Vec<Vec<f32>> {
-    let mut all = Vec::new();
-    // Of the type that they were just converted to: always there.
-    network.each_weight(|_, data| all.push(data.convert::<f32>().try_to_vec().unwrap_or_default()));
-    all
+fn weights(network: &Network) -> Vec<Tensor<1>> {
+    let mut all = Collect(Vec::new());
+    network.visit(&mut all);
+    all.0
 }
 
 #[cfg(test)]
@@ -98,8 +108,14 @@ mod tests {
         let mut average = WeightAverage::new(&first, 0.9);
         average.update(&second);
         // After one step the fraction kept is (1 + 1) / (10 + 1).
-        let (a, b) = (weights(&first), weights(&second));
-        let got = weights(&average.apply(first));
+        let values = |network: &Network| -> Vec<Vec<f32>> {
+            let weights = weights(network).into_iter();
+            weights
+                .map(|weights| weights.into_data().try_to_vec().unwrap())
+                .collect()
+        };
+        let (a, b) = (values(&first), values(&second));
+        let got = values(&average.apply(first));
         for ((a, b), got) in a.iter().flatten().zip(b.iter().flatten()).zip(got.iter().flatten()) {
             assert!((got - (a * 2.0 / 11.0 + b * 9.0 / 11.0)).abs() < 1e-6);
         }

@@ -26,6 +26,7 @@ pub(crate) use filters::{READ, TILE, filter_at_points};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 use transforms::{ToPlaces, ToPoints};
+pub use transforms::{to_places, to_points};
 
 /// Tiles that are taken through all three parts together at least: what lies between them stays in the cache.
 const CHUNK: usize = 48;

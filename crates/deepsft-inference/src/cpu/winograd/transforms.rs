@@ -158,7 +158,7 @@ impl<const TILE: usize, const READ: usize> WithSimd for ToPlaces<'_, TILE, READ>
 
 /// B^T: a row or column of what a tile reads, at the points.
 #[inline(always)]
-fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
+pub fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
     let mut points = d;
     if READ == 4 {
         points[0] = simd.sub_f32s(d[0], d[2]);
@@ -180,7 +180,7 @@ fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32
 
 /// A^T: sums at the points of a row or column, at the tile's places.
 #[inline(always)]
-fn to_places<S: Simd, const TILE: usize, const READ: usize>(simd: S, m: [S::f32s; READ]) -> [S::f32s; TILE] {
+pub fn to_places<S: Simd, const TILE: usize, const READ: usize>(simd: S, m: [S::f32s; READ]) -> [S::f32s; TILE] {
     let mut places = [m[0]; TILE];
     let (a, b) = (simd.add_f32s(m[1], m[2]), simd.sub_f32s(m[1], m[2]));
     if TILE == 2 {

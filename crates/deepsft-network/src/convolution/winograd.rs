@@ -1,0 +1,402 @@
+//! Winograd's F(4 x 4, 3 x 3) for a batch: a quarter of the multiplications. `deepsft-inference` explains the method.
+
+use super::along::{Along, TOGETHER};
+use super::places::Places;
+use super::room::with_room;
+use deepsft_inference::product::{Buffer, Packed, Rows, Sink, multiply, padded, to_places, to_points};
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
+
+/// Side of a tile.
+pub const TILE: usize = 4;
+/// Side of what a tile reads.
+const READ: usize = TILE + 2;
+const POINTS: usize = READ * READ;
+
+/// Tiles that are taken through all three parts together: what lies between them stays in the cache.
+pub const CHUNK: usize = 48;
+
+/// Filters that are taken to the points together, and numbers of a cache line.
+pub const BLOCK: usize = 16;
+
+/// Filters of 3 x 3 at the points.
+pub struct PointFilters {
+    points: Vec<Packed>,
+    /// Padded.
+    outputs: usize,
+}
+
+impl PointFilters {
+    /// Numbers that [`convolve`] needs between its parts.
+    pub fn between(&self, from: &Places) -> [usize; 2] {
+        [
+            CHUNK * POINTS * odd_lines(from.pitch),
+            POINTS * odd_lines(CHUNK * self.outputs),
+        ]
+    }
+
+    /// `weight` gives the number of an input, an output and one of the nine places.
+    pub fn new(inputs: usize, outputs: usize, lanes: usize, weight: impl Fn(usize, usize, usize) -> f32) -> Self {
+        let all = padded(outputs);
+        let mut points: Vec<Packed> = (0..POINTS).map(|_| Packed::new(inputs, all, lanes)).collect();
+        for first in (0..outputs).step_by(BLOCK) {
+            for input in 0..inputs {
+                let place = points[0].place(input, first);
+                let mut filters = [[0.0; BLOCK]; 9];
+                for output in first..outputs.min(first + BLOCK) {
+                    for (place, filters) in filters.iter_mut().enumerate() {
+                        filters[output - first] = weight(input, output, place);
+                    }
+                }
+                let [a, b, c, d, e, f, g, h, i] = filters;
+                let columns = [[a, d, g], [b, e, h], [c, f, i]].map(filter_to_points);
+                for row in 0..READ {
+                    let row_at_points = filter_to_points(columns.map(|column| column[row]));
+                    for (point, values) in points[row * READ..].iter_mut().zip(&row_at_points) {
+                        point.values_mut()[place..place + BLOCK].copy_from_slice(values);
+                    }
+                }
+            }
+        }
+        Self { points, outputs: all }
+    }
+}
+
+/// G: a filter's row or column at the points.
+fn filter_to_points([a, b, c]: [[f32; BLOCK]; 3]) -> [[f32; BLOCK]; READ] {
+    let mut points = [a, a, a, a, a, c];
+    for k in 0..BLOCK {
+        let (outer, inner) = ((a[k] + c[k]) * (-1.0 / 6.0), b[k] * (1.0 / 6.0));
+        let (coarse, fine) = (a[k] * (1.0 / 24.0) + c[k] * (1.0 / 6.0), b[k] * (1.0 / 12.0));
+        points[0][k] = a[k] * 0.25;
+        points[1][k] = outer - inner;
+        points[2][k] = outer + inner;
+        points[3][k] = coarse + fine;
+        points[4][k] = coarse - fine;
+    }
+    points
+}
+
+/// Convolves some samples of `from`, whose border is one place, and whose sides without it are multiples of [`TILE`]:
+/// `out` [sample, row, column, padded channel] with `size` rows and columns.
+pub fn convolve(
+    arch: Arch,
+    from: &Places,
+    filters: &PointFilters,
+    samples: Range<usize>,
+    size: [usize; 2],
+    between: [&mut [f32]; 2],
+    out: &mut [f32],
+) {
+    let [read, products] = between;
+    let [down, across] = size.map(|side| side.div_ceil(TILE));
+    let tiles = samples.len() * down * across;
+    for start in (0..tiles).step_by(CHUNK) {
+        arch.dispatch(Chunk {
+            from,
+            filters,
+            first_sample: samples.start,
+            size,
+            tiles: start..tiles.min(start + CHUNK),
+            read,
+            products,
+            out,
+        });
+    }
+}
+
+/// From a point's numbers of a tile to the next point's: an odd number of lines, so that they do not crowd in the cache.
+fn odd_lines(numbers: usize) -> usize {
+    let lines = numbers.div_ceil(BLOCK);
+    (lines + 1 - lines % 2) * BLOCK
+}
+
+struct Chunk<'a> {
+    from: &'a Places,
+    filters: &'a PointFilters,
+    first_sample: usize,
+    size: [usize; 2],
+    tiles: Range<usize>,
+    read: &'a mut [f32],
+    products: &'a mut [f32],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Chunk<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            from,
+            filters,
+            first_sample,
+            size: [height, width],
+            tiles,
+            read,
+            products,
+            out,
+        } = self;
+        let [down, across] = [height, width].map(|side| side.div_ceil(TILE));
+        let pitch = odd_lines(from.pitch);
+        for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(POINTS * pitch)) {
+            let sample = from.of_sample(first_sample + tile / (down * across));
+            let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
+            let first = &sample[y * from.row + x * from.pitch..];
+            tile_to_points(simd, first, from, from.pitch, read, pitch);
+        }
+        let outputs = filters.outputs;
+        let point_pitch = odd_lines(CHUNK * outputs);
+        for (point, matrix) in filters.points.iter().enumerate() {
+            let rows = Rows {
+                values: &read[point * pitch..],
+                count: tiles.len(),
+                across: tiles.len(),
+                step: POINTS * pitch,
+                line: 0,
+                parts: 1,
+                pitch: 0,
+            };
+            let values = &mut products[point * point_pitch..];
+            multiply::<S, false>(simd, &rows, matrix, &mut Products { values, outputs });
+        }
+        for (index, tile) in tiles.enumerate() {
+            let out = &mut out[tile / (down * across) * height * width * outputs..][..height * width * outputs];
+            let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
+            for channel in (0..outputs).step_by(S::F32_LANES) {
+                let mut rows = [[simd.splat_f32s(0.0); READ]; TILE];
+                for j in 0..READ {
+                    let mut column = [simd.splat_f32s(0.0); READ];
+                    for (i, number) in column.iter_mut().enumerate() {
+                        *number = vector::<S>(products, (i * READ + j) * point_pitch + index * outputs + channel);
+                    }
+                    let column: [S::f32s; TILE] = to_places(simd, column);
+                    for (row, value) in rows.iter_mut().zip(column) {
+                        row[j] = value;
+                    }
+                }
+                for (i, row) in rows.into_iter().enumerate().take(height - y) {
+                    let row: [S::f32s; TILE] = to_places(simd, row);
+                    for (j, value) in row.into_iter().enumerate().take(width - x) {
+                        let at = ((y + i) * width + x + j) * outputs + channel;
+                        S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Takes what a tile reads to the points, its first `channels` channels: `read` [point, channel].
+#[inline(always)]
+fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, channels: usize, read: &mut [f32], pitch: usize) {
+    for channel in (0..channels).step_by(S::F32_LANES) {
+        let mut rows = [[simd.splat_f32s(0.0); READ]; READ];
+        for (i, row) in rows.iter_mut().enumerate() {
+            for (j, number) in row.iter_mut().enumerate() {
+                *number = vector::<S>(first, i * from.row + j * from.pitch + channel);
+            }
+            *row = to_points(simd, *row);
+        }
+        for j in 0..READ {
+            let mut column = [simd.splat_f32s(0.0); READ];
+            for (number, row) in column.iter_mut().zip(&rows) {
+                *number = row[j];
+            }
+            for (i, value) in to_points(simd, column).into_iter().enumerate() {
+                let at = (i * READ + j) * pitch + channel;
+                S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
+            }
+        }
+    }
+}
+
+/// The sums of the tiles at one point.
+struct Products<'a> {
+    values: &'a mut [f32],
+    outputs: usize,
+}
+
+impl<S: Simd> Sink<S> for Products<'_> {
+    #[inline(always)]
+    fn begin(&mut self, _: S, _: Range<usize>) {}
+
+    #[inline(always)]
+    fn store(&mut self, _: S, row: usize, output: usize, sums: &[S::f32s]) {
+        let (to, _) = S::as_mut_simd_f32s(&mut self.values[row * self.outputs + output..]);
+        for (to, &sum) in to.iter_mut().zip(sums) {
+            *to = sum;
+        }
+    }
+}
+
+/// The vector of `values` from `at` on.
+#[inline(always)]
+fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
+    S::as_simd_f32s(&values[at..at + S::F32_LANES]).0[0]
+}
+
+/// Sums of the filters' gradient over all tiles: [channel, place of the kernel, padded output] for the channels `channels`
+/// of `read`, whose number is a multiple of [`BLOCK`].
+pub fn filter_gradient(
+    arch: Arch,
+    read: &Places,
+    gradient: &Places,
+    size: [usize; 2],
+    channels: Range<usize>,
+) -> Buffer {
+    let (count, outputs) = (channels.len(), gradient.pitch);
+    let mut out = Buffer::new(count * 9 * outputs);
+    let [reads, gradients] = [count, outputs].map(|numbers| POINTS * odd_lines(CHUNK * numbers));
+    with_room([reads, gradients, POINTS * count * outputs], |between| {
+        arch.dispatch(FilterGradient {
+            read,
+            gradient,
+            size,
+            channels,
+            between,
+            out: out.values_mut(),
+        });
+    });
+    out
+}
+
+struct FilterGradient<'a> {
+    read: &'a Places,
+    gradient: &'a Places,
+    size: [usize; 2],
+    channels: Range<usize>,
+    between: [&'a mut [f32]; 3],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for FilterGradient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            read,
+            gradient,
+            size,
+            channels,
+            between: [reads, gradients, sums],
+            out,
+        } = self;
+        let [down, across] = size.map(|side| side.div_ceil(TILE));
+        let (count, outputs) = (channels.len(), gradient.pitch);
+        // [point, tile, channel] and [point, channel, output].
+        let [read_pitch, gradient_pitch] = [count, outputs].map(|numbers| odd_lines(CHUNK * numbers));
+        sums.fill(0.0);
+        let tiles = read.samples() * down * across;
+        for start in (0..tiles).step_by(CHUNK) {
+            let chunk = start..tiles.min(start + CHUNK);
+            for (index, tile) in chunk.clone().enumerate() {
+                let sample = tile / (down * across);
+                let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
+                let first = &read.of_sample(sample)[y * read.row + x * read.pitch + channels.start..];
+                tile_to_points(simd, first, read, count, &mut reads[index * count..], read_pitch);
+                let first = &gradient.within(sample)[y * gradient.row + x * gradient.pitch..];
+                gradient_to_points(simd, first, gradient, &mut gradients[index * outputs..], gradient_pitch);
+            }
+            for (point, sums) in sums.chunks_exact_mut(count * outputs).enumerate() {
+                let (read, gradient) = (&reads[point * read_pitch..], &gradients[point * gradient_pitch..]);
+                for (block, sums) in sums.chunks_exact_mut(TOGETHER * outputs).enumerate() {
+                    let along = Along {
+                        read: &read[block * TOGETHER..],
+                        step: count,
+                        line: 0,
+                        gradient,
+                        row: 0,
+                        rows: 1,
+                        columns: chunk.len(),
+                        pitch: outputs,
+                    };
+                    along.add_to(simd, sums);
+                }
+            }
+        }
+        for (channel, out) in out.chunks_exact_mut(9 * outputs).enumerate() {
+            for output in (0..outputs).step_by(S::F32_LANES) {
+                let mut rows = [[simd.splat_f32s(0.0); READ]; 3];
+                for j in 0..READ {
+                    let mut column = [simd.splat_f32s(0.0); READ];
+                    for (i, number) in column.iter_mut().enumerate() {
+                        *number = vector::<S>(sums, ((i * READ + j) * count + channel) * outputs + output);
+                    }
+                    for (row, value) in rows.iter_mut().zip(points_to_filter(simd, column)) {
+                        row[j] = value;
+                    }
+                }
+                for (i, row) in rows.into_iter().enumerate() {
+                    for (j, value) in points_to_filter(simd, row).into_iter().enumerate() {
+                        let at = (3 * i + j) * outputs + output;
+                        S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Takes a tile of the output's gradient to the points: `points` [point, output].
+#[inline(always)]
+fn gradient_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, points: &mut [f32], pitch: usize) {
+    for channel in (0..from.pitch).step_by(S::F32_LANES) {
+        let mut rows = [[simd.splat_f32s(0.0); READ]; TILE];
+        for (i, row) in rows.iter_mut().enumerate() {
+            let mut numbers = [simd.splat_f32s(0.0); TILE];
+            for (j, number) in numbers.iter_mut().enumerate() {
+                *number = vector::<S>(first, i * from.row + j * from.pitch + channel);
+            }
+            *row = places_to_points(simd, numbers);
+        }
+        for j in 0..READ {
+            let mut column = [simd.splat_f32s(0.0); TILE];
+            for (number, row) in column.iter_mut().zip(&rows) {
+                *number = row[j];
+            }
+            for (i, value) in places_to_points(simd, column).into_iter().enumerate() {
+                let at = (i * READ + j) * pitch + channel;
+                S::as_mut_simd_f32s(&mut points[at..at + S::F32_LANES]).0[0] = value;
+            }
+        }
+    }
+}
+
+/// A: the transpose of what takes sums at the points to places.
+#[inline(always)]
+fn places_to_points<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; TILE]) -> [S::f32s; READ] {
+    let (even, odd) = (simd.add_f32s(a, c), simd.add_f32s(b, d));
+    let far_even = plus(simd, a, 4.0, c);
+    let far_odd = plus(simd, simd.add_f32s(b, b), 8.0, d);
+    [
+        a,
+        simd.add_f32s(even, odd),
+        simd.sub_f32s(even, odd),
+        simd.add_f32s(far_even, far_odd),
+        simd.sub_f32s(far_even, far_odd),
+        d,
+    ]
+}
+
+/// The transpose of G.
+#[inline(always)]
+fn points_to_filter<S: Simd>(simd: S, [a, b, c, d, e, f]: [S::f32s; READ]) -> [S::f32s; 3] {
+    let (near, near_apart) = (simd.add_f32s(b, c), simd.sub_f32s(c, b));
+    let (far, far_apart) = (simd.add_f32s(d, e), simd.sub_f32s(d, e));
+    let scaled = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near);
+    let first = plus(simd, simd.mul_f32s(simd.splat_f32s(0.25), a), 1.0 / 24.0, far);
+    let second = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near_apart);
+    [
+        simd.sub_f32s(first, scaled),
+        plus(simd, second, 1.0 / 12.0, far_apart),
+        simd.sub_f32s(plus(simd, f, 1.0 / 6.0, far), scaled),
+    ]
+}
+
+/// a + factor b
+#[inline(always)]
+fn plus<S: Simd>(simd: S, a: S::f32s, factor: f32, b: S::f32s) -> S::f32s {
+    simd.mul_add_e_f32s(simd.splat_f32s(factor), b, a)
+}
