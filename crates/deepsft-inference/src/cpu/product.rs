@@ -27,7 +27,7 @@ pub struct Packed {
 }
 
 impl Packed {
-    /// A matrix of zeros; `outputs` is a multiple of [`BLOCK`].
+    /// A matrix of zeros; `outputs` is a multiple of 16.
     pub fn new(inner: usize, outputs: usize, lanes: usize) -> Self {
         Self {
             values: Buffer::new(inner * outputs),
@@ -43,7 +43,7 @@ impl Packed {
         self.values.values_mut()[at] = value;
     }
 
-    /// Where a number lies. Those of the outputs up to the next multiple of [`BLOCK`] follow.
+    /// Where a number lies. Those of the outputs up to the next multiple of 16 follow.
     pub fn place(&self, k: usize, output: usize) -> usize {
         let first = output / self.group * self.group;
         let width = self.group.min(self.outputs - first);
