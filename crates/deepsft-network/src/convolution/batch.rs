@@ -34,6 +34,8 @@ pub struct Convolving {
     pub size: [usize; 2],
     /// What is read: negative numbers as zero, the others times this. `None` for all as they are.
     pub rectified: Option<f32>,
+    /// By the sums of the definition, not by Winograd's method: more accurate and slower.
+    pub by_definition: bool,
 }
 
 impl Convolving {
@@ -48,7 +50,8 @@ impl Convolving {
 
     /// Whether Winograd's method applies.
     fn is_winograd(&self) -> bool {
-        self.kernel == 3 && self.stride == 1 && self.size.iter().all(|&side| side >= winograd::TILE)
+        let is_large = self.size.iter().all(|&side| side >= winograd::TILE);
+        self.kernel == 3 && self.stride == 1 && is_large && !self.by_definition
     }
 
     /// How maps of `channels` channels and the size `size` are read.

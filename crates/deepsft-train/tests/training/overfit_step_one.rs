@@ -46,10 +46,11 @@ fn narrow_networks_learn_one_sample_by_heart_with_the_paper_s_optimiser() {
         momentum,
         ..R50FConfig::narrow(16)
     };
-    // The paper's rate for R50F; ten times as much for the paper's network, to be there in seconds.
+    // Rates at which weights that differ by millionths end alike: at the paper's 1e-3 rounding decides whether the narrow R50F dies
+    // (two of six starts), at 1e-2 whether the paper's network is there in time.
     for (architecture, steps, rate) in [
-        (Architecture::Paper(paper), 24, 1e-2),
-        (Architecture::R50F(r50f), 40, 1e-3),
+        (Architecture::Paper(paper), 48, 3e-3),
+        (Architecture::R50F(r50f), 80, 3e-4),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let network = NetworkConfig::new(architecture, SIZE_MM, &training_camera());
