@@ -6,7 +6,8 @@ use crate::bench::plain_arrays;
 use crate::measuring::{Rival, Times, cores};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, FoldedNetwork, Stage};
+use deepsft::{Architecture, DeviceKind, FoldedNetwork, Stage};
+use deepsft_cli::failure::usage;
 use deepsft_cli::network_choice;
 use deepsft_formats::write_file;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps, Picture};
@@ -30,7 +31,7 @@ pub struct NetworkTimeArguments {
     /// Passes to take the median of, after one to warm up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     passes: u32,
-    /// Our executor as far as the main block, and nothing by burn
+    /// Of the paper's network: our executor as far as the main block, and nothing by burn
     #[arg(long)]
     main: bool,
     /// Measure nothing; write the network, one image and what it says of it as plain arrays, which other programs can read
@@ -73,6 +74,11 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
         };
     }
     let network = network_choice::named(&arguments.network)?.fold();
+    if arguments.main && !matches!(network.config().architecture, Architecture::Paper(_)) {
+        return Err(usage(
+            "--main is for the paper's network: the others have no main block of their own".to_owned(),
+        ));
+    }
     if arguments.take_turns {
         return turns::take(&network.folded(), arguments.stage(), &image());
     }

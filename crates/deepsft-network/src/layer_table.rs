@@ -45,9 +45,9 @@ pub fn layer_table(name: &str, layers: &[LayerDescription]) -> String {
     let megabytes = |bytes: usize| (parameters * bytes) as f64 / 1e6;
     let _ = writeln!(
         text,
-        "\nweights: {:.1} MB in f32, {:.1} MB in f16",
+        "\nweights: {:.1} MB in f32, {:.1} MB in a bundle (8 bits)",
         megabytes(4),
-        megabytes(2)
+        megabytes(1)
     );
     if executed < flops {
         let _ = writeln!(

@@ -88,7 +88,7 @@ fn read(tensor: Tensor) -> Result<(String, Stored), String> {
 /// first axis needs; arrays of one axis are rounded to half precision.
 ///
 /// # Errors
-/// A sentence that says what cannot be encoded, such as a weight that is not finite.
+/// A sentence that says what cannot be encoded, such as a weight that is not finite, or a bias beyond 65,504.
 pub fn weights_to_burnpack(weights: &Weights) -> Result<Vec<u8>, String> {
     let mut tensors = Vec::new();
     let mut push = |name: String, kind, shape: &[usize], bytes: Vec<u8>| {
@@ -96,10 +96,12 @@ pub fn weights_to_burnpack(weights: &Weights) -> Result<Vec<u8>, String> {
         tensors.push(Tensor::new(name, kind, shape.to_vec(), None, bytes));
     };
     for (name, WeightArray { shape, values }) in weights {
-        if values.iter().any(|value| !value.is_finite()) {
-            return Err(format!("{name} holds a weight that is not finite"));
+        let is_bias = shape.len() < 2;
+        let fits = |&value: &f32| value.is_finite() && (!is_bias || f16::from_f32(value).is_finite());
+        if !values.iter().all(fits) {
+            return Err(format!("{name} holds a weight that is not finite or too large"));
         }
-        if shape.len() < 2 {
+        if is_bias {
             let halves = values.iter().flat_map(|&value| f16::from_f32(value).to_le_bytes());
             push(name.clone(), DType::F16, shape, halves.collect());
             continue;

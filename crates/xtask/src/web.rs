@@ -53,7 +53,8 @@ pub fn build(root: &Path) -> Result<()> {
     let stamp_file = target_folder.join("xtask").join("web.stamp");
     let stamp = fingerprint(&[&read(&compiled)?, &read(&root.join(FILE_NAME))?]);
     let is_current = fs::read_to_string(&stamp_file).is_ok_and(|old| old == stamp);
-    if !(is_current && out.join(&module).is_file() && out.join(format!("{name}.js")).is_file()) {
+    let files = [module.clone(), format!("{name}.js"), format!("{name}.d.ts")];
+    if !(is_current && files.iter().all(|file| out.join(file).is_file())) {
         // Built aside and moved at the end: `out` never holds half a package.
         let aside = target_folder.join("xtask").join("pkg");
         if aside.exists() {
@@ -61,6 +62,8 @@ pub fn build(root: &Path) -> Result<()> {
         }
         Bindgen::new()
             .input_path(&compiled)
+            .typescript(true)
+            .omit_default_module_path(false)
             .web(true)
             .and_then(|bindgen| bindgen.generate(&aside))
             .with_context(|| format!("wasm-bindgen on {}", compiled.display()))?;

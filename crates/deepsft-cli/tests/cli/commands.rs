@@ -307,7 +307,13 @@ fn a_network_is_described_by_name_or_from_a_bundle() {
     let folder = tempfile::tempdir().unwrap();
     let paper = deepsft(folder.path(), &["network", "describe", "paper"]);
     // The paper's printed count of a refinement block, and the main block's; operations worked out by hand.
-    for part in ["13,618,689", "81,664,515", "83.1584", "135.2927", "217.8 MB in f16"] {
+    for part in [
+        "13,618,689",
+        "81,664,515",
+        "83.1584",
+        "135.2927",
+        "108.9 MB in a bundle",
+    ] {
         assert!(paper.succeeds().stdout.contains(part), "{part}: {}", paper.stdout);
     }
     write_bundle(folder.path(), "model");

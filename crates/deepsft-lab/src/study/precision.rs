@@ -26,7 +26,7 @@ pub struct PrecisionArguments {
 /// How the filters are written; biases stay as they are.
 #[derive(Clone, Copy)]
 enum Rounding {
-    /// As the bundle has them.
+    /// As the bundle has them: in 8 bits, with a step for each filter.
     Kept,
     /// To integers of so many bits with a sign, in steps of their own for each filter.
     Filters(u32),
@@ -44,9 +44,8 @@ struct Row {
     summary: EvaluationSummary,
 }
 
-const ROUNDINGS: [(&str, Rounding); 6] = [
-    ("as shipped, 16 bits", Rounding::Kept),
-    ("8 bits, a step for each filter", Rounding::Filters(8)),
+const ROUNDINGS: [(&str, Rounding); 5] = [
+    ("as in the bundle, 8 bits", Rounding::Kept),
     ("8 bits, a step for each layer", Rounding::Layers(8)),
     ("6 bits, a step for each filter", Rounding::Filters(6)),
     ("5 bits, a step for each filter", Rounding::Filters(5)),
@@ -106,7 +105,7 @@ fn filters(network: &FoldedNetwork) -> usize {
 impl Rounding {
     fn bits(self) -> f64 {
         match self {
-            Self::Kept => 16.0,
+            Self::Kept => 8.0,
             Self::Filters(bits) | Self::Layers(bits) => f64::from(bits),
         }
     }

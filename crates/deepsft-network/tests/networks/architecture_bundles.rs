@@ -1,4 +1,4 @@
-//! Model bundles of every architecture: written in half precision, read back, refused when they do not fit.
+//! Model bundles of every architecture: written in 8 bits, read back, refused when they do not fit.
 
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{

@@ -44,7 +44,9 @@ pub fn export_bundle(
         },
         accuracy: Accuracy::default(),
     };
-    let mut bundle = ModelBundle::new(trained.network.folded(), template, synthesizer.config().camera, card);
+    let bundle = ModelBundle::new(trained.network.folded(), template, synthesizer.config().camera, card);
+    // Measured as it will be read: its weights are rounded.
+    let mut bundle = ModelBundle::from_files(&bundle.to_files()?)?;
     let estimator = Estimator::new(&bundle, &deepsft::Device::Cpu)?;
     let samples = (0..FRAMES).map(|index| synthesizer.sample(ACCURACY_SEED, index));
     let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _, _| {})?;

@@ -7,11 +7,13 @@ use crate::fitting::options::FitOptions;
 pub struct TrackingOptions {
     /// Weights of the fit, and the rounds of the fit that starts a track.
     pub fit: FitOptions,
-    /// Blur of image and drawing, pixels, one entry per round of a frame that is followed.
+    /// Blur of image and drawing, pixels, one entry per round of a frame that is followed. Rounds before the last that blur by 3 pixels
+    /// or more look at the image at half the size.
     pub blurs: Vec<f32>,
     /// Steps of a rigid motion in the first round of a frame that is followed.
     pub rigid_steps: usize,
-    /// Accepted solver steps in the last round of a frame that is followed; each round before it has one.
+    /// Accepted solver steps in the last round of a frame that is followed; each round before it has one, in the
+    /// second try two.
     pub steps: usize,
     /// Blurs of the second try, when the first does not find the sheet again.
     pub wide_blurs: Vec<f32>,

@@ -396,7 +396,8 @@ impl Tracker {
             anything || confidence > HIDDEN
         };
         for (k, &blur) in blurs.iter().enumerate() {
-            let is_half = !wide && blur >= HALVED_BLUR_PX;
+            let is_last = k + 1 == blurs.len();
+            let is_half = !wide && !is_last && blur >= HALVED_BLUR_PX;
             let (frame, pixel) = match is_half {
                 true => ((&image.half, &half_camera), 2),
                 false => ((&image.whole, &camera), 1),
@@ -407,7 +408,7 @@ impl Tracker {
                 window: window_of(blur) / pixel as f32,
                 margin: MARGIN_PX / pixel,
                 rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
-                steps: match (k + 1 == blurs.len(), wide) {
+                steps: match (is_last, wide) {
                     (true, _) => self.options.steps,
                     (false, true) => WIDE_STEPS,
                     (false, false) => EARLIER_STEPS,
@@ -485,7 +486,7 @@ impl Tracker {
 /// beside the sheet there, and creep out over it.
 const MARGIN_PX: usize = 2;
 
-/// Accepted solver steps of all rounds but the last: they only bring the mesh near.
+/// Accepted solver steps of the rounds before the last: they only bring the mesh near.
 const EARLIER_STEPS: usize = 1;
 
 /// The same where the mesh may be far off: they have to bend it too, on the whole image.
