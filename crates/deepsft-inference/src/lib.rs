@@ -46,5 +46,7 @@ pub use weights::{WeightArray, Weights};
 
 /// Products of matrices in the processor's vectors: what the convolutions of [`CpuPlan`] are made of, and those of training.
 pub mod product {
-    pub use crate::cpu::{Buffer, Packed, Rows, Sink, multiply, padded, to_places, to_points};
+    pub use crate::cpu::{
+        Buffer, Lanes, Packed, Products, Rows, Sink, multiply, odd_lines, padded, to_places, to_points,
+    };
 }

@@ -24,7 +24,7 @@ use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 #[cfg(feature = "gpu")]
 pub(crate) use winograd::{POINTS, READ, TILE, filter_at_points};
-pub use winograd::{to_places, to_points};
+pub use winograd::{Products, odd_lines, to_places, to_points};
 
 /// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
 pub(crate) const MOST_THREADS: usize = 8;
@@ -182,7 +182,7 @@ impl CpuPlan {
 }
 
 /// Numbers in a vector of this processor.
-struct Lanes;
+pub struct Lanes;
 
 impl WithSimd for Lanes {
     type Output = usize;

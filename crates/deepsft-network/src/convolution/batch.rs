@@ -15,7 +15,7 @@ use super::along::{Along, TOGETHER};
 use super::places::{Layout, Places, to_maps};
 use super::room::with_room;
 use super::winograd::{self, PointFilters};
-use deepsft_inference::product::{Buffer, Packed, Rows, Sink, multiply, padded};
+use deepsft_inference::product::{Buffer, Lanes, Packed, Rows, Sink, multiply, padded};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -365,18 +365,6 @@ impl Phase {
             rows,
             filters,
         })
-    }
-}
-
-/// Numbers in a vector of this processor.
-struct Lanes;
-
-impl WithSimd for Lanes {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F32_LANES
     }
 }
 

@@ -3,7 +3,7 @@
 use super::along::{Along, TOGETHER};
 use super::places::Places;
 use super::room::with_room;
-use deepsft_inference::product::{Buffer, Packed, Rows, Sink, multiply, padded, to_places, to_points};
+use deepsft_inference::product::{Buffer, Packed, Products, Rows, multiply, odd_lines, padded, to_places, to_points};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
@@ -105,12 +105,6 @@ pub fn convolve(
     }
 }
 
-/// From a point's numbers of a tile to the next point's: an odd number of lines, so that they do not crowd in the cache.
-fn odd_lines(numbers: usize) -> usize {
-    let lines = numbers.div_ceil(BLOCK);
-    (lines + 1 - lines % 2) * BLOCK
-}
-
 struct Chunk<'a> {
     from: &'a Places,
     filters: &'a PointFilters,
@@ -207,25 +201,6 @@ fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, channels: usiz
                 let at = (i * READ + j) * pitch + channel;
                 S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
             }
-        }
-    }
-}
-
-/// The sums of the tiles at one point.
-struct Products<'a> {
-    values: &'a mut [f32],
-    outputs: usize,
-}
-
-impl<S: Simd> Sink<S> for Products<'_> {
-    #[inline(always)]
-    fn begin(&mut self, _: S, _: Range<usize>) {}
-
-    #[inline(always)]
-    fn store(&mut self, _: S, row: usize, output: usize, sums: &[S::f32s]) {
-        let (to, _) = S::as_mut_simd_f32s(&mut self.values[row * self.outputs + output..]);
-        for (to, &sum) in to.iter_mut().zip(sums) {
-            *to = sum;
         }
     }
 }

@@ -283,7 +283,8 @@ impl Winograd {
     }
 }
 
-fn odd_lines(numbers: usize) -> usize {
+/// `numbers` rounded up to an odd number of cache lines: what lies so far apart does not crowd in the cache.
+pub fn odd_lines(numbers: usize) -> usize {
     let lines = numbers.div_ceil(BLOCK);
     (lines + 1 - lines % 2) * BLOCK
 }
@@ -331,9 +332,11 @@ impl WithSimd for Multiply<'_> {
 }
 
 /// The sums of the tiles at one point.
-struct Products<'a> {
-    values: &'a mut [f32],
-    outputs: usize,
+pub struct Products<'a> {
+    /// [tile, output].
+    pub values: &'a mut [f32],
+    /// Padded.
+    pub outputs: usize,
 }
 
 impl<S: Simd> Sink<S> for Products<'_> {
