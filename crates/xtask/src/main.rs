@@ -69,18 +69,19 @@ fn run(arguments: Vec<String>) -> Result<()> {
     let mut arguments = arguments.into_iter();
     let task = arguments.next();
     let rest: Vec<String> = arguments.collect();
+    let asks_for_help = |argument: &str| ["help", "--help", "-h"].contains(&argument);
+    if task.as_deref().is_none_or(asks_for_help) || rest.iter().any(|argument| asks_for_help(argument)) {
+        print!("{HELP}");
+        return Ok(());
+    }
     let root = workspace_root()?;
-    match task.as_deref() {
-        Some("demo") => demo(&root, &rest),
-        Some("test") => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
-        Some("ci") => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
-        Some("web") => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
-        Some("bench") => bench::run(&root, &bench::Options::parse(&rest)?),
-        None | Some("help" | "--help" | "-h") => {
-            print!("{HELP}");
-            Ok(())
-        }
-        Some(other) => bail!("there is no task {other:?}\n\n{HELP}"),
+    match task.as_deref().unwrap_or_default() {
+        "demo" => demo(&root, &rest),
+        "test" => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
+        "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
+        "web" => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
+        "bench" => bench::run(&root, &bench::Options::parse(&rest)?),
+        other => bail!("there is no task {other:?}\n\n{HELP}"),
     }
 }
 

@@ -16,11 +16,17 @@ export const CANONICAL_INTRINSICS = /** @type {const} */ ([
  */
 const MOST_INTERPOLATED = 2.1;
 
+/** Frame pixels a canonical pixel from which a frame on its way to pixels is halved first: nearer to two that blurs. */
+const LEAST_HALVED = 2.5;
+
 /** Frame pixels a canonical pixel below which little is spared: the engine's own warp then stays, to the bit. */
 const LEAST_SCALE = 1.25;
 
 /** For bitmaps, and for pixels. @type {(OffscreenCanvasRenderingContext2D | null)[]} */
 const contexts = [];
+
+/** Frames of half the width and height, on their way to pixels. @type {OffscreenCanvasRenderingContext2D | null} */
+let half = null;
 
 /**
  * The canonical image of a frame whose lens does not distort: a crop and a scale, black beyond the frame. It stands for the
@@ -43,11 +49,31 @@ export function canonicalFrame(frame, camera, asPixels = false) {
   const settings = { alpha: false, willReadFrequently: asPixels };
   const context = (contexts[Number(asPixels)] ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT).getContext("2d", settings));
   if (!context) return null;
-  context.imageSmoothingQuality = scale <= MOST_INTERPOLATED ? "low" : "medium";
-  context.drawImage(frame, left, top, right - left, bottom - top, 0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  const halved = asPixels && scale >= LEAST_HALVED ? halfOf(frame) : null;
+  const by = halved ? 0.5 : 1;
+  const part = /** @type {const} */ ([by * left, by * top, by * (right - left), by * (bottom - top)]);
+  context.imageSmoothingQuality = by * scale <= MOST_INTERPOLATED ? "low" : "medium";
+  context.drawImage(halved ?? frame, ...part, 0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   if (!asPixels) return context.canvas.transferToImageBitmap();
   const pixels = context.getImageData(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   // Black for the next frame, as the other way leaves it.
   context.clearRect(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
   return pixels;
+}
+
+/**
+ * The frame with half the width and height, each pixel the mean of four. Where the processor draws, this with one more step takes two
+ * thirds of the time that the browser takes to do the same by itself.
+ *
+ * @param {ImageBitmap} frame
+ * @returns {OffscreenCanvas | null}
+ */
+function halfOf(frame) {
+  const [width, height] = [frame.width >> 1, frame.height >> 1];
+  if (half?.canvas.width !== width || half.canvas.height !== height)
+    half = new OffscreenCanvas(width, height).getContext("2d", { alpha: false, willReadFrequently: true });
+  if (!half) return null;
+  half.imageSmoothingQuality = "low";
+  half.drawImage(frame, 0, 0, 2 * width, 2 * height, 0, 0, width, height);
+  return half.canvas;
 }

@@ -26,7 +26,7 @@ const KEPT_FRAMES = 24;
  * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
  * milliseconds.
  */
-const REST = 1.5;
+const REST = 1.2;
 const MOST_REST_MS = 1000;
 /** So long after a missed frame the processor counts as too slow for both, milliseconds. */
 const BUSY_MS = 2000;

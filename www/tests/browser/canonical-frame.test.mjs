@@ -54,13 +54,17 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
       for (const [name, [frame, camera]] of Object.entries(cases)) {
         const estimate = await sft.estimate(frame, { camera });
         const { data: warped } = estimate.canonical;
-        const canonical = canonicalFrame(frame, cameraForImage(camera, frame.width, frame.height));
-        context.drawImage(canonical, 0, 0);
-        const { data } = context.getImageData(0, 0, 480, 270);
-        let [squares, corner] = [0, 0];
-        for (let i = 0; i < data.length; i++) if (i % 4 < 3) squares += (data[i] - warped[i]) ** 2;
-        for (let i = 0; i < 3; i++) corner += data[i] + warped[i];
-        measured[name] = { size: [canonical.width, canonical.height], rms: Math.sqrt(squares / (3 * 480 * 270)), corner };
+        // Twice each: what is read must not show through in the next.
+        for (const asPixels of [false, true, true]) {
+          const canonical = canonicalFrame(frame, cameraForImage(camera, frame.width, frame.height), asPixels);
+          if (!asPixels) context.drawImage(canonical, 0, 0);
+          const { data } = asPixels ? canonical : context.getImageData(0, 0, 480, 270);
+          let [squares, corner] = [0, 0];
+          for (let i = 0; i < data.length; i++) if (i % 4 < 3) squares += (data[i] - warped[i]) ** 2;
+          for (let i = 0; i < 3; i++) corner += data[i] + warped[i];
+          const size = [canonical.width, canonical.height];
+          (measured[name] ??= []).push({ asPixels, size, rms: Math.sqrt(squares / (3 * 480 * 270)), corner });
+        }
         estimate.close();
       }
       const bent = cameraForImage({ ...cameraOfClip, distortion: [0.1, 0, 0, 0, 0] }, whole.width, whole.height);
@@ -72,10 +76,12 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
     }, [clip.frames[0].png.toString("base64"), clip.camera]);
     t.diagnostic(JSON.stringify(found));
     for (const [name, most] of Object.entries(SAME_PICTURE)) {
-      assert.deepEqual(found[name].size, [480, 270], name);
-      assert.ok(found[name].rms <= most, `${name}: ${found[name].rms}`);
+      for (const { size, rms } of found[name]) {
+        assert.deepEqual(size, [480, 270], name);
+        assert.ok(rms <= most, `${name}: ${rms}`);
+      }
     }
-    assert.equal(found.shifted.corner, 0, "beyond the frame both are black");
+    for (const { corner } of found.shifted) assert.equal(corner, 0, "beyond the frame both are black");
     assert.equal(found.bent, null, "a lens that distorts takes the engine's warp");
     assert.equal(found.little, null, "and so does a frame that is no larger");
   }),
