@@ -7,6 +7,7 @@ use std::ops::Range;
 #[cfg(not(target_family = "wasm"))]
 use {
     apart::Cores,
+    rayon::join,
     std::sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -65,9 +66,14 @@ impl Shared for Units<'_> {
     }
 }
 
+/// One after the other: there is one thread.
+#[cfg(target_family = "wasm")]
+fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    (a(), b())
+}
+
 /// Divides the units `units` among as many threads as there are scratches: `work` gets a scratch, some of the units and their part of
 /// `out`.
-#[cfg(not(target_family = "wasm"))]
 pub(crate) fn in_bands<T: Send, O: Shared>(
     scratches: &mut [T],
     units: Range<usize>,
@@ -84,7 +90,7 @@ pub(crate) fn in_bands<T: Send, O: Shared>(
             let count = (units.len() * few.len()).div_ceil(all);
             let middle = units.start + count;
             let [above, below] = out.split(count);
-            rayon::join(
+            join(
                 || in_bands(few, units.start..middle, above, work),
                 || in_bands(rest, middle..units.end, below, work),
             );
@@ -109,7 +115,7 @@ pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) ->
     }
     fn wait(threads: usize, cores: &Cores, done: &AtomicBool) {
         if threads > 1 {
-            rayon::join(|| wait(1, cores, done), || wait(threads - 1, cores, done));
+            join(|| wait(1, cores, done), || wait(threads - 1, cores, done));
             return;
         }
         // Where nobody else took this on, the work is done.
@@ -139,24 +145,11 @@ pub(crate) fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) ->
         std::thread::yield_now();
         work()
     };
-    rayon::join(work, || wait(threads - 1, &cores, &done)).0
+    join(work, || wait(threads - 1, &cores, &done)).0
 }
 
 /// There is one thread.
 #[cfg(target_family = "wasm")]
 pub(crate) fn awake<R>(_threads: usize, work: impl FnOnce() -> R) -> R {
     work()
-}
-
-/// WebAssembly has one thread here: it does all units.
-#[cfg(target_family = "wasm")]
-pub(crate) fn in_bands<T, O: Shared>(
-    scratches: &mut [T],
-    units: Range<usize>,
-    out: O,
-    work: &impl Fn(&mut T, Range<usize>, O),
-) {
-    if let Some(scratch) = scratches.first_mut() {
-        work(scratch, units, out);
-    }
 }
