@@ -86,6 +86,35 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
     }
 }
 
+/// An upright image is turned for the network and its maps are turned back: the same numbers as of the image that lies across.
+#[test]
+fn the_maps_of_an_upright_image_are_those_of_the_turned_one() {
+    for (_, bundle) in bundles() {
+        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+        let estimator = Estimator::new(&bundle, &device).unwrap();
+        let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::default()).unwrap();
+        let sample = (0..)
+            .map(|index| synthesizer.sample(SEED, index))
+            .find(|s| s.has_template)
+            .unwrap();
+        let turned = (0..3).fold(sample.image.clone(), |image, _| image.turned_clockwise());
+        let estimate = |image, camera| pollster::block_on(estimator.estimate(image, camera)).unwrap();
+        let across = estimate(&sample.image, &sample.camera);
+        let upright = estimate(&turned, &sample.camera.turned_anticlockwise());
+        assert_eq!(upright.maps, across.maps.turned_anticlockwise());
+        assert_eq!(upright.canonical, turned);
+        assert_eq!(upright.judgement.found, across.judgement.found);
+        let seen = sample.truth.mask();
+        let where_seen = |image, seen: &[bool]| pollster::block_on(estimator.infer_stages_where(image, seen)).unwrap();
+        let stages = where_seen(&across.canonical, &seen);
+        let turned_seen = sample.truth.turned_anticlockwise().mask();
+        for ((_, upright), (_, across)) in where_seen(&turned, &turned_seen).iter().zip(&stages) {
+            assert_eq!(*upright, across.turned_anticlockwise());
+        }
+        assert!(pollster::block_on(estimator.infer_stages_where(&turned, &seen[1..])).is_err());
+    }
+}
+
 #[test]
 fn the_compact_network_keeps_its_promise_of_size() {
     for (folder, bundle) in bundles() {

@@ -4,7 +4,7 @@ import { fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { Estimate } from "./results/estimate.js";
-import { CANONICAL_INTRINSICS } from "./frames/canonical-frame.js";
+import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
 import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
 import { Target, unknownTarget } from "./targets/target.js";
@@ -396,7 +396,7 @@ export class DeepSft {
    */
   async #find({ ids, frame, canonical, camera }, estimated) {
     const began = performance.now();
-    const intrinsics = canonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(camera);
+    const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
     let isKept = false;
     try {
       const { answers, estimate: raw } = await this.#engine.run(async (worker) => {

@@ -5,6 +5,7 @@ export {
   CANONICAL_HEIGHT,
   CANONICAL_WIDTH,
   canonicalFromImage,
+  canonicalSize,
   imageFromCanonical,
   visibleRegion,
 } from "./camera/canonical.js";

@@ -13,8 +13,9 @@
 //!   head towards -y and their face towards -z, so that the identity rotation shows them upright from the front.
 //! * **Units.** Lengths are millimetres; angles are radians (`_deg` where a person types them). `f64`
 //!   in geometry, `f32` in maps.
-//! * **Maps** are row-major, [`CANONICAL_HEIGHT`] rows by [`CANONICAL_WIDTH`] columns. Outside the
-//!   object depth is -1 and registration (-1, -1).
+//! * **Maps** are row-major, [`CANONICAL_HEIGHT`] rows by [`CANONICAL_WIDTH`] columns; of an upright image
+//!   [`CANONICAL_WIDTH`] rows by [`CANONICAL_HEIGHT`] columns ([`canonical_camera`]). Outside the object depth is
+//!   -1 and registration (-1, -1).
 //!
 //! This crate opens no file, reads no clock and starts no thread.
 
@@ -30,7 +31,9 @@ mod mesh;
 mod recovery;
 pub mod solver;
 
-pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, PAPER_CAMERAS, training_camera};
+pub use camera::{
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, PAPER_CAMERAS, canonical_camera, training_camera,
+};
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,
@@ -38,7 +41,7 @@ pub use completion::{
 pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
 pub use glam;
-pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma};
+pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma, turned_clockwise};
 pub use maps::{
     ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
     relit_photo_consistency_error, remove_islands, visible_surface,

@@ -3,6 +3,7 @@
 mod finding;
 mod fit;
 mod precision;
+mod rolls;
 mod shapes;
 mod tracking;
 
@@ -17,6 +18,8 @@ pub enum StudyCommand {
     Fit(fit::FitStudyArguments),
     /// Evaluate a model with its weights rounded to fewer bits.
     Precision(precision::PrecisionArguments),
+    /// Measure how often an object is found by how it is rolled, before a camera that lies across and one that stands upright.
+    Rolls(rolls::RollsArguments),
     /// Train compact networks of other sides on the same samples: accuracy, operations, time.
     Shapes(shapes::ShapesArguments),
     /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
@@ -28,6 +31,7 @@ pub fn run(command: &StudyCommand) -> Result<()> {
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
         StudyCommand::Precision(arguments) => precision::run(arguments),
+        StudyCommand::Rolls(arguments) => rolls::run(arguments),
         StudyCommand::Shapes(arguments) => shapes::run(arguments),
         StudyCommand::Tracking(arguments) => tracking::run(arguments),
     }

@@ -11,7 +11,7 @@ use crate::{
 };
 use deepsft::{
     DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, UnknownDevice, View,
-    geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Maps},
+    geometry::{Maps, canonical_camera},
     start_device,
 };
 use js_sys::{Array, Float32Array, Object, Promise};
@@ -176,7 +176,7 @@ impl Engine {
     /// estimate too, if the model's target is among `ids`. Numbers that are no target have no answer. Rejects as
     /// [`Engine::estimate`].
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }[], estimate: RawEstimate | undefined }>"
+        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }[], estimate: RawEstimate | undefined }>"
     )]
     pub fn find(
         &self,
@@ -193,21 +193,22 @@ impl Engine {
 
     /// Fits a target's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
     ///
-    /// `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
+    /// `width`, `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
     /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable`, `target-unknown` or
     /// `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
     pub fn fit(
         &self,
         id: u32,
+        width: u32,
         depth: Vec<f32>,
         registration: Vec<f32>,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] canonical: Vec<u8>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let maps = maps_from(depth, &registration)?;
-            let canonical = picture_from(&canonical, CANONICAL_WIDTH as u32, CANONICAL_HEIGHT as u32)?;
+            let maps = maps_from(width, depth, &registration)?;
+            let canonical = picture_from(&canonical, width, maps.height() as u32)?;
             let fitted = core.target(id)?.fit(&canonical, &maps)?;
             Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
@@ -216,13 +217,13 @@ impl Engine {
     /// ARAP completion of one frame, without its image: visible vertices stay about where the maps have them, the others follow as
     /// rigidly as possible.
     ///
-    /// `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
+    /// `width`, `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
     /// vertices. Rejects as [`Engine::fit`].
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
-    pub fn complete(&self, id: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn complete(&self, id: u32, width: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let maps = maps_from(depth, &registration)?;
+            let maps = maps_from(width, depth, &registration)?;
             let completed = core.target(id)?.complete(&maps)?;
             Ok(completed.map_or(JsValue::UNDEFINED, JsValue::from))
         })
@@ -275,10 +276,10 @@ impl Core {
             let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
-                let canonical = view.canonical(network.canonical_camera());
-                let canonical = canonical.map_err(|error| self.failed(&error))?;
+                let camera = canonical_camera(network.canonical_camera(), view.size());
+                let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?;
                 let by_network = sightings.iter().find(|sighting| sighting.by == FinderKind::Network);
-                let nothing = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
+                let nothing = Maps::empty(canonical.width(), canonical.height());
                 let maps = by_network.map_or(&nothing, |sighting| &sighting.maps);
                 let raw = network_estimate(network, canonical, maps, (0.0, network_ms));
                 estimate = raw.map_err(|error| self.failed(&error))?.into();
@@ -300,6 +301,7 @@ impl Core {
 fn maps_of(sighting: &Sighting) -> Object {
     let maps = &sighting.maps;
     object([
+        ("width", (maps.width() as u32).into()),
         ("depth", Float32Array::from(maps.depth()).into()),
         (
             "registration",

@@ -16,10 +16,11 @@ pub struct Times {
     pub features_ms: f64,
 }
 
-/// The maps of one frame, row-major, 270 rows of 480 columns, in the canonical camera's image. The arrays
-/// belong to JavaScript: they stay valid after `free()`, and may be transferred to another thread.
+/// The maps of one frame, row-major, 270 rows of 480 columns, of an upright frame 480 rows of 270, in the canonical camera's image.
+/// The arrays belong to JavaScript: they stay valid after `free()`, and may be transferred to another thread.
 #[wasm_bindgen]
 pub struct RawEstimate {
+    width: usize,
     depth: Float32Array,
     registration: Float32Array,
     mask: Uint8Array,
@@ -37,6 +38,7 @@ impl RawEstimate {
         let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
         let rgba: Vec<u8> = rgba(canonical);
         Self {
+            width: maps.width(),
             depth: maps.depth().into(),
             registration: maps.registration().as_flattened().into(),
             mask: mask.as_slice().into(),
@@ -57,25 +59,31 @@ impl RawEstimate {
 
 #[wasm_bindgen]
 impl RawEstimate {
-    /// Distance along the camera's axis in mm, -1 outside the object; 270 x 480.
+    /// Columns of the maps and of the canonical image.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Distance along the camera's axis in mm, -1 outside the object; a number for each pixel.
     #[wasm_bindgen(getter)]
     pub fn depth(&self) -> Float32Array {
         self.depth.clone()
     }
 
-    /// Texture position (u, v) of what each pixel shows, (-1, -1) outside the object; 270 x 480 x 2.
+    /// Texture position (u, v) of what each pixel shows, (-1, -1) outside the object; two numbers for each pixel.
     #[wasm_bindgen(getter)]
     pub fn registration(&self) -> Float32Array {
         self.registration.clone()
     }
 
-    /// 1 where the object is seen, else 0; 270 x 480.
+    /// 1 where the object is seen, else 0; for each pixel.
     #[wasm_bindgen(getter)]
     pub fn mask(&self) -> Uint8Array {
         self.mask.clone()
     }
 
-    /// The image the maps belong to, RGBA; 270 x 480 x 4.
+    /// The image the maps belong to, RGBA; four numbers for each pixel.
     #[wasm_bindgen(getter)]
     pub fn canonical(&self) -> Uint8ClampedArray {
         self.canonical.clone()

@@ -1,7 +1,7 @@
 //! What JavaScript hands over, checked.
 
 use crate::failure::{Code, Failure};
-use deepsft::geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, Maps, Picture, Template};
+use deepsft::geometry::{Camera, Maps, Picture, Template};
 use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
@@ -79,8 +79,9 @@ pub fn template_from(files: &BTreeMap<String, Vec<u8>>) -> Result<Template, Fail
         .map_err(unusable)
 }
 
-/// Maps of the canonical image out of 270 x 480 depths and 270 x 480 x 2 texture positions.
-pub fn maps_from(depth: Vec<f32>, registration: &[f32]) -> Result<Maps, Failure> {
+/// Maps of a canonical image of `width` columns out of a depth and two texture coordinates for each pixel.
+pub fn maps_from(width: u32, depth: Vec<f32>, registration: &[f32]) -> Result<Maps, Failure> {
+    let width = (width as usize).max(1);
     let (pairs, rest) = registration.as_chunks::<2>();
     if !rest.is_empty() {
         let message = format!(
@@ -89,5 +90,5 @@ pub fn maps_from(depth: Vec<f32>, registration: &[f32]) -> Result<Maps, Failure>
         );
         return Err(Failure::new(Code::ImageUnreadable, message));
     }
-    Ok(Maps::new(CANONICAL_WIDTH, CANONICAL_HEIGHT, depth, pairs.to_vec())?)
+    Ok(Maps::new(width, depth.len() / width, depth, pairs.to_vec())?)
 }

@@ -97,7 +97,7 @@ impl EngineTarget {
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
     pub async fn estimate(&self, view: &mut View<'_>) -> Result<RawEstimate, DeepSftError> {
         let mut stopwatch = Stopwatch::start();
-        let canonical = self.target.canonical_camera();
+        let canonical = self.target.canonical_camera(view.size());
         view.canonical(&canonical)?;
         let warp_ms = stopwatch.lap_ms();
         if let Some(network) = self.target.network() {
@@ -139,7 +139,7 @@ impl EngineTarget {
             )?),
         };
         let mut stopwatch = Stopwatch::start();
-        let completed = completion.complete(maps, &self.target.canonical_camera(), None)?;
+        let completed = completion.complete(maps, &self.target.canonical_camera(maps.size()), None)?;
         Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
     }
 
@@ -151,7 +151,8 @@ impl EngineTarget {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        let fitted = fitter.fit(canonical, &self.target.canonical_camera(), maps, None)?;
+        let camera = self.target.canonical_camera(maps.size());
+        let fitted = fitter.fit(canonical, &camera, maps, None)?;
         Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
     }
 }

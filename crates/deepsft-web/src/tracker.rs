@@ -11,7 +11,7 @@ use crate::{
 use deepsft::{
     DeepSftError, ModelBundle, View,
     geometry::{
-        Camera, Maps, Template,
+        Camera, Maps, Template, canonical_camera,
         tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackerImage, TrackingOptions},
         training_camera,
     },
@@ -37,7 +37,8 @@ struct Track {
     tracker: Tracker,
     /// Started afresh with each track.
     smoothing: Option<OneEuro>,
-    canonical: Camera,
+    /// The camera of canonical images that lie across.
+    training: Camera,
 }
 
 #[wasm_bindgen]
@@ -139,19 +140,20 @@ impl MeshTracker {
         })
     }
 
-    /// Where a finder sees target `id` in frame `number`; depth and registration both empty: it is not there.
+    /// Where a finder sees target `id` in frame `number`, in a canonical image of `width` columns; depth and registration both empty: it
+    /// is not there.
     ///
     /// Resolves to what the tracker makes of it. Rejects with an `Error` whose `code` is `image-unreadable`,
     /// `target-unknown` or `internal`.
     #[wasm_bindgen(
         unchecked_return_type = "Promise<\"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\">"
     )]
-    pub fn answer(&self, id: u32, number: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn answer(&self, id: u32, number: u32, width: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let maps = match depth.is_empty() {
                 true => None,
-                false => Some(maps_from(depth, &registration)?),
+                false => Some(maps_from(width, depth, &registration)?),
             };
             core.borrow_mut().track(id)?.answer(number, maps.as_ref())
         })
@@ -160,13 +162,16 @@ impl MeshTracker {
     /// Depth and registration of a target's mesh in the latest frame, -1 where it is not seen.
     ///
     /// Rejects with an `Error` whose `code` is `target-unknown`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<{ depth: Float32Array, registration: Float32Array }>")]
+    #[wasm_bindgen(
+        unchecked_return_type = "Promise<{ width: number, depth: Float32Array, registration: Float32Array }>"
+    )]
     pub fn maps(&self, id: u32) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let maps = core.borrow_mut().track(id)?.tracker.maps();
             let registration = Float32Array::from(maps.registration().as_flattened());
             Ok(object([
+                ("width", (maps.width() as u32).into()),
                 ("depth", Float32Array::from(maps.depth()).into()),
                 ("registration", registration.into()),
             ]))
@@ -176,20 +181,20 @@ impl MeshTracker {
     fn adding(&self, id: u32, template: impl FnOnce() -> Result<(Template, Camera), Failure> + 'static) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let (template, canonical) = template()?;
-            core.borrow_mut().add(id, &template, canonical)?;
+            let (template, training) = template()?;
+            core.borrow_mut().add(id, &template, training)?;
             Ok(JsValue::UNDEFINED)
         })
     }
 }
 
 impl Core {
-    fn add(&mut self, id: u32, template: &Template, canonical: Camera) -> Result<(), Failure> {
+    fn add(&mut self, id: u32, template: &Template, training: Camera) -> Result<(), Failure> {
         let tracker = Tracker::new(template, TrackingOptions::default());
         let track = Track {
             tracker: tracker.map_err(|error| Failure::of_target(&error.into()))?,
             smoothing: self.smoothing.clone().map(OneEuro::new),
-            canonical,
+            training,
         };
         self.tracks.insert(id, track);
         Ok(())
@@ -210,21 +215,21 @@ impl Core {
         let mut warp_ms = stopwatch.lap_ms();
         let targets = Array::new();
         for (&id, track) in &mut self.tracks {
-            let canonical = &track.canonical;
-            let image = match shared.take().filter(|(camera, _)| camera == canonical) {
+            let canonical = canonical_camera(&track.training, camera.size());
+            let image = match shared.take().filter(|(camera, _)| *camera == canonical) {
                 Some((_, image)) => image,
                 None => {
                     stopwatch.lap_ms();
-                    let image = TrackerImage::of(view.canonical(canonical).map_err(failed)?);
+                    let image = TrackerImage::of(view.canonical(&canonical).map_err(failed)?);
                     warp_ms += stopwatch.lap_ms();
                     image
                 }
             };
             let tracked = track
                 .tracker
-                .follow_shared(u64::from(number), time_s, &image, canonical)?;
+                .follow_shared(u64::from(number), time_s, &image, &canonical)?;
             targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
-            shared = Some((*canonical, image));
+            shared = Some((canonical, image));
         }
         Ok(object([
             ("targets", targets.into()),

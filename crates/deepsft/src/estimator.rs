@@ -5,7 +5,8 @@ use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, check_size, remove_islands,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, canonical_camera, check_size,
+    remove_islands, turned_clockwise,
 };
 #[cfg(feature = "webgpu")]
 use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
@@ -185,28 +186,29 @@ impl Estimator {
         self.runners.network.parameters()
     }
 
-    /// The camera of canonical images and maps.
+    /// The camera of canonical images and maps; of upright ones it is turned by a quarter.
     pub fn canonical_camera(&self) -> &Camera {
         &self.canonical
     }
 
-    /// Stage 1, canonical warp: `image` of `camera` as the training camera would have taken it.
+    /// Stage 1, canonical warp: `image` of `camera` as the training camera would have taken it, turned by a quarter for an upright
+    /// image ([`canonical_camera`]).
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not of the camera's size.
     pub fn canonical_image(&self, image: &Picture, camera: &Camera) -> Result<Picture, DeepSftError> {
-        Ok(CanonicalWarp::new(camera, &self.canonical).apply(image)?)
+        let canonical = canonical_camera(&self.canonical, camera.size());
+        Ok(CanonicalWarp::new(camera, &canonical).apply(image)?)
     }
 
-    /// Stage 2, the network: maps of a canonical image, small islands of the mask removed.
+    /// Stage 2, the network: maps of a canonical image, upright or across, small islands of the mask removed.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not canonical, [`DeepSftError::Execution`] when the
     /// device fails.
     pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
-        self.check_canonical(canonical)?;
         let answer = [Stage::RegistrationRefinement];
-        let mut maps = self.runners.infer(canonical, &answer, None).await?;
+        let mut maps = self.run(canonical, &answer, None).await?;
         let mut maps = maps
             .pop()
             .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
@@ -244,19 +246,35 @@ impl Estimator {
     }
 
     async fn at_stages(&self, canonical: &Picture, seen: Option<&[bool]>) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
-        self.check_canonical(canonical)?;
         let stages = self.stages();
-        let maps = self.runners.infer(canonical, stages, seen).await?;
+        let maps = self.run(canonical, stages, seen).await?;
         Ok(stages.iter().copied().zip(maps).collect())
+    }
+
+    /// The maps of each of `stages`. The network sees an upright image turned by a quarter: in training objects were rolled any way.
+    async fn run(
+        &self,
+        canonical: &Picture,
+        stages: &[Stage],
+        seen: Option<&[bool]>,
+    ) -> Result<Vec<Maps>, DeepSftError> {
+        let upright = canonical_camera(&self.canonical, canonical.size());
+        check_size(canonical.size(), upright.size())?;
+        if upright == self.canonical {
+            return self.runners.infer(canonical, stages, seen).await;
+        }
+        if let Some(seen) = seen {
+            check_size((seen.len(), 1), (canonical.width() * canonical.height(), 1))?;
+        }
+        let seen = seen.map(|seen| turned_clockwise(seen, canonical.width()));
+        let turned = canonical.turned_clockwise();
+        let maps = self.runners.infer(&turned, stages, seen.as_deref()).await?;
+        Ok(maps.iter().map(Maps::turned_anticlockwise).collect())
     }
 
     /// The stages of [`Estimator::infer_stages`].
     pub fn stages(&self) -> &'static [Stage] {
         self.runners.network.config.architecture.stages()
-    }
-
-    fn check_canonical(&self, picture: &Picture) -> Result<(), DeepSftError> {
-        Ok(check_size(picture.size(), self.canonical.size())?)
     }
 
     /// Fraction of the image that the mask of `maps` covers.

@@ -1,6 +1,6 @@
 // What lies in front of the sheet: the network's mask, carried along on the mesh.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { CANONICAL_FOCAL } from "deepsft";
 
 /** Meshes that are remembered until the network's answer to their frame is there. */
 const MOST_REMEMBERED = 60;
@@ -15,6 +15,7 @@ const REACH = { inside: 1, border: 4 };
 const SHOWN = { from: 0.6, fully: 0.85 };
 
 /** @typedef {Pick<import("deepsft").SurfaceMesh, "vertices" | "textureCoordinates" | "confidence">} Mesh */
+/** @typedef {{ values: () => Uint8Array, width: number, height: number }} Mask of the canonical image */
 
 /** Weight of a new answer against those before: flicker of the mask at a hand's outline is smoothed. */
 const NEW_WEIGHT = 0.6;
@@ -57,7 +58,7 @@ export class Covering {
    * Takes over what the network says of a frame.
    *
    * @param {number} frame
-   * @param {Uint8Array} mask of the canonical image
+   * @param {Mask} mask
    */
   answer(frame, mask) {
     const mesh = this.#meshes.get(frame);
@@ -85,7 +86,7 @@ export function confirmed(seen, confidence) {
  * Which vertices the mask of their own frame sees.
  *
  * @param {Pick<Mesh, "vertices" | "textureCoordinates">} mesh
- * @param {Uint8Array} mask of the canonical image
+ * @param {Mask} mask
  * @returns {Float32Array} 0 or 1 each
  */
 export function seenFractions({ vertices, textureCoordinates }, mask) {
@@ -97,19 +98,21 @@ export function seenFractions({ vertices, textureCoordinates }, mask) {
 }
 
 /**
- * @param {Uint8Array} mask
+ * @param {Mask} mask
  * @param {Float32Array} p camera frame
  * @param {number} reach canonical pixels
  * @returns {number} 1 where the mask is near, or where the image does not reach
  */
 function seenAt(mask, [x, y, z], reach) {
-  const column = Math.floor((x / z) * CANONICAL_FOCAL + CANONICAL_WIDTH / 2);
-  const row = Math.floor((y / z) * CANONICAL_FOCAL + CANONICAL_HEIGHT / 2);
-  if (column < 0 || row < 0 || column >= CANONICAL_WIDTH || row >= CANONICAL_HEIGHT) return 1;
-  for (let j = Math.max(0, row - reach); j <= Math.min(CANONICAL_HEIGHT - 1, row + reach); j++) {
-    const at = j * CANONICAL_WIDTH;
-    const [from, to] = [Math.max(0, column - reach), Math.min(CANONICAL_WIDTH - 1, column + reach)];
-    if (mask.subarray(at + from, at + to + 1).includes(1)) return 1;
+  const { width, height } = mask;
+  const column = Math.floor((x / z) * CANONICAL_FOCAL + width / 2);
+  const row = Math.floor((y / z) * CANONICAL_FOCAL + height / 2);
+  if (column < 0 || row < 0 || column >= width || row >= height) return 1;
+  const values = mask.values();
+  for (let j = Math.max(0, row - reach); j <= Math.min(height - 1, row + reach); j++) {
+    const at = j * width;
+    const [from, to] = [Math.max(0, column - reach), Math.min(width - 1, column + reach)];
+    if (values.subarray(at + from, at + to + 1).includes(1)) return 1;
   }
   return 0;
 }

@@ -139,12 +139,13 @@ export class Live {
     this.#take(estimate);
     this.#hud.showEstimate(estimate, performance.now() - began);
     const whole = estimate.found || target.kind === "model" ? estimate.completeMesh() : null;
-    const mask = estimate.mask.values();
+    const { width, height } = estimate.mask;
+    const seen = estimate.mask.values();
     estimate.close();
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
-    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, mask), mesh.confidence));
+    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, { width, height, values: () => seen }), mesh.confidence));
     this.#hud.showMesh(true);
     this.#mesh = mesh;
     this.redraw();
@@ -221,7 +222,7 @@ export class Live {
     const now = performance.now();
     if (this.#tracked || now - this.#seenAt >= MAPS_SHOWN_MS) this.#seenSince = now;
     if (estimate.found) this.#seenAt = now;
-    this.#covering.answer(frame, estimate.mask.values());
+    this.#covering.answer(frame, estimate.mask);
     this.#take(estimate);
     this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
     estimate.close();
@@ -250,7 +251,7 @@ export class Live {
     let shading = null;
     if (estimate.found && this.#templateLight) {
       /** @type {Parameters<typeof shadingOf>} */
-      const lit = [estimate.canonical.data, estimate.registration.values(), estimate.mask.values(), this.#templateLight];
+      const lit = [estimate.canonical, estimate.registration.values(), estimate.mask.values(), this.#templateLight];
       this.#stage.tint = tintOf(...lit);
       // The tracker's mesh has its own light.
       if (draws) {

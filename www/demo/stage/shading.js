@@ -1,12 +1,17 @@
 // The light on the sheet: what the camera saw divided by what is printed there, low-passed. A new print multiplied by
 // it looks as if it lay in the same room.
 
-import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-
 /** Canonical pixels a side that are gathered in one cell of the shading map. */
 const CELL = 4;
-export const SHADING_WIDTH = Math.ceil(CANONICAL_WIDTH / CELL);
-export const SHADING_HEIGHT = Math.ceil(CANONICAL_HEIGHT / CELL);
+
+/**
+ * Columns and rows of the shading map.
+ *
+ * @param {{ width: number, height: number }} canonical size of the canonical image
+ */
+export function shadingSize({ width, height }) {
+  return { width: Math.ceil(width / CELL), height: Math.ceil(height / CELL) };
+}
 
 /** Two box blurs of this radius, in cells: about 8 canonical pixels, wider than the registration errs, narrower than folds. */
 const BLUR_RADIUS = 2;
@@ -76,10 +81,11 @@ function placeIn({ width, height }, u, v) {
 /**
  * One box blur along rows, then along columns, with zeros outside.
  *
- * @param {Float32Array} cells SHADING_WIDTH x SHADING_HEIGHT, in place
+ * @param {Float32Array} cells in place
+ * @param {{ width: number, height: number }} size columns and rows
  */
-function boxBlur(cells) {
-  const line = new Float32Array(Math.max(SHADING_WIDTH, SHADING_HEIGHT));
+function boxBlur(cells, { width, height }) {
+  const line = new Float32Array(Math.max(width, height));
   const alongLine = (/** @type {number} */ start, /** @type {number} */ step, /** @type {number} */ length) => {
     for (let i = 0; i < length; i++) line[i] = cells[start + i * step];
     let sum = 0;
@@ -89,8 +95,8 @@ function boxBlur(cells) {
       if (i >= 0) cells[start + i * step] = sum / (2 * BLUR_RADIUS + 1);
     }
   };
-  for (let y = 0; y < SHADING_HEIGHT; y++) alongLine(y * SHADING_WIDTH, 1, SHADING_WIDTH);
-  for (let x = 0; x < SHADING_WIDTH; x++) alongLine(x, SHADING_WIDTH, SHADING_HEIGHT);
+  for (let y = 0; y < height; y++) alongLine(y * width, 1, width);
+  for (let x = 0; x < width; x++) alongLine(x, width, height);
 }
 
 /**
@@ -118,30 +124,31 @@ export function luminanceOf(r, g, b) {
 /**
  * Shading of one frame.
  *
- * @param {Uint8ClampedArray} canonical RGBA of the canonical image
+ * @param {{ data: Uint8ClampedArray, width: number, height: number }} canonical the canonical image, RGBA
  * @param {Float32Array} registration (u, v) for each canonical pixel
  * @param {Uint8Array} mask
  * @param {TemplateLight} template
- * @returns {Float32Array} SHADING_WIDTH x SHADING_HEIGHT, 1 where the image is as bright as the print
+ * @returns {Float32Array} of {@link shadingSize}, 1 where the image is as bright as the print
  */
-export function shadingOf(canonical, registration, mask, template) {
+export function shadingOf({ data, width, height }, registration, mask, template) {
   const { rgb } = template;
-  const seen = new Float32Array(SHADING_WIDTH * SHADING_HEIGHT);
-  const printed = new Float32Array(SHADING_WIDTH * SHADING_HEIGHT);
-  for (let y = 0, pixel = 0; y < CANONICAL_HEIGHT; y++) {
-    const row = Math.floor(y / CELL) * SHADING_WIDTH;
-    for (let x = 0; x < CANONICAL_WIDTH; x++, pixel++) {
+  const cells = shadingSize({ width, height });
+  const seen = new Float32Array(cells.width * cells.height);
+  const printed = new Float32Array(cells.width * cells.height);
+  for (let y = 0, pixel = 0; y < height; y++) {
+    const row = Math.floor(y / CELL) * cells.width;
+    for (let x = 0; x < width; x++, pixel++) {
       if (mask[pixel] === 0) continue;
       const print = printAt(registration, pixel, template);
       const cell = row + Math.floor(x / CELL);
       const at = 4 * pixel;
-      seen[cell] += FLOOR + luminanceOf(LINEAR[canonical[at]], LINEAR[canonical[at + 1]], LINEAR[canonical[at + 2]]);
+      seen[cell] += FLOOR + luminanceOf(LINEAR[data[at]], LINEAR[data[at + 1]], LINEAR[data[at + 2]]);
       printed[cell] += FLOOR + luminanceOf(rgb[print], rgb[print + 1], rgb[print + 2]);
     }
   }
-  for (const cells of [seen, printed]) {
-    boxBlur(cells);
-    boxBlur(cells);
+  for (const values of [seen, printed]) {
+    boxBlur(values, cells);
+    boxBlur(values, cells);
   }
   return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST, s / printed[i]) : 1));
 }
@@ -149,24 +156,24 @@ export function shadingOf(canonical, registration, mask, template) {
 /**
  * Colour of the light on the sheet, from one pixel of each cell.
  *
- * @param {Uint8ClampedArray} canonical as in {@link shadingOf}
+ * @param {{ data: Uint8ClampedArray, width: number, height: number }} canonical as in {@link shadingOf}
  * @param {Float32Array} registration
  * @param {Uint8Array} mask
  * @param {TemplateLight} template
  * @returns {[number, number, number]} linear light, of mean luminance 1
  */
-export function tintOf(canonical, registration, mask, template) {
+export function tintOf({ data, width, height }, registration, mask, template) {
   const [seen, printed] = [
     [0, 0, 0],
     [0, 0, 0],
   ];
-  for (let y = CELL >> 1; y < CANONICAL_HEIGHT; y += CELL) {
-    for (let x = CELL >> 1; x < CANONICAL_WIDTH; x += CELL) {
-      const pixel = y * CANONICAL_WIDTH + x;
+  for (let y = CELL >> 1; y < height; y += CELL) {
+    for (let x = CELL >> 1; x < width; x += CELL) {
+      const pixel = y * width + x;
       if (mask[pixel] === 0) continue;
       const print = printAt(registration, pixel, template);
       for (let k = 0; k < 3; k++) {
-        seen[k] += LINEAR[canonical[4 * pixel + k]];
+        seen[k] += LINEAR[data[4 * pixel + k]];
         printed[k] += template.rgb[print + k];
       }
     }

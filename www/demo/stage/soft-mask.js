@@ -1,15 +1,14 @@
 // The mask's outline as people draw it, not as pixels do.
 
-import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-
 /**
  * The mask without its staircase: each pixel the binomial mean (1, 4, 6, 4, 1) / 16 of its neighbours, both ways.
  *
- * @param {Uint8Array} mask 0 or 1
+ * @param {Uint8Array} mask 0 or 1, row-major
+ * @param {number} w columns
  * @returns {Uint8Array} 0 to 255
  */
-export function softMask(mask) {
-  const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+export function softMask(mask, w) {
+  const h = mask.length / w;
   const rows = new Uint8Array(mask.length);
   const soft = new Uint8Array(mask.length);
   // Beyond an end its pixel repeats.

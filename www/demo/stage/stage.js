@@ -1,6 +1,6 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { CANONICAL_FOCAL, canonicalSize } from "deepsft";
 import { FrameCanvas, layOut } from "./frame-canvas.js";
 import { FramePicture } from "./frame-picture.js";
 import { createTexture, programVariants } from "../graphics/gl.js";
@@ -8,7 +8,7 @@ import { heatRow } from "../graphics/heat.js";
 import { MeshLayer } from "./mesh-layer.js";
 import { MESH_OVERLAYS } from "./mesh-shader.js";
 import { PaintedPaper } from "./painted-paper.js";
-import { SHADING_HEIGHT, SHADING_WIDTH } from "./shading.js";
+import { shadingSize } from "./shading.js";
 import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
 import { boundsInImage, viewOf } from "./view.js";
@@ -150,15 +150,16 @@ export class Stage {
     this.#showFrame(estimate, this.#hasMaps);
     this.#mesh = null;
     if (!shading) return;
-    const [w, h] = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+    const { width: w, height: h } = estimate.mask;
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, w, h, 0, gl.RED, gl.FLOAT, estimate.depth.values());
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.registration);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG32F, w, h, 0, gl.RG, gl.FLOAT, estimate.registration.values());
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.coverage);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, w, h, 0, gl.RED, gl.UNSIGNED_BYTE, softMask(estimate.mask.values()));
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, w, h, 0, gl.RED, gl.UNSIGNED_BYTE, softMask(estimate.mask.values(), w));
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.shading);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, SHADING_WIDTH, SHADING_HEIGHT, 0, gl.RED, gl.FLOAT, shading);
+    const cells = shadingSize(estimate.mask);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R16F, cells.width, cells.height, 0, gl.RED, gl.FLOAT, shading);
   }
 
   /**
@@ -317,7 +318,8 @@ export class Stage {
     gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
     gl.uniform1fv(uniform("u_distortion"), camera.distortion);
     gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
-    gl.uniform3f(uniform("u_canonical"), CANONICAL_WIDTH, CANONICAL_HEIGHT, CANONICAL_FOCAL);
+    const canonical = canonicalSize(camera);
+    gl.uniform3f(uniform("u_canonical"), canonical.width, canonical.height, CANONICAL_FOCAL);
     gl.uniform1f(uniform("u_strength"), strength);
     gl.uniform1f(uniform("u_seconds"), seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...this.#sheetMm);

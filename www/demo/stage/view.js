@@ -1,6 +1,6 @@
 // Where the image lies on the canvas.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH, imageFromCanonical, visibleRegion } from "deepsft";
+import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical, visibleRegion } from "deepsft";
 
 /** @import { SourcedCamera } from "deepsft" */
 
@@ -50,10 +50,11 @@ export function viewOf(canvas, camera) {
  * @returns {Float32Array} (x, y) each, pixels times the scale
  */
 export function inImage(vertices, camera, scale) {
+  const { width, height } = canonicalSize(camera);
   const points = new Float32Array((2 * vertices.length) / 3);
   for (let i = 0; 2 * i < points.length; i++) {
     const perMm = CANONICAL_FOCAL / vertices[3 * i + 2];
-    const [column, row] = [vertices[3 * i] * perMm + CANONICAL_WIDTH / 2, vertices[3 * i + 1] * perMm + CANONICAL_HEIGHT / 2];
+    const [column, row] = [vertices[3 * i] * perMm + width / 2, vertices[3 * i + 1] * perMm + height / 2];
     const [x, y] = imageFromCanonical(camera, column, row);
     points[2 * i] = x * scale;
     points[2 * i + 1] = y * scale;

@@ -2,7 +2,7 @@
 // a plane gives two equations in the focal length (Zhang, "A flexible new technique for camera calibration", 2000,
 // section 3.1), here with square pixels and the principal point at the centre.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "../camera/canonical.js";
+import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { fitHomography } from "./homography.js";
 
 /** @import { Estimate } from "../results/estimate.js" */
@@ -56,7 +56,7 @@ export class FocalCalibration {
    */
   add(estimate) {
     if (!estimate.found) return "not-found";
-    const { plane, image } = this.#correspondences(estimate.registration.values(), estimate.mask.values());
+    const { plane, image } = this.#correspondences(estimate);
     if (plane.length < LEAST_POINTS) return "not-found";
     const fit = fitHomography(plane, image);
     if (fit === null || fit.rms > FLAT_RMS) return "not-flat";
@@ -89,21 +89,22 @@ export class FocalCalibration {
   /**
    * Points of the sheet, mm about its centre, and where the canonical image shows them, pixels about its centre.
    *
-   * @param {Float32Array} registration
-   * @param {Uint8Array} mask
+   * @param {Estimate} estimate
    */
-  #correspondences(registration, mask) {
+  #correspondences(estimate) {
+    const { width, height } = estimate.mask;
+    const [registration, mask] = [estimate.registration.values(), estimate.mask.values()];
     const { widthMm, heightMm } = this.#plane;
     /** @type {[number, number][]} */
     const plane = [];
     /** @type {[number, number][]} */
     const image = [];
-    for (let y = STEP >> 1; y < CANONICAL_HEIGHT; y += STEP) {
-      for (let x = STEP >> 1; x < CANONICAL_WIDTH; x += STEP) {
-        const i = y * CANONICAL_WIDTH + x;
+    for (let y = STEP >> 1; y < height; y += STEP) {
+      for (let x = STEP >> 1; x < width; x += STEP) {
+        const i = y * width + x;
         if (mask[i] === 0) continue;
         plane.push([(registration[2 * i] - 0.5) * widthMm, (registration[2 * i + 1] - 0.5) * heightMm]);
-        image.push([x + 0.5 - CANONICAL_WIDTH / 2, y + 0.5 - CANONICAL_HEIGHT / 2]);
+        image.push([x + 0.5 - width / 2, y + 0.5 - height / 2]);
       }
     }
     return { plane, image };

@@ -121,12 +121,12 @@ function read(frame) {
  */
 function carried(raw, bitmap, readMs) {
   try {
-    const { depth, registration, mask, canonical, found, confidence, by, times } = raw;
+    const { width, depth, registration, mask, canonical, found, confidence, by, times } = raw;
     const fitted = raw.takeFitted();
     const mesh = fitted ? plainMesh(fitted) : null;
     return {
       value: {
-        ...{ depth, registration, mask, canonical, found, confidence, by: by ?? null },
+        ...{ width, depth, registration, mask, canonical, found, confidence, by: by ?? null },
         ...{ times: { ...times }, readMs, bitmap, fitted: found ? mesh : null },
       },
       transfer: [depth.buffer, registration.buffer, mask.buffer, canonical.buffer, ...(bitmap ? [bitmap] : [])],
@@ -150,10 +150,10 @@ export async function mesh(request) {
  * @param {MeshRequest} request
  * @returns {Promise<RawMesh | null>}
  */
-async function solvedMesh({ id, depth, registration, canonical }) {
+async function solvedMesh({ id, width, depth, registration, canonical }) {
   const raw = await (canonical === null
-    ? started().complete(id, depth, registration)
-    : started().fit(id, depth, registration, canonical));
+    ? started().complete(id, width, depth, registration)
+    : started().fit(id, width, depth, registration, canonical));
   return raw ? plainMesh(raw) : null;
 }
 

@@ -30,6 +30,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * The maps of one frame as they cross from the worker.
  *
  * @typedef {object} RawEstimate
+ * @property {number} width columns of the maps and of the canonical image
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {Uint8Array} mask
@@ -80,7 +81,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
  * there.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer
  */
 
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
@@ -88,7 +89,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ id: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, width: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
 /**

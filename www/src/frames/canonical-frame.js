@@ -1,14 +1,18 @@
 // The canonical image of a frame, made by the browser.
 
-import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH, imageFromCanonical } from "../camera/canonical.js";
+import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "../camera/canonical.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
 
-/** The canonical camera's numbers in the order the engine takes them. */
-export const CANONICAL_INTRINSICS = /** @type {const} */ ([
-  ...[CANONICAL_FOCAL, CANONICAL_FOCAL, CANONICAL_WIDTH / 2, CANONICAL_HEIGHT / 2],
-  ...[0, 0, 0, 0, 0],
-]);
+/**
+ * The numbers of the canonical camera that stands for a camera, in the order the engine takes them.
+ *
+ * @param {{ width: number, height: number }} camera
+ */
+export function canonicalIntrinsics(camera) {
+  const { width, height } = canonicalSize(camera);
+  return [CANONICAL_FOCAL, CANONICAL_FOCAL, width / 2, height / 2, 0, 0, 0, 0, 0];
+}
 
 /**
  * Frame pixels a canonical pixel up to which one interpolated sample, of four pixels, skips none; it costs a fifth of what browsers
@@ -43,21 +47,23 @@ let half = null;
 export function canonicalFrame(frame, camera, asPixels = false) {
   if (camera.distortion.some((k) => k !== 0)) return null;
   const [left, top] = imageFromCanonical(camera, 0, 0);
-  const [right, bottom] = imageFromCanonical(camera, CANONICAL_WIDTH, CANONICAL_HEIGHT);
-  const scale = Math.max((right - left) / CANONICAL_WIDTH, (bottom - top) / CANONICAL_HEIGHT);
+  const { width, height } = canonicalSize(camera);
+  const [right, bottom] = imageFromCanonical(camera, width, height);
+  const scale = Math.max((right - left) / width, (bottom - top) / height);
   if (scale < LEAST_SCALE) return null;
   const settings = { alpha: false, willReadFrequently: asPixels };
-  const context = (contexts[Number(asPixels)] ??= new OffscreenCanvas(CANONICAL_WIDTH, CANONICAL_HEIGHT).getContext("2d", settings));
+  const context = (contexts[Number(asPixels)] ??= new OffscreenCanvas(width, height).getContext("2d", settings));
   if (!context) return null;
+  if (context.canvas.width !== width) Object.assign(context.canvas, { width, height });
   const halved = asPixels && scale >= LEAST_HALVED ? halfOf(frame) : null;
   const by = halved ? 0.5 : 1;
   const part = /** @type {const} */ ([by * left, by * top, by * (right - left), by * (bottom - top)]);
   context.imageSmoothingQuality = by * scale <= MOST_INTERPOLATED ? "low" : "medium";
-  context.drawImage(halved ?? frame, ...part, 0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  context.drawImage(halved ?? frame, ...part, 0, 0, width, height);
   if (!asPixels) return context.canvas.transferToImageBitmap();
-  const pixels = context.getImageData(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  const pixels = context.getImageData(0, 0, width, height);
   // Black for the next frame, as the other way leaves it.
-  context.clearRect(0, 0, CANONICAL_WIDTH, CANONICAL_HEIGHT);
+  context.clearRect(0, 0, width, height);
   return pixels;
 }
 

@@ -1,6 +1,5 @@
 // What an estimate holds.
 
-import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "../camera/canonical.js";
 import { DeepSftError } from "../error.js";
 import { SurfaceMesh } from "./surface-mesh.js";
 
@@ -24,7 +23,8 @@ import { SurfaceMesh } from "./surface-mesh.js";
  */
 
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
+ * A map on the pixels of the canonical image (480 columns and 270 rows, of an upright frame 270 columns and 480 rows), row-major,
+ * `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -34,14 +34,15 @@ export class EstimateMap {
 
   /**
    * @param {A} values
+   * @param {number} width
    * @param {number} channels
    */
-  constructor(values, channels) {
+  constructor(values, width, channels) {
     this.#values = values;
     /** Columns. */
-    this.width = CANONICAL_WIDTH;
+    this.width = width;
     /** Rows. */
-    this.height = CANONICAL_HEIGHT;
+    this.height = values.length / channels / width;
     /** Values per pixel. */
     this.channels = channels;
     /**
@@ -109,15 +110,15 @@ export class Estimate {
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
     this.by = raw.by;
     /** Distance along the optical axis, mm; -1 outside the object. */
-    this.depth = new EstimateMap(raw.depth, 1);
+    this.depth = new EstimateMap(raw.depth, raw.width, 1);
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
-    this.registration = new EstimateMap(raw.registration, 2);
+    this.registration = new EstimateMap(raw.registration, raw.width, 2);
     /** 1 where the object is seen, else 0. */
-    this.mask = new EstimateMap(raw.mask, 1);
+    this.mask = new EstimateMap(raw.mask, raw.width, 1);
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
     this.fitted = raw.fitted?.accepted === true;
     /** The canonical image the maps belong to. */
-    this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), raw.width);
     /** The camera that was used, with its source. */
     this.camera = camera;
     this.times = times;
@@ -139,7 +140,7 @@ export class Estimate {
   async completeMesh({ method = "fit" } = {}) {
     if (!this.found) return null;
     // Before anything is waited for: close() may be called meanwhile.
-    const maps = { depth: this.depth.values(), registration: this.registration.values() };
+    const maps = { width: this.depth.width, depth: this.depth.values(), registration: this.registration.values() };
     if (method === "completion") return this.#completedMesh(maps);
     this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
@@ -151,7 +152,7 @@ export class Estimate {
     }
   }
 
-  /** @param {{ depth: Float32Array, registration: Float32Array }} maps */
+  /** @param {{ width: number, depth: Float32Array, registration: Float32Array }} maps */
   async #completedMesh(maps) {
     this.#completed ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: null });
     try {

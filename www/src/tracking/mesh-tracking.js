@@ -1,7 +1,7 @@
 // The loop that follows meshes through a video, with the finders beside it.
 
 import { DeepSftError } from "../error.js";
-import { CANONICAL_INTRINSICS, canonicalFrame } from "../frames/canonical-frame.js";
+import { canonicalFrame, canonicalIntrinsics } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { MemoryFrames } from "../frames/memory-frames.js";
 import { Patience } from "../frames/patience.js";
@@ -242,7 +242,7 @@ export class MeshTracking {
       }
       // The frame itself stays here, to be drawn.
       const looked = canonical ?? (await createImageBitmap(frame));
-      const intrinsics = canonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(camera);
+      const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
       const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics });
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());

@@ -65,10 +65,10 @@ export async function answer({ id, number, sightings, canDeny }) {
   /** @type {Verdict} */
   let verdict = "ignored";
   if (sightings.length === 0 && canDeny)
-    verdict = await tracker.answer(id, number, new Float32Array(), new Float32Array());
+    verdict = await tracker.answer(id, number, 0, new Float32Array(), new Float32Array());
   // The likeliest comes first.
-  for (const { depth, registration } of sightings) {
-    verdict = await tracker.answer(id, number, depth, registration);
+  for (const { width, depth, registration } of sightings) {
+    verdict = await tracker.answer(id, number, width, depth, registration);
     if (verdict !== "ignored") break;
   }
   return { value: { verdict, answerMs: performance.now() - began }, transfer: [] };
@@ -76,9 +76,9 @@ export async function answer({ id, number, sightings, canDeny }) {
 
 /**
  * @param {{ id: number }} request
- * @returns {Promise<{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { width: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
  */
 export async function trackedMaps({ id }) {
-  const { depth, registration } = await (await started()).maps(id);
-  return { value: { depth, registration }, transfer: [depth.buffer, registration.buffer] };
+  const { width, depth, registration } = await (await started()).maps(id);
+  return { value: { width, depth, registration }, transfer: [depth.buffer, registration.buffer] };
 }

@@ -75,7 +75,7 @@ export class TrackerWorker extends WorkerCalls {
 
   /**
    * @param {{ id: number }} request
-   * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+   * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
    */
   maps(request) {
     return this.call("trackedMaps", request);

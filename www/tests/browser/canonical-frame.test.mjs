@@ -90,7 +90,7 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
 test("the tracker follows the browser's canonical image as it follows the whole frame", { timeout: SLOW_MS }, (t) =>
   onPage({}, async ({ page }) => {
     const runs = await page.evaluate(async ([pngs, camera]) => {
-      const [{ TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForImage, intrinsicsOf }, { CANONICAL_INTRINSICS, canonicalFrame }] =
+      const [{ TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForImage, intrinsicsOf }, { canonicalFrame, canonicalIntrinsics }] =
         await Promise.all(
           ["tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics", "frames/canonical-frame"].map(
             (name) => import(`/src/${name}.js`),
@@ -108,7 +108,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
         const [meshes, times] = [[], []];
         for (const [number, bitmap] of bitmaps.entries()) {
           const frame = isCanonical ? canonicalFrame(bitmap, sourced) : await createImageBitmap(bitmap);
-          const intrinsics = isCanonical ? [...CANONICAL_INTRINSICS] : intrinsicsOf(sourced);
+          const intrinsics = isCanonical ? canonicalIntrinsics(sourced) : intrinsicsOf(sourced);
           const { targets, readMs, times: { warpMs } } = await tracker.follow({ number, timeS: number / 30, frame, intrinsics });
           const sightings = [{ depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
           if (number === 0) await tracker.answer({ id: 0, number, sightings, canDeny: true });

@@ -16,18 +16,19 @@ import { untar } from "./tar.mjs";
  */
 
 /**
- * A clip, 480 x 270 pixels times `scale`, 30 frames a second: of the poster, or of a picture that is printed `widthMm` wide.
+ * A clip, 480 x 270 pixels times `scale`, or 270 x 480 `upright`, 30 frames a second: of the poster, or of a picture that is printed
+ * `widthMm` wide.
  *
  * @param {string} folder to write
- * @param {{ event: string, frames: number, seed: number, scale?: number, picture?: string, widthMm?: number }} options
+ * @param {{ event: string, frames: number, seed: number, scale?: number, upright?: boolean, picture?: string, widthMm?: number }} options
  * @returns {Promise<{ folder: string, camera: object, frames: ClipFrame[] }>}
  */
-export async function makeClip(folder, { event, frames, seed, scale = 1, picture, widthMm }) {
+export async function makeClip(folder, { event, frames, seed, scale = 1, upright = false, picture, widthMm }) {
   const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : ["--model", MODEL];
   const [count, size] = [String(frames), String(scale)];
   await deepsft(
     "clip",
-    ...[...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), "--out", folder],
+    ...[...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), ...(upright ? ["--upright"] : []), "--out", folder],
   );
   const truth = new Map();
   for (const shard of (await readdir(join(folder, "truth"))).filter((name) => name.endsWith(".tar")).sort()) {

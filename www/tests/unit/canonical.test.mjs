@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { DeepSftError, canonicalFromImage, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
+import { DeepSftError, canonicalFromImage, canonicalSize, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
 import { cameraForImage } from "../../src/camera/intrinsics.js";
 
 const near = (actual, expected, tolerance = 1e-9) =>
@@ -26,12 +26,16 @@ test("a distorted position agrees with a hand-computed OpenCV value and comes ba
   near(canonicalFromImage(camera, 70.4, 60.2), [316, 173]);
 });
 
-test("of a phone's portrait image the network sees a band across the middle", () => {
-  // f = 0.79 * 1280 = 1011.2, so the canonical image is 480 / 380 * 1011.2 = 1277 wide, more than the image's 720, and
-  // 270 / 380 * 1011.2 = 718.5 high.
-  const { left, right, top, bottom } = visibleRegion(estimatedCamera(720, 1280));
-  near([left, right], [0, 720]);
-  near([top, bottom], [640 - 718.48421 / 2, 640 + 718.48421 / 2], 1e-4);
+test("of a phone's upright image the network sees nearly all, by a canonical image that is upright too", () => {
+  // f = 0.79 * 1280 = 1011.2, so the canonical image is 480 / 380 * 1011.2 = 1277.3 high and 270 / 380 * 1011.2 = 718.5 wide.
+  const camera = estimatedCamera(720, 1280);
+  const { left, right, top, bottom } = visibleRegion(camera);
+  near([left, right], [360 - 718.48421 / 2, 360 + 718.48421 / 2], 1e-4);
+  near([top, bottom], [640 - 1277.30526 / 2, 640 + 1277.30526 / 2], 1e-4);
+  assert.deepEqual(canonicalSize(camera), { width: 270, height: 480 });
+  assert.deepEqual(canonicalSize({ width: 500, height: 500 }), { width: 480, height: 270 });
+  near(canonicalFromImage(camera, 360, 640), [135, 240]);
+  near(imageFromCanonical(camera, 0, 0), [left, top]);
 });
 
 test("a camera for the same picture at half the size is scaled, one for another shape refused", () => {

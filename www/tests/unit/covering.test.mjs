@@ -12,7 +12,7 @@ function leftHalf() {
   const mask = new Uint8Array(CANONICAL_WIDTH * CANONICAL_HEIGHT);
   for (let row = 0; row < CANONICAL_HEIGHT; row++)
     mask.fill(1, row * CANONICAL_WIDTH, row * CANONICAL_WIDTH + 240);
-  return mask;
+  return { values: () => mask, width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT };
 }
 
 /** A mesh of one vertex that the image says nothing about. */

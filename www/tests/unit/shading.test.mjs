@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { depthRange, depthTicks, heatRow } from "../../demo/graphics/heat.js";
 import { VertexLight } from "../../demo/stage/vertex-light.js";
-import { SHADING_HEIGHT, SHADING_WIDTH, TemplateLight, shadingOf, tintOf } from "../../demo/stage/shading.js";
+import { TemplateLight, shadingOf, shadingSize, tintOf } from "../../demo/stage/shading.js";
 
 const byteOf = (linear) =>
   Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
@@ -15,7 +15,7 @@ function lit(light) {
   const data = new Uint8ClampedArray(4 * width * height);
   const print = (u) => (u < 0.5 ? 0.8 : 0.2);
   for (let i = 0; i < width * height; i++) data.fill(byteOf(print((i % width) / width)), 4 * i, 4 * i + 3);
-  const canonical = new Uint8ClampedArray(4 * CANONICAL_WIDTH * CANONICAL_HEIGHT);
+  const canonical = { data: new Uint8ClampedArray(4 * CANONICAL_WIDTH * CANONICAL_HEIGHT), width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT };
   const registration = new Float32Array(2 * CANONICAL_WIDTH * CANONICAL_HEIGHT).fill(-1);
   const mask = new Uint8Array(CANONICAL_WIDTH * CANONICAL_HEIGHT);
   for (let y = 0; y < CANONICAL_HEIGHT; y++) {
@@ -24,7 +24,7 @@ function lit(light) {
       const u = (x + 0.5 - 80) / 320;
       mask[i] = 1;
       registration.set([u, (y + 0.5) / CANONICAL_HEIGHT], 2 * i);
-      canonical.set(
+      canonical.data.set(
         light(u).map((l) => byteOf(l * print(u))),
         4 * i,
       );
@@ -34,11 +34,12 @@ function lit(light) {
   return { shading: shadingOf(...lit), tint: tintOf(...lit) };
 }
 
-const at = (shading, x, y) => shading[Math.floor(y / 4) * SHADING_WIDTH + Math.floor(x / 4)];
+const CELLS = shadingSize({ width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT });
+const at = (shading, x, y) => shading[Math.floor(y / 4) * CELLS.width + Math.floor(x / 4)];
 
 test("a sheet in half the light has shading one half, on its bright and its dark print alike", () => {
   const { shading, tint } = lit(() => [0.5, 0.5, 0.5]);
-  assert.equal(shading.length, SHADING_WIDTH * SHADING_HEIGHT);
+  assert.equal(shading.length, CELLS.width * CELLS.height);
   // The floor of 0.02 on both sides moves 0.5 to (0.1 + 0.02) / (0.2 + 0.02) = 0.545 at the darkest.
   for (const x of [84, 160, 230, 250, 320, 396])
     assert.ok(Math.abs(at(shading, x, 135) - 0.5) < 0.05, `${x}: ${at(shading, x, 135)}`);

@@ -60,6 +60,6 @@ export function flatSheet({
     found: true,
     camera: { fx: assumedFocal },
     registration: { values: () => registration },
-    mask: { values: () => mask },
+    mask: { values: () => mask, width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT },
   };
 }

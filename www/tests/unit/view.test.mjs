@@ -18,10 +18,11 @@ test("a landscape image covers a landscape canvas of its shape", () => {
 test("on a portrait phone a portrait image covers the canvas as far as what the network sees stays in view", () => {
   const camera = estimatedCamera(720, 1280);
   const { scale, left, top } = viewOf({ width: 390, height: 844, top: 60, bottom: 150 }, camera);
-  // Covering would take a scale of 844 / 1280 = 0.66; the 720 pixels of the band's width allow 1.12 * 390 / 720 = 0.607.
-  near(scale, (1.12 * 390) / 720, 1e-9);
+  // Covering would take a scale of 844 / 1280 = 0.66. The network sees 480 / 380 * 0.79 = 0.998 of the height, which shall lie in the
+  // free 634 pixels, up to 1.12 times.
+  near(scale, (1.12 * 634) / (0.79 * (480 / 380) * 1280), 1e-9);
   near(left, (390 - 720 * scale) / 2, 1e-9);
-  // The image leaves no border where it could: 1280 * 0.607 = 776.5 is less than 844, so it is centred on the free part.
+  // 1280 * 0.556 = 711.6 is less than 844, so the image is centred on the free part.
   near(top + (camera.height / 2) * scale, 60 + (844 - 60 - 150) / 2, 1e-9);
 });
 
@@ -48,7 +49,7 @@ test("a mesh is bounded by where the camera shows its vertices, and by the image
 test("the softened mask keeps its area, is 0 and 255 away from the border and halves at it", () => {
   const mask = new Uint8Array(CANONICAL_WIDTH * CANONICAL_HEIGHT);
   for (let y = 100; y < 180; y++) mask.fill(1, y * CANONICAL_WIDTH + 150, y * CANONICAL_WIDTH + 350);
-  const soft = softMask(mask);
+  const soft = softMask(mask, CANONICAL_WIDTH);
   const at = (x, y) => soft[y * CANONICAL_WIDTH + x];
   assert.equal(at(250, 140), 255);
   assert.equal(at(250, 97), 0);

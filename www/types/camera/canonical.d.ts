@@ -1,10 +1,24 @@
-/** Columns of every map. */
+/** Columns of the canonical image and of maps, of an upright camera rows. */
 export declare const CANONICAL_WIDTH = 480;
-/** Rows of every map. */
+/** Rows of the canonical image and of maps, of an upright camera columns. */
 export declare const CANONICAL_HEIGHT = 270;
 /** Focal length of the canonical camera, pixels; its principal point is the image's centre. */
 export declare const CANONICAL_FOCAL = 380;
 import type { Camera } from "./intrinsics.js";
+/** @import { Camera } from "./intrinsics.js" */
+/**
+ * Columns and rows of the canonical image, and of the maps: the canonical camera is held upright where the camera's image is upright.
+ *
+ * @param {{ width: number, height: number }} camera
+ * @returns {{ width: number, height: number }}
+ */
+export declare function canonicalSize({ width, height }: {
+    width: number;
+    height: number;
+}): {
+    width: number;
+    height: number;
+};
 /**
  * Position in a camera's image, pixels, of a position in the canonical image, pixels.
  *
@@ -26,7 +40,7 @@ export declare function imageFromCanonical(camera: Camera, x: number, y: number)
 export declare function canonicalFromImage(camera: Camera, x: number, y: number): [number, number];
 /**
  * The part of a camera's image that the network sees, pixels: the canonical image's rectangle (lens distortion
- * left aside) cut to the image. A wide or a portrait image reaches beyond it.
+ * left aside) cut to the image. A wide image reaches beyond it.
  *
  * @param {Camera} camera
  * @returns {{ left: number, top: number, right: number, bottom: number }}

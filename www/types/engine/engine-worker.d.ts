@@ -39,6 +39,10 @@ export type EngineTimes = {
     featuresMs: number;
 };
 export type RawEstimate = {
+    /**
+     * columns of the maps and of the canonical image
+     */
+    width: number;
     depth: Float32Array;
     registration: Float32Array;
     mask: Uint8Array;
@@ -115,6 +119,7 @@ export type RawAnswer = {
     id: number;
     canDeny: boolean;
     sightings: {
+        width: number;
         depth: Float32Array;
         registration: Float32Array;
     }[];
@@ -125,6 +130,7 @@ export type RawFinding = {
 };
 export type MeshRequest = {
     id: number;
+    width: number;
     depth: Float32Array;
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
@@ -153,6 +159,7 @@ export type MeshRequest = {
  * The maps of one frame as they cross from the worker.
  *
  * @typedef {object} RawEstimate
+ * @property {number} width columns of the maps and of the canonical image
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {Uint8Array} mask
@@ -197,13 +204,13 @@ export type MeshRequest = {
  * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
  * there.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: { depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer
  */
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ id: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, width: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 /**
  * Compiles the WebAssembly module while it downloads.

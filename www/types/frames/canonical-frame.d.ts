@@ -1,7 +1,14 @@
 import type { SourcedCamera } from "../camera/intrinsics.js";
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** The canonical camera's numbers in the order the engine takes them. */
-export declare const CANONICAL_INTRINSICS: readonly [380, 380, number, number, 0, 0, 0, 0, 0];
+/**
+ * The numbers of the canonical camera that stands for a camera, in the order the engine takes them.
+ *
+ * @param {{ width: number, height: number }} camera
+ */
+export declare function canonicalIntrinsics(camera: {
+    width: number;
+    height: number;
+}): number[];
 /**
  * The canonical image of a frame whose lens does not distort: a crop and a scale, black beyond the frame. It stands for the
  * frame wherever only the canonical image is looked at, with a quarter of the pixels of 960 x 540.

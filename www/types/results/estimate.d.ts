@@ -29,7 +29,8 @@ export type EstimateTimes = {
  * @property {number} totalMs
  */
 /**
- * A map on the pixels of the canonical image (480 columns, 270 rows), row-major, `channels` values per pixel.
+ * A map on the pixels of the canonical image (480 columns and 270 rows, of an upright frame 270 columns and 480 rows), row-major,
+ * `channels` values per pixel.
  *
  * @template {Float32Array | Uint8Array} A
  */
@@ -49,9 +50,10 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
     location: "cpu";
     /**
      * @param {A} values
+     * @param {number} width
      * @param {number} channels
      */
-    constructor(values: A, channels: number);
+    constructor(values: A, width: number, channels: number);
     /**
      * The values themselves, not a copy.
      *

@@ -35,12 +35,13 @@ export declare function answer({ id, number, sightings, canDeny }: AnswerRequest
 }>;
 /**
  * @param {{ id: number }} request
- * @returns {Promise<{ value: { depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { width: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
  */
 export declare function trackedMaps({ id }: {
     id: number;
 }): Promise<{
     value: {
+        width: number;
         depth: Float32Array;
         registration: Float32Array;
     };

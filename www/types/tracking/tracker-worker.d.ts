@@ -96,11 +96,12 @@ export declare class TrackerWorker extends WorkerCalls {
     }>;
     /**
      * @param {{ id: number }} request
-     * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+     * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
      */
     maps(request: {
         id: number;
     }): Promise<{
+        width: number;
         depth: Float32Array;
         registration: Float32Array;
     }>;

@@ -73,6 +73,9 @@ pub struct ClipArguments {
     /// Size of the frames, as a multiple of the 480 x 270 pixels of the training camera
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     scale: u32,
+    /// The camera stands upright, as a phone does: 270 x 480 pixels times K
+    #[arg(long)]
+    upright: bool,
     /// Folder to write; an older clip there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -83,7 +86,12 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let template = arguments.object.template_to_show()?;
     let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
-    let camera = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
+    let across = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
+    let camera = if arguments.upright {
+        across.turned_anticlockwise()
+    } else {
+        across
+    };
     let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
     let frames = story.length().frames;

@@ -11,7 +11,9 @@ use clap::Args;
 use deepsft::{DeviceKind, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::FolderKind;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
+use deepsft_geometry::{
+    Camera, Maps, MeshRecovery, Picture, TriangleMesh, canonical_camera, photo_consistency_error, visible_surface,
+};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -213,7 +215,7 @@ impl Object {
         let mut stages = Stages::default();
         let image = stages.time("decode", || input::picture(path))?;
         let (camera, source) = camera_of(&image, camera)?;
-        let canonical_camera = *self.finder.canonical_camera();
+        let canonical_camera = self.finder.target().canonical_camera(camera.size());
         let mut view = View::new(&image, &camera);
         let canonical = stages.time("canonical_warp", || view.canonical(&canonical_camera).cloned())?;
         let outcome = match &mut self.recovery {
@@ -283,7 +285,7 @@ impl Object {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = visible_surface(maps, self.finder.canonical_camera())?;
+        let mesh = visible_surface(maps, &self.finder.target().canonical_camera(maps.size()))?;
         let registration = maps.registration().iter().flatten().copied();
         let mut files = BTreeMap::from([
             (
@@ -339,8 +341,8 @@ fn network_only(
     let mut mesh_taken = recovery.as_ref().map(|_| false);
     let mut vertices_camera = None;
     if let Some(recovery) = recovery.filter(|_| judgement.found) {
-        let camera = network.canonical_camera();
-        let recovered = stages.time("mesh", || recovery.recover(canonical, camera, &maps))?;
+        let camera = canonical_camera(network.canonical_camera(), canonical.size());
+        let recovered = stages.time("mesh", || recovery.recover(canonical, &camera, &maps))?;
         if let Some(recovered) = recovered.filter(|recovered| recovered.accepted) {
             mesh_taken = Some(true);
             maps = recovered.maps;

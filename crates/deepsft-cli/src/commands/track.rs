@@ -118,12 +118,12 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     if let Some(clip) = &clip {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
-    let canonical_camera = target.canonical_camera();
     let mut finder = arguments.descriptors.finder(target)?;
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;
     let (camera, source) = camera(arguments, &first.0)?;
+    let canonical_camera = finder.target().canonical_camera(camera.size());
     let pace = arguments.pace();
     let options = VideoOptions {
         pace,

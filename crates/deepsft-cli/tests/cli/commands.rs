@@ -237,6 +237,17 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     }
     let sheet = deepsft::decode_picture(&fs::read(results.join("sheet.png")).unwrap()).unwrap();
     assert!(sheet.width() > 2 * 480 && sheet.height() > 2 * 270);
+    // Of an upright photograph everything stands upright.
+    let upright = Picture::from_fn(360, 640, |x, y| [(x % 256) as u8, (y % 256) as u8, 90]);
+    fs::write(folder.path().join("upright.png"), encode_png(&upright).unwrap()).unwrap();
+    let of_upright = ["reconstruct", "--model", "model", "--out", "results", "upright.png"];
+    deepsft(folder.path(), &[&of_upright[..], &own_maps].concat()).succeeds();
+    let upright = folder.path().join("results/upright");
+    assert!(npy(&upright.join("depth.npy")).0.contains("(480, 270)"));
+    assert_eq!(
+        json(&upright.join("report.json"))["canonical_camera"]["width"].as_u64(),
+        Some(270)
+    );
     assert_eq!(fs::read(results.join("mesh.glb")).unwrap()[..4], *b"glTF");
     assert!(report["mesh_taken"].is_null());
 

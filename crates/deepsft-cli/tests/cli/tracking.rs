@@ -69,6 +69,11 @@ fn a_clip_is_frames_a_camera_and_its_truth_and_the_same_every_time() {
     clip(folder.path(), &options, "clip");
     clip(folder.path(), &options, "again");
     clip(folder.path(), &options, "again");
+    clip(folder.path(), &[&options[..], &["--upright"]].concat(), "upright");
+    assert_eq!(
+        json(&folder.path().join("upright/camera.json"))["height"].as_u64(),
+        Some(480)
+    );
     let file = |clip: &str, name: &str| fs::read(folder.path().join(clip).join(name)).unwrap();
     for name in [
         "frame-00000.png",

@@ -35,6 +35,17 @@ pub fn training_camera() -> Camera {
     .expect("constant intrinsics are valid")
 }
 
+/// The camera whose image stands for images of `size` (columns, rows): `training`, or where those stand upright and its own lie
+/// across, or the other way round, `training` turned by a quarter. Of an upright image the other way would cut off more than 40 %.
+pub fn canonical_camera(training: &Camera, size: (usize, usize)) -> Camera {
+    let is_upright = |(width, height)| height > width;
+    if is_upright(size) == is_upright(training.size()) {
+        *training
+    } else {
+        training.turned_anticlockwise()
+    }
+}
+
 /// Where each pixel of the canonical image lies in a camera's image.
 ///
 /// Exact for the pixel-centre convention: a camera that is the training camera scaled by an integer

@@ -3,5 +3,5 @@
 mod canonical;
 mod pinhole;
 
-pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, training_camera};
+pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, canonical_camera, training_camera};
 pub use pinhole::{Camera, PAPER_CAMERAS};

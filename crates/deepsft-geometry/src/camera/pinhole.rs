@@ -140,6 +140,22 @@ impl Camera {
         .with_distortion(self.distortion)
     }
 
+    /// The same camera held a quarter turned: its images are this one's, turned by a quarter anticlockwise. A point (x, y, z) of this
+    /// camera is (y, -x, z) of the turned one.
+    #[must_use]
+    pub fn turned_anticlockwise(&self) -> Self {
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        Self {
+            width: self.height,
+            height: self.width,
+            fx: self.fy,
+            fy: self.fx,
+            cx: self.cy,
+            cy: f64::from(self.width) - self.cx,
+            distortion: [k1, k2, -p2, p1, k3],
+        }
+    }
+
     /// Image width, pixels.
     pub fn width(&self) -> u32 {
         self.width

@@ -1,5 +1,6 @@
 //! An 8-bit RGB picture in memory.
 
+use super::turn::turned_clockwise;
 use crate::error::GeometryError;
 
 /// An 8-bit sRGB picture, row-major, three bytes per pixel, first row on top.
@@ -96,6 +97,16 @@ impl Picture {
             let bottom = f32::from(c[k]) * (1.0 - ax) + f32::from(d[k]) * ax;
             top * (1.0 - ay) + bottom * ay
         })
+    }
+
+    /// The picture turned by a quarter clockwise: its left column becomes the first row, read upwards.
+    #[must_use]
+    pub fn turned_clockwise(&self) -> Self {
+        Self {
+            width: self.height,
+            height: self.width,
+            rgb: turned_clockwise(self.rgb.as_chunks::<3>().0, self.width).into_flattened(),
+        }
     }
 
     /// The picture at half the size (rounded down, at least one pixel), each pixel the mean of the

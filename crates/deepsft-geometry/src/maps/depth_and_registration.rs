@@ -1,6 +1,7 @@
 //! Depth and registration maps.
 
 use crate::error::GeometryError;
+use crate::image::turned_anticlockwise;
 use glam::DVec2;
 
 /// Value of depth and of both registration coordinates outside the object.
@@ -112,6 +113,17 @@ impl Maps {
             }
         }
         self
+    }
+
+    /// These maps turned by a quarter anticlockwise. Depth and registration do not depend on how a camera is rolled.
+    #[must_use]
+    pub fn turned_anticlockwise(&self) -> Self {
+        Self {
+            width: self.height,
+            height: self.width,
+            depth: turned_anticlockwise(&self.depth, self.width),
+            registration: turned_anticlockwise(&self.registration, self.width),
+        }
     }
 
     /// Whether the object is seen at row-major index `pixel`: depth above -1.

@@ -1,6 +1,7 @@
 //! The canonical warp.
 
-use deepsft_geometry::{Camera, CanonicalWarp, Picture, training_camera};
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::{Camera, CanonicalWarp, Picture, canonical_camera, training_camera};
 
 fn noise(width: usize, height: usize) -> Picture {
     let mut state = 7_u32;
@@ -74,4 +75,44 @@ fn sums_over_columns_and_rows_are_the_mean_of_all_samples() {
         );
         assert!(plain.rgb().iter().any(|&v| v > 0));
     }
+}
+
+#[test]
+fn upright_images_have_an_upright_canonical_image() {
+    let training = training_camera();
+    for size in [(1280, 720), (480, 270), (500, 500)] {
+        assert_eq!(canonical_camera(&training, size), training);
+    }
+    let upright = canonical_camera(&training, (720, 1280));
+    assert_eq!(upright.size(), (270, 480));
+    assert_eq!(
+        (upright.focal(), upright.principal_point()),
+        (training.focal(), DVec2::new(135.0, 240.0))
+    );
+    assert_eq!(canonical_camera(&upright, (720, 1280)), upright);
+}
+
+/// What a turned camera sees is the turned image of what the camera saw, its lens included.
+#[test]
+fn a_turned_camera_sees_a_turned_image() {
+    let camera = Camera::pinhole(640, 360, 500.0, 510.0, 300.0, 190.0)
+        .unwrap()
+        .with_distortion([0.1, -0.05, 0.003, -0.002, 0.01])
+        .unwrap();
+    let turned = camera.turned_anticlockwise();
+    for point in [DVec3::new(40.0, 25.0, 300.0), DVec3::new(-70.0, 31.0, 250.0)] {
+        let pixel = camera.project(point).unwrap();
+        let seen = turned.project(DVec3::new(point.y, -point.x, point.z)).unwrap();
+        assert!(
+            (seen - DVec2::new(pixel.y, 640.0 - pixel.x)).length() < 1e-9,
+            "{pixel} {seen}"
+        );
+    }
+    let picture = noise(9, 4);
+    let mut back = picture.turned_clockwise();
+    assert_eq!((back.size(), back.pixel(3, 0)), ((4, 9), picture.pixel(0, 0)));
+    for _ in 0..3 {
+        back = back.turned_clockwise();
+    }
+    assert_eq!(back, picture);
 }

@@ -49,6 +49,11 @@ impl DescriptorExecutor {
         })
     }
 
+    /// Columns and rows of the images, pixels.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
     /// Rows and columns of cells of 8 pixels; the image is padded to an even number of them.
     pub fn cells(&self) -> [usize; 2] {
         cells(self.size)

@@ -17,7 +17,7 @@ use deepsft_cli::progress;
 use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
-use deepsft_geometry::{Camera, Maps};
+use deepsft_geometry::{Camera, Maps, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
 use figure::Worst;
@@ -162,7 +162,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
 
 /// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
 fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Camera)> {
-    let canonical = target.canonical_camera();
+    let canonical = target.canonical_camera(training_camera().size());
     let doubled = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
     let unasked = match target.network() {
         Some(_) => Finders::Network,
@@ -185,7 +185,10 @@ fn track(
     samples: &[Sample],
     arguments: &TrackingStudyArguments,
 ) -> Result<TrackedClip> {
-    let (template, camera) = (finder.target().template().clone(), *finder.canonical_camera());
+    let (template, camera) = (
+        finder.target().template().clone(),
+        finder.target().canonical_camera(training_camera().size()),
+    );
     let (template, camera) = (&template, &camera);
     let options = VideoOptions {
         pace: FindingPace::Delayed(arguments.delay),

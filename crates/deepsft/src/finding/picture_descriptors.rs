@@ -51,7 +51,7 @@ pub struct SharedDescriptorNetwork(Rc<Shared>);
 #[derive(Debug)]
 struct Shared {
     weights: Weights,
-    /// For canonical images.
+    /// For canonical images, upright or across as the last one was.
     canonical: RefCell<DescriptorExecutor>,
 }
 
@@ -72,6 +72,10 @@ impl SharedDescriptorNetwork {
     /// Descriptors of a canonical image.
     pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
         let mut network = self.0.canonical.borrow_mut();
+        let size = [image.width(), image.height()];
+        if network.size() != size {
+            *network = executor(size, &self.0.weights)?;
+        }
         Ok(ImageDescriptors {
             rows: network.describe(image)?,
             columns: network.cells()[1],

@@ -4,7 +4,7 @@ use crate::bundle::ModelBundle;
 use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_geometry::{Camera, Picture, Template, training_camera};
+use deepsft_geometry::{Camera, Picture, Template, canonical_camera, training_camera};
 
 /// An object to look for: its template, and its network if one was trained for it.
 #[derive(Clone, Debug)]
@@ -52,10 +52,11 @@ impl Target {
         self.network.as_ref()
     }
 
-    /// The camera in whose image it is measured: that of the network's training, else [`training_camera`].
-    pub fn canonical_camera(&self) -> Camera {
-        self.network
-            .as_ref()
-            .map_or_else(training_camera, |network| *network.canonical_camera())
+    /// The camera in whose image it is measured in images of `size` (columns, rows): that of the network's training, else
+    /// [`training_camera`], turned by a quarter for upright images ([`canonical_camera`]).
+    pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
+        let training = self.network.as_ref();
+        let training = training.map_or_else(training_camera, |network| *network.canonical_camera());
+        canonical_camera(&training, size)
     }
 }

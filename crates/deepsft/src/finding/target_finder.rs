@@ -40,7 +40,6 @@ const CLEAR: f64 = 0.8;
 /// Looks for one target in images.
 pub struct TargetFinder {
     target: Target,
-    canonical: Camera,
     finders: Vec<Finder>,
     /// Made for the first image in which something is seen; sheets only.
     fitter: Option<FrameFitter>,
@@ -101,7 +100,6 @@ impl TargetFinder {
     /// With these finders, asked in this order.
     pub fn with_finders(target: Target, finders: Vec<Finder>) -> Self {
         Self {
-            canonical: target.canonical_camera(),
             target,
             finders,
             fitter: None,
@@ -120,11 +118,6 @@ impl TargetFinder {
             Finder::Features(features) => Some(features.target().grade()),
             Finder::Network(_) | Finder::Descriptors(_) => None,
         })
-    }
-
-    /// The camera of canonical images and maps.
-    pub fn canonical_camera(&self) -> &Camera {
-        &self.canonical
     }
 
     /// Whether that nothing is seen means that the target is not there. Features say so of many frames that show it.
@@ -151,7 +144,7 @@ impl TargetFinder {
     }
 
     async fn find_and_fit(&mut self, view: &mut View<'_>, fits_all: bool) -> Result<Vec<Sighting>, DeepSftError> {
-        let camera = self.canonical;
+        let camera = self.target.canonical_camera(view.size());
         let least = TrackingOptions::default().start_agreement;
         let mut sightings = Vec::new();
         for k in 0..self.finders.len() {
@@ -164,7 +157,7 @@ impl TargetFinder {
             } else if self.can_slip() {
                 let TargetEstimate {
                     maps, judgement, fit, ..
-                } = self.judged(view.canonical(&camera)?, sighting)?;
+                } = self.judged(view.canonical(&camera)?, &camera, sighting)?;
                 let counts = judgement.found && (!fits_all || fit.is_some_and(|fit| fit.agreement >= least));
                 sightings.extend(counts.then_some(Sighting { by, maps, is_sure }));
             } else if fits_all {
@@ -199,12 +192,13 @@ impl TargetFinder {
     /// # Errors
     /// As [`Finder::find`].
     pub async fn estimate(&mut self, view: &mut View<'_>) -> Result<TargetEstimate, DeepSftError> {
+        let camera = self.target.canonical_camera(view.size());
         let mut best: Option<TargetEstimate> = None;
         for k in 0..self.finders.len() {
-            let Some(sighting) = self.finders[k].find(view, &self.canonical).await? else {
+            let Some(sighting) = self.finders[k].find(view, &camera).await? else {
                 continue;
             };
-            let estimate = self.judged(view.canonical(&self.canonical)?, sighting)?;
+            let estimate = self.judged(view.canonical(&camera)?, &camera, sighting)?;
             let is_clear = estimate.judgement.found && f64::from(estimate.judgement.confidence) >= CLEAR;
             if best.as_ref().is_none_or(|best| estimate.worth() > best.worth()) {
                 best = Some(estimate);
@@ -215,7 +209,7 @@ impl TargetFinder {
         }
         Ok(best.unwrap_or_else(|| TargetEstimate {
             by: None,
-            maps: Maps::empty(self.canonical.width() as usize, self.canonical.height() as usize),
+            maps: Maps::empty(camera.width() as usize, camera.height() as usize),
             judgement: Judgement::default(),
             fit: None,
         }))
@@ -229,7 +223,12 @@ impl TargetFinder {
     }
 
     /// What the image says of a sighting.
-    fn judged(&mut self, canonical: &Picture, sighting: Sighting) -> Result<TargetEstimate, DeepSftError> {
+    fn judged(
+        &mut self,
+        canonical: &Picture,
+        camera: &Camera,
+        sighting: Sighting,
+    ) -> Result<TargetEstimate, DeepSftError> {
         let Sighting { by, maps, .. } = sighting;
         if !self.target.template().is_sheet() {
             let judgement = match self.target.network() {
@@ -243,10 +242,9 @@ impl TargetFinder {
                 fit: None,
             });
         }
-        let camera = self.canonical;
         let fit = match by {
-            FinderKind::Network => self.fitter()?.fit(canonical, &camera, &maps, None)?,
-            FinderKind::Features | FinderKind::Descriptors => self.fitter()?.fit_unmasked(canonical, &camera, &maps)?,
+            FinderKind::Network => self.fitter()?.fit(canonical, camera, &maps, None)?,
+            FinderKind::Features | FinderKind::Descriptors => self.fitter()?.fit_unmasked(canonical, camera, &maps)?,
         };
         let explained = fit.as_ref().map_or(0.0, |fit| fit.explained);
         let maps = fit.as_ref().map_or(maps, |fit| fit.maps.clone());

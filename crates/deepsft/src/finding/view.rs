@@ -28,6 +28,11 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Columns and rows of the image, pixels.
+    pub fn size(&self) -> (usize, usize) {
+        self.camera.size()
+    }
+
     /// The image as `canonical` would have taken it.
     ///
     /// # Errors

@@ -111,7 +111,7 @@ impl<'a> VideoTracker<'a> {
     pub async fn follow(&mut self, time_s: f64, view: &mut View<'_>) -> Result<TrackedFrame, DeepSftError> {
         let frame = self.frame;
         self.frame += 1;
-        let camera = *self.finder.canonical_camera();
+        let camera = self.finder.target().canonical_camera(view.size());
         let canonical = view.canonical(&camera)?;
         let mut times = FrameTimes::default();
         let start = (self.clock_ms)();

@@ -120,6 +120,34 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     assert!(!nothing.judgement.found, "{:?}", nothing.judgement);
 }
 
+/// The camera held a quarter turned sees the same mesh, turned, in maps that stand upright.
+#[test]
+fn in_an_upright_image_the_same_is_found_upright() {
+    let target = Target::picture(print(), 297.0).unwrap();
+    let (camera, image, _) = photograph(target.template());
+    let upright = camera.turned_anticlockwise();
+    let turned = image.turned_clockwise().turned_clockwise().turned_clockwise();
+    let mut finder = TargetFinder::new(target).unwrap();
+    let mut look = |image: &Picture, camera: &Camera| {
+        let estimate = pollster::block_on(finder.estimate(&mut View::new(image, camera))).unwrap();
+        (
+            estimate.judgement.found,
+            estimate.maps.size(),
+            estimate.fit.unwrap().vertices_camera,
+        )
+    };
+    let (across_found, _, across) = look(&image, &camera);
+    let (found, size, vertices) = look(&turned, &upright);
+    assert!(across_found && found);
+    assert_eq!(size, (270, 480));
+    let apart = across
+        .iter()
+        .zip(&vertices)
+        .map(|(p, q)| (DVec3::new(p.y, -p.x, p.z) - *q).length_squared());
+    let rms = (apart.sum::<f64>() / vertices.len() as f64).sqrt();
+    assert!(rms < 1.0, "{rms} mm");
+}
+
 #[test]
 fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
