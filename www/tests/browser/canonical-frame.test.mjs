@@ -110,7 +110,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
           const frame = isCanonical ? canonicalFrame(bitmap, sourced) : await createImageBitmap(bitmap);
           const intrinsics = isCanonical ? canonicalIntrinsics(sourced) : intrinsicsOf(sourced);
           const { targets, readMs, times: { warpMs } } = await tracker.follow({ number, timeS: number / 30, frame, intrinsics });
-          const sightings = [{ depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
+          const sightings = [{ width: estimate.depth.width, depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
           if (number === 0) await tracker.answer({ id: 0, number, sightings, canDeny: true });
           else meshes.push([...targets[0].vertices]);
           times.push(readMs + warpMs);

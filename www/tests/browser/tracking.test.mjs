@@ -95,7 +95,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
           const tracked = await tracker.follow({ number: i, timeS: i / 30, frame, intrinsics });
           if (estimate) {
-            const sightings = [{ depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
+            const sightings = [{ width: estimate.depth.width, depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
             verdict = (await tracker.answer({ id: 0, number: i, sightings, canDeny: true })).verdict;
           }
           const [{ found, vertices }] = tracked.targets;
