@@ -279,6 +279,8 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
             "model",
             "--seed",
             "7",
+            "--accuracy-frames",
+            "8",
             "--samples",
             samples,
         ];
@@ -297,6 +299,7 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
     let model = json(&folder.path().join("model/model.json"));
     assert_eq!(model["provenance"]["samples"].as_u64(), Some(32));
     assert_eq!(model["provenance"]["seed"].as_u64(), Some(7));
+    assert_eq!(model["accuracy"]["frames"].as_u64(), Some(8));
     assert_eq!(fs::read(folder.path().join("model/poster.pdf")).unwrap(), b"%PDF");
     assert!(
         fs::read_to_string(folder.path().join("model/CARD.md"))

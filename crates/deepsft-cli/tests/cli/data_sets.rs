@@ -21,7 +21,7 @@ fn a_training_on_data_sets_makes_a_bundle_and_goes_on_with_no_others() {
         run(&synth).succeeds();
     }
 
-    let train = "train --template template --out model --samples 16 --images paper --data set";
+    let train = "train --template template --out model --samples 16 --accuracy-frames 8 --images paper --data set";
     let trained = run(&format!("{train} --data parts"));
     let told = &trained.succeeds().stdout;
     assert!(

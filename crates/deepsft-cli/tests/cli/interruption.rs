@@ -41,6 +41,8 @@ fn a_training_that_is_killed_goes_on_and_its_curve_too() {
         "model",
         "--evaluate-every",
         "0.01",
+        "--accuracy-frames",
+        "8",
     ];
     let checkpoint = folder.path().join("model.checkpoint");
 

@@ -171,7 +171,17 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
     .succeeds();
     let shard = |name: &str| fs::read(folder.join(name).join("shard-000000.tar")).unwrap();
     assert!(shard("data") == shard("again"));
-    let train = ["train", "--template", "barrel", "--samples", "16", "--out", "model"];
+    let train = [
+        "train",
+        "--template",
+        "barrel",
+        "--samples",
+        "16",
+        "--accuracy-frames",
+        "8",
+        "--out",
+        "model",
+    ];
     deepsft(folder, &train).succeeds();
     let model: Value = serde_json::from_slice(&fs::read(folder.join("model/model.json")).unwrap()).unwrap();
     assert_eq!(model["network"]["seams"], Value::Bool(true));

@@ -145,6 +145,8 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
         "recording",
         "--samples",
         "32",
+        "--accuracy-frames",
+        "8",
         "--epochs",
         "1",
         "--light",

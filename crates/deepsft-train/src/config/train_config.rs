@@ -79,6 +79,8 @@ pub struct TrainConfig {
     pub held_out_seed: u64,
     /// Step 1: held-out frames; of a data set at most a tenth, its end.
     pub held_out_frames: u64,
+    /// Frames that the rule for "found" and the accuracy on the bundle's card are measured on.
+    pub accuracy_frames: u64,
     /// Step 1: seconds between two evaluations, each of which saves a checkpoint.
     pub evaluate_every: f64,
     /// Step 1: optimiser.
@@ -195,6 +197,7 @@ impl TrainConfig {
             budget: Budget::Seconds(600.0),
             held_out_seed: 0x7e57,
             held_out_frames: 48,
+            accuracy_frames: 160,
             evaluate_every: 120.0,
             optimizer: adam_w,
             schedule: Schedule::default(),

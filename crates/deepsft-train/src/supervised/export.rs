@@ -8,9 +8,6 @@ use crate::evaluation::Evaluation;
 use deepsft::{Accuracy, Estimator, FoundRule, ModelBundle, ModelCard, Provenance};
 use deepsft_synth::Synthesizer;
 
-/// Frames that set the rule for "found" and the accuracy on the card.
-const FRAMES: u64 = 160;
-
 /// Seed of the frames that set the rule for "found" and the accuracy on a model's card: not one to train with, nor that of
 /// the held-out frames.
 pub const ACCURACY_SEED: u64 = 0xca1b;
@@ -19,7 +16,7 @@ pub const ACCURACY_SEED: u64 = 0xca1b;
 const LEAST_CONFIDENCE: f64 = 0.1;
 
 /// Makes a bundle named `name` of a finished training. `command` is recorded as how it came about;
-/// `synthesizer` makes the frames that are measured (some of them without the template).
+/// `synthesizer` makes the frames that are measured ([`TrainConfig::accuracy_frames`], some of them without the template).
 ///
 /// # Errors
 /// [`TrainError`] when the bundle cannot be put together or the device fails.
@@ -48,14 +45,14 @@ pub fn export_bundle(
     // Measured as it will be read: its weights are rounded.
     let mut bundle = ModelBundle::from_files(&bundle.to_files()?)?;
     let estimator = Estimator::new(&bundle, &deepsft::Device::Cpu)?;
-    let samples = (0..FRAMES).map(|index| synthesizer.sample(ACCURACY_SEED, index));
+    let samples = (0..config.accuracy_frames).map(|index| synthesizer.sample(ACCURACY_SEED, index));
     let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _, _| {})?;
     synthesizer.check_photographs()?;
     let mut card = bundle.card().clone();
     card.found.least_confidence = separating_confidence(&evaluation, card.found.least_area);
     let summary = evaluation.summary();
     card.accuracy = Accuracy {
-        frames: FRAMES,
+        frames: config.accuracy_frames,
         registration_rmse_px: summary.median.registration_rmse_px,
         depth_rmse_mm: summary.median.depth_rmse_mm,
         mask_iou: summary.mean.mask_iou,

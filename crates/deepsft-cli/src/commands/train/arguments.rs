@@ -126,6 +126,10 @@ pub struct TrainArguments {
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
     #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
     pub evaluate_every: f64,
+    /// Frames that step 1 measures the finished model on: the accuracy on its card, and the confidence from which on the object
+    /// counts as found
+    #[arg(long, value_name = "N", default_value_t = TrainConfig::ours().accuracy_frames, value_parser = clap::value_parser!(u64).range(1..))]
+    pub accuracy_frames: u64,
     /// Continue from the checkpoints beside the bundle
     #[arg(long)]
     pub resume: bool,

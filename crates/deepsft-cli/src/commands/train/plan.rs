@@ -134,6 +134,7 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         resume: arguments.resume,
         from: arguments.from.clone(),
         evaluate_every: arguments.evaluate_every,
+        accuracy_frames: arguments.accuracy_frames,
         checkpoint: beside(&arguments.out, ".checkpoint"),
         held_out_fraction: arguments.held_out,
         precision: arguments.precision,
