@@ -24,6 +24,9 @@ fn pages() -> Vec<Page> {
     let mut pages: Vec<PathBuf> = ["README.md", "CHANGELOG.md", "crates/README.md", "www/README.md"]
         .map(|name| root.join(name))
         .into();
+    let crates = fs::read_dir(root.join("crates")).unwrap();
+    let crates = crates.map(|entry| entry.unwrap().path().join("README.md"));
+    pages.extend(crates.filter(|path| path.is_file()));
     let mut folders = vec![root.join("www/docs"), root.join("models")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {

@@ -1,4 +1,6 @@
-//! Finds printed pictures in camera images, without any training.
+#![doc = include_str!("../README.md")]
+//!
+//! # How it finds
 //!
 //! 1. [`PictureTarget`]: corners of the picture at many sizes, with binary descriptors. Made once per picture.
 //! 2. [`Features`]: the same of a camera image. Made once per image, for all targets.
@@ -9,21 +11,6 @@
 //!
 //! The result is depth and registration, as a network gives them. [`deepsft_geometry::fitting::FrameFitter`] takes
 //! them on to the exact mesh and tells by its agreement with the image whether the picture is there at all.
-//!
-//! ```
-//! use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget};
-//! use deepsft_geometry::{Camera, Picture, training_camera};
-//! # fn main() -> Result<(), deepsft_geometry::GeometryError> {
-//! # let (cover, photograph) = (Picture::from_fn(64, 64, |_, _| [0; 3]), Picture::from_fn(960, 540, |_, _| [0; 3]));
-//! let mut finder = FeatureFinder::new(PictureTarget::picture(cover, 210.0)?)?;
-//! let camera = Camera::typical(960, 540)?;
-//! let features = Features::of(&photograph, &FeatureOptions::default());
-//! if let Some(sheet) = finder.find(&features, &camera, &training_camera())? {
-//!     println!("{} matches agree", sheet.matches.len());
-//! }
-//! # Ok(())
-//! # }
-//! ```
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

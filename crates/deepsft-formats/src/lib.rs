@@ -1,8 +1,4 @@
-//! The file formats of Shape-from-Template.
-//!
-//! Everything takes and gives bytes and runs in a browser too. What needs files and folders stands behind the feature
-//! `fs`: [`write_file`], [`StagedFolder`]. Data sets as tar shards stand behind the feature `shards`, the import of scans
-//! behind the feature `scan`.
+#![doc = include_str!("../README.md")]
 
 mod camera;
 mod error;

@@ -1,4 +1,4 @@
-//! Cameras, meshes, templates, maps, the mesh solver and metrics of Shape-from-Template: pure maths.
+#![doc = include_str!("../README.md")]
 //!
 //! # Conventions, fixed once for the whole project
 //!

@@ -1,4 +1,6 @@
-//! What a network is, and finished networks at the processor's speed.
+#![doc = include_str!("../README.md")]
+//!
+//! # From a network to a plan
 //!
 //! Training wants a tensor library that differentiates; a frame wants the shortest way through fixed arithmetic. Here a folded
 //! network is taken to a [`Plan`] once: which convolution reads which maps. [`CpuPlan`] packs its filters as the kernels want

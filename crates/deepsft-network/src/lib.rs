@@ -1,4 +1,6 @@
-//! The networks on burn, where they can be trained: image in, depth and registration maps out.
+#![doc = include_str!("../README.md")]
+//!
+//! # Where to begin
 //!
 //! [`deepsft_inference::NetworkConfig`] says which architecture and how large, [`Network`] is any of them with its weights,
 //! [`Network::forward_maps`] what training steps and tools need of it: the same maps from each. A finished network is

@@ -1,8 +1,4 @@
-//! Synthetic training data for Shape-from-Template: quasi-isometric deformations, poses, a software
-//! renderer with camera effects, and the data sets made of them. Native only.
-//!
-//! Everything is a pure function of (template, configuration, seed, index).
-
+#![doc = include_str!("../README.md")]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod canonical_truth;

@@ -1,5 +1,4 @@
-//! Training and evaluation of Shape-from-Template networks. Native only.
-
+#![doc = include_str!("../README.md")]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod config;

@@ -1,8 +1,10 @@
-//! Shape-from-Template from one image or video: model bundle, canonical warp, estimator, finders, and [`video`], which runs
-//! the finders beside the tracker.
+#![doc = include_str!("../README.md")]
 //!
-//! The same code runs natively and in WebAssembly. Nothing here opens a file, reads a clock or
-//! fetches: bundles and pictures come as bytes, devices are started by [`start_device`].
+//! # Where to begin
+//!
+//! A [`Target`] is what is looked for, a [`TargetFinder`] looks for it in images, and [`video`] runs finders beside the tracker.
+//! A [`ModelBundle`] is a trained network with its template; [`Estimator`] runs it alone. Devices are started by
+//! [`start_device`]. Nothing here reads a clock or fetches.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -38,7 +38,15 @@ fn subcommands(words: &[&str]) -> Vec<String> {
 fn every_command_and_option_in_the_pages_exists() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut pages = pages(&root.join("www/docs"));
-    pages.extend(["README.md", "crates/README.md", "models/poster-a4/CARD.md"].map(|name| root.join(name)));
+    pages.extend(
+        [
+            "README.md",
+            "crates/README.md",
+            "crates/deepsft-cli/README.md",
+            "models/poster-a4/CARD.md",
+        ]
+        .map(|name| root.join(name)),
+    );
     let mut seen = BTreeSet::new();
     for page in &pages {
         for command in commands(&fs::read_to_string(page).unwrap()) {
