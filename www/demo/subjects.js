@@ -12,7 +12,7 @@ import { DeepSft } from "deepsft";
  * @property {Target} target
  */
 
-const POSTER_MODEL = "../models/poster-a4/";
+const POSTER_MODEL = "models/poster-a4/";
 
 /** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
 const parameters = new URLSearchParams(location.search);

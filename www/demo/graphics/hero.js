@@ -8,7 +8,7 @@ const COLUMNS = 56;
 const ROWS = 40;
 /** The sheet is drawn in a box of this size, mm: the poster fills it. */
 const BOX_MM = [297, 210];
-const POSTER_URL = "../models/poster-a4/template/texture.png";
+const POSTER_URL = "models/poster-a4/template/texture.png";
 /** Seconds in which the poster appears once it is there. */
 const APPEAR_SECONDS = 0.6;
 /** The moment that shows it well, for those who want no motion. */

@@ -64,15 +64,17 @@ export async function launchWithProfile(folder, { webgpu, camera, ...context }) 
  * @param {object} [options]
  * @param {object} [options.device] DESKTOP or PHONE
  * @param {string} [options.query] such as "?device=cpu"
+ * @param {Record<string, string>} [options.folders] that are served, in place of the development server's
+ * @param {string} [options.path] where the page is in them
  * @param {string[]} [options.permissions]
  * @param {RegExp[]} [options.expectedErrors] console errors that belong to the test
  * @param {(context: import("playwright-core").BrowserContext) => Promise<void>} [options.prepare]
  */
 export async function openDemo(
   browser,
-  { device = DESKTOP, query = "", permissions = [], expectedErrors = [], prepare } = {},
+  { device = DESKTOP, query = "", folders, path = "/", permissions = [], expectedErrors = [], prepare } = {},
 ) {
-  const server = await serve();
+  const server = await serve({ folders });
   const context = await browser.newContext({ ...device, permissions });
   context.setDefaultTimeout(SLOW_MS);
   const requests = [];
@@ -85,7 +87,7 @@ export async function openDemo(
   context.on("weberror", (error) => problems.push(String(error.error())));
   await prepare?.(context);
   const page = await context.newPage();
-  await page.goto(`${server.origin}/${query}`);
+  await page.goto(server.origin + path + query);
   return {
     page,
     context,
