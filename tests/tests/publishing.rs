@@ -7,7 +7,7 @@ use std::{collections::BTreeSet, fs, path::Path, process::Command};
 /// The crates that stay here. `deepsft-web` is published compiled, in the npm package.
 const UNPUBLISHED: &[&str] = &["deepsft-lab", "deepsft-tests", "deepsft-web", "xtask"];
 
-/// Categories as crates.io spells them; it refuses others only when a crate is uploaded.
+/// Categories as the registry spells them. It takes no other, and says so only when a crate is uploaded.
 const CATEGORIES: &[&str] = &[
     "algorithms",
     "command-line-utilities",
@@ -21,7 +21,7 @@ const CATEGORIES: &[&str] = &[
     "wasm",
 ];
 
-/// What crates.io takes.
+/// What the registry takes.
 const MOST_KEYWORDS: usize = 5;
 const LONGEST_KEYWORD: usize = 20;
 

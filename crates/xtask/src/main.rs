@@ -6,14 +6,15 @@ mod bench;
 mod checks;
 mod manifest;
 mod serve;
+mod third_party;
 mod tools;
 mod web;
 
 use anyhow::{Context, Result, bail};
 use std::{
-    env,
+    env, fs,
     path::{Path, PathBuf},
-    process::ExitCode,
+    process::{Command, ExitCode},
 };
 
 const HELP: &str = "\
@@ -35,6 +36,15 @@ Tasks of the DeepSfT workspace
 
     cargo xtask web
         Builds the browser package into www/pkg as wasm-pack.toml says, and holds it to its size budget.
+
+    cargo xtask site [--out DIR] [--no-build]
+        Builds the browser package and writes the demo page, with the package, the models and the documentation, into a
+        folder that any web server can serve, at any path. A folder that holds anything else is not replaced.
+        --out       the folder (default: site in the target folder)
+        --no-build  take what was built last
+
+    cargo xtask notices PACKAGE FILE
+        Writes the licences of the crates that a package of the workspace is compiled from.
 
     cargo xtask bench [--model DIR] [--json FILE] [--runs N] [--no-build] [--no-browser] [--no-onnxruntime]
         Measures synthesis, training and inference, natively and in the browser, beside ONNX Runtime with the
@@ -79,6 +89,8 @@ fn run(arguments: Vec<String>) -> Result<()> {
         "demo" => demo(&root, &rest),
         "test" => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
         "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
+        "site" => site(&root, &rest),
+        "notices" => notices(&root, &rest),
         "web" => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
         "bench" => bench::run(&root, &bench::Options::parse(&rest)?),
         other => bail!("there is no task {other:?}\n\n{HELP}"),
@@ -120,6 +132,34 @@ fn demo(root: &Path, arguments: &[String]) -> Result<()> {
         tools::open_in_browser(&server.address);
     }
     server.wait()
+}
+
+fn site(root: &Path, arguments: &[String]) -> Result<()> {
+    let (mut out, mut build) = (None, true);
+    let mut arguments = arguments.iter();
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--out" => out = Some(PathBuf::from(arguments.next().context("--out wants a folder")?)),
+            "--no-build" => build = false,
+            other => bail!("cargo xtask site does not know {other:?}\n\n{HELP}"),
+        }
+    }
+    if build {
+        web::build(root)?;
+    }
+    let out = match out {
+        Some(out) => out,
+        None => tools::target_folder(root)?.join("site"),
+    };
+    tools::run(Command::new("node").arg(root.join("www/site.mjs")).arg(out))
+}
+
+fn notices(root: &Path, arguments: &[String]) -> Result<()> {
+    let [package, file] = arguments else {
+        bail!("cargo xtask notices wants a package and a file\n\n{HELP}")
+    };
+    let text = third_party::notices(root, package, None)?;
+    fs::write(file, text).with_context(|| format!("writing {file}"))
 }
 
 /// The folder of the workspace's Cargo.toml: where `cargo run` says this package lies, or the nearest

@@ -67,7 +67,7 @@ fn program(command: &Command) -> String {
 }
 
 /// What a command prints, trimmed; `None` when it cannot be started or fails.
-fn output(command: &mut Command) -> Option<String> {
+pub fn output(command: &mut Command) -> Option<String> {
     let output = command.stderr(Stdio::null()).output().ok()?;
     output
         .status

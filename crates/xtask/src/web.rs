@@ -2,7 +2,7 @@
 
 use crate::{
     manifest::{Budget, FILE_NAME, Manifest, TARGET},
-    tools,
+    third_party, tools,
 };
 use anyhow::{Context, Result, ensure};
 use flate2::{Compression, write::GzEncoder};
@@ -19,8 +19,8 @@ use wasm_bindgen_cli_support::Bindgen;
 /// Bytes in a megabyte of a download.
 const MB: f64 = 1e6;
 
-/// Builds the package into the manifest's `out-dir`. Does nothing after cargo when neither the compiled
-/// module nor the manifest has changed.
+/// Builds the package into the manifest's `out-dir`, with the licences of what it is compiled from. After cargo, nothing is bound
+/// or optimised when neither the compiled module nor the manifest has changed.
 ///
 /// # Errors
 /// When a tool is missing or fails, or the package is over its size limit.
@@ -73,6 +73,9 @@ pub fn build(root: &Path) -> Result<()> {
         publish(&aside, &out)?;
         fs::write(&stamp_file, stamp).with_context(|| format!("writing {}", stamp_file.display()))?;
     }
+    let notices = third_party::notices(root, &package.crate_name, Some(TARGET))?;
+    let notices_file = out.join(third_party::FILE_NAME);
+    fs::write(&notices_file, notices).with_context(|| format!("writing {}", notices_file.display()))?;
 
     let raw = fs::metadata(&compiled)
         .with_context(|| format!("reading {}", compiled.display()))?
