@@ -111,6 +111,7 @@ fn every_published_crate_carries_its_licences_and_no_ballast() {
     for package in &packages {
         let name = text(package, "name");
         let listed = cargo(&["package", "--list", "--allow-dirty", "--offline", "--package", name]);
+        let listed = listed.replace('\\', "/");
         let files: BTreeSet<&str> = listed.lines().collect();
         for file in ["Cargo.toml", "README.md", "src/lib.rs"].iter().chain(&LICENCES) {
             assert!(files.contains(file), "{name} lacks {file}");
