@@ -20,13 +20,10 @@ const RUST: &str = "Copyright (c) The Rust Project Contributors";
 
 /// A crate of others.
 struct Foreign {
-    /// Name and version.
-    name: String,
-    /// As its manifest says.
-    licence: String,
+    /// Name, version, licence and repository: some licences ask to say where the sources are.
+    heading: String,
     /// The texts in its package; none where its authors forgot.
     texts: Vec<String>,
-    repository: String,
 }
 
 /// The licences of all crates that `package` is compiled from for `target` (this machine if `None`), each text once.
@@ -58,11 +55,10 @@ pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<Strin
         }
         let manifest = text(package, "manifest_path");
         let folder = Path::new(&manifest).parent().context("a manifest without a folder")?;
+        let (licence, repository) = (text(package, "license"), text(package, "repository"));
         foreign.push(Foreign {
-            texts: licence_texts(folder)?,
-            licence: text(package, "license"),
-            repository: text(package, "repository"),
-            name,
+            heading: format!("{name} ({licence}) {repository}"),
+            texts: licence_texts(folder, &licence)?,
         });
     }
     if foreign.is_empty() {
@@ -70,10 +66,8 @@ pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<Strin
     }
     let ours = fs::read_to_string(root.join("LICENSE-MIT")).context("reading LICENSE-MIT")?;
     foreign.push(Foreign {
-        name: "the standard library of Rust".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        heading: "the standard library of Rust (MIT OR Apache-2.0) https://github.com/rust-lang/rust".to_owned(),
         texts: vec![with_copyright(&ours, RUST)],
-        repository: "https://github.com/rust-lang/rust".to_owned(),
     });
     Ok(joined(package, &foreign))
 }
@@ -87,8 +81,8 @@ fn compiled(tree: &str) -> BTreeSet<String> {
     crates.collect()
 }
 
-/// The licence texts in a crate's folder. Where one is MIT's it is enough: the others are at choice, and it names the authors.
-fn licence_texts(folder: &Path) -> Result<Vec<String>> {
+/// The licence texts in the folder of a crate under `licence`. Where MIT's is one to choose it is enough, and it names the authors.
+fn licence_texts(folder: &Path, licence: &str) -> Result<Vec<String>> {
     let listing = || format!("listing {}", folder.display());
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder).with_context(listing)? {
@@ -101,7 +95,7 @@ fn licence_texts(folder: &Path) -> Result<Vec<String>> {
         }
     }
     let is_mit = |name: &String| name.contains("MIT");
-    if files.keys().any(is_mit) {
+    if !licence.contains(" AND ") && files.keys().any(is_mit) {
         files.retain(|name, _| is_mit(name) || name.starts_with("NOTICE"));
     }
     Ok(files.into_values().collect())
@@ -116,37 +110,29 @@ fn with_copyright(mit: &str, copyright: &str) -> String {
 
 /// Each text once, below the names of the crates that it belongs to.
 fn joined(package: &str, foreign: &[Foreign]) -> String {
-    let mut by_text: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let mut by_text: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     let mut without = Vec::new();
-    for Foreign {
-        name,
-        licence,
-        texts,
-        repository,
-    } in foreign
-    {
+    for Foreign { heading, texts } in foreign {
         for text in texts {
-            by_text.entry(text).or_default().push(format!("{name} ({licence})"));
+            by_text.entry(text).or_default().push(heading);
         }
         if texts.is_empty() {
-            without.push(format!("{name} ({licence}), {repository}"));
+            without.push(heading.as_str());
         }
     }
-    let mut parts: Vec<(String, &str)> = by_text
-        .into_iter()
-        .map(|(text, names)| (names.join("\n"), text))
-        .collect();
+    let parts = by_text.into_iter();
+    let mut parts: Vec<(String, &str)> = parts.map(|(text, headings)| (headings.join("\n"), text)).collect();
     parts.sort();
-    let mut joined = format!("{package} is compiled from our own crates and from these, under their licences.\n");
-    for (names, text) in parts {
-        joined += &format!("\n{}\n{names}\n\n{text}\n", "=".repeat(80));
-    }
     if !without.is_empty() {
-        let rule = "=".repeat(80);
-        joined += &format!(
-            "\n{rule}\nPackages without a licence text; their repositories have it:\n\n{}\n",
-            without.join("\n")
-        );
+        parts.push((
+            without.join("\n"),
+            "Their packages hold no licence text; their repositories have it.",
+        ));
+    }
+    let rule = "=".repeat(80);
+    let mut joined = format!("{package} is compiled from our own crates and from these, under their licences.\n");
+    for (headings, text) in parts {
+        joined += &format!("\n{rule}\n{headings}\n\n{text}\n");
     }
     joined
 }
@@ -163,36 +149,38 @@ mod tests {
     }
 
     #[test]
-    fn of_several_licences_that_of_mit_is_taken_and_notices_stay() {
+    fn of_licences_to_choose_from_that_of_mit_is_taken_and_notices_stay() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        let texts = |licence: &str| licence_texts(folder.path(), licence).unwrap();
         write("README.md", "no licence");
-        assert!(licence_texts(folder.path()).unwrap().is_empty());
+        assert!(texts("MIT OR Apache-2.0").is_empty());
         write("LICENSE-APACHE", "apache");
         write("license.txt", "ours\r\n");
-        assert_eq!(licence_texts(folder.path()).unwrap(), ["apache", "ours"]);
+        assert_eq!(texts("MIT OR Apache-2.0"), ["apache", "ours"]);
         write("NOTICE", "notice");
         write("LICENSE-MIT", "mit");
-        assert_eq!(licence_texts(folder.path()).unwrap(), ["mit", "notice"]);
+        assert_eq!(texts("MIT OR Apache-2.0"), ["mit", "notice"]);
+        assert_eq!(texts("MIT AND Apache-2.0"), ["apache", "mit", "ours", "notice"]);
     }
 
     #[test]
     fn a_text_that_several_crates_share_is_there_once_and_a_crate_without_one_is_named() {
-        let foreign = |name: &str, texts: &[&str]| Foreign {
-            name: name.to_owned(),
-            licence: "MIT".to_owned(),
+        let foreign = |heading: &str, texts: &[&str]| Foreign {
+            heading: heading.to_owned(),
             texts: texts.iter().map(|text| (*text).to_owned()).collect(),
-            repository: format!("https://example.org/{name}"),
         };
-        let crates = [
-            foreign("a 1", &["text of a and b"]),
-            foreign("b 2", &["text of a and b"]),
-            foreign("c 3", &[]),
-        ];
-        let joined = joined("ours", &crates);
-        assert_eq!(joined.matches("text of a and b").count(), 1);
-        assert!(joined.contains("a 1 (MIT)\nb 2 (MIT)\n\ntext of a and b\n"), "{joined}");
-        assert!(joined.contains("c 3 (MIT), https://example.org/c 3\n"), "{joined}");
+        let shared = ["text of a and b"];
+        let joined = joined(
+            "ours",
+            &[foreign("a 1", &shared), foreign("b 2", &shared), foreign("c 3", &[])],
+        );
+        assert_eq!(joined.matches(shared[0]).count(), 1);
+        assert!(joined.contains("\na 1\nb 2\n\ntext of a and b\n"), "{joined}");
+        assert!(
+            joined.contains("\nc 3\n\nTheir packages hold no licence text"),
+            "{joined}"
+        );
     }
 
     #[test]
