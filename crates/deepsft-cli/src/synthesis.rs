@@ -43,7 +43,7 @@ pub struct SynthesisOptions {
     #[arg(long, value_name = "DIR")]
     pub backgrounds: Option<PathBuf>,
     /// Largest in-plane rotation to either side, degrees: 45 for an object that stays upright, which a short training learns
-    /// sooner [default: 180, any way up; with the paper's preset its own range]
+    /// sooner; the network sees upright photographs turned by a quarter, so for those it takes 135 [default: 180, any way up; with the paper's preset its own range]
     #[arg(long, value_name = "DEG", value_parser = roll, conflicts_with = "images")]
     pub max_roll: Option<f64>,
 }

@@ -10,8 +10,7 @@ use crate::{
     target::{EngineTarget, network_estimate},
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, UnknownDevice, View,
-    geometry::{Maps, canonical_camera},
+    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, UnknownDevice, View, geometry::Maps,
     start_device,
 };
 use js_sys::{Array, Float32Array, Object, Promise};
@@ -276,7 +275,7 @@ impl Core {
             let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
-                let camera = canonical_camera(network.canonical_camera(), view.size());
+                let camera = network.canonical_camera(view.size());
                 let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?;
                 let by_network = sightings.iter().find(|sighting| sighting.by == FinderKind::Network);
                 let nothing = Maps::empty(canonical.width(), canonical.height());

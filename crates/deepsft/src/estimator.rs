@@ -186,9 +186,14 @@ impl Estimator {
         self.runners.network.parameters()
     }
 
-    /// The camera of canonical images and maps; of upright ones it is turned by a quarter.
-    pub fn canonical_camera(&self) -> &Camera {
+    /// The camera of the training images; the canonical images of those that lie across are its own.
+    pub fn training_camera(&self) -> &Camera {
         &self.canonical
+    }
+
+    /// The camera of the canonical image and the maps of an image of `size` (columns, rows), see [`canonical_camera`].
+    pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
+        canonical_camera(&self.canonical, size)
     }
 
     /// Stage 1, canonical warp: `image` of `camera` as the training camera would have taken it, turned by a quarter for an upright
@@ -197,7 +202,7 @@ impl Estimator {
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not of the camera's size.
     pub fn canonical_image(&self, image: &Picture, camera: &Camera) -> Result<Picture, DeepSftError> {
-        let canonical = canonical_camera(&self.canonical, camera.size());
+        let canonical = self.canonical_camera(camera.size());
         Ok(CanonicalWarp::new(camera, &canonical).apply(image)?)
     }
 
@@ -251,14 +256,15 @@ impl Estimator {
         Ok(stages.iter().copied().zip(maps).collect())
     }
 
-    /// The maps of each of `stages`. The network sees an upright image turned by a quarter: in training objects were rolled any way.
+    /// The maps of each of `stages`. The network sees an upright image turned by a quarter: unless its training had other ranges, objects
+    /// were rolled any way.
     async fn run(
         &self,
         canonical: &Picture,
         stages: &[Stage],
         seen: Option<&[bool]>,
     ) -> Result<Vec<Maps>, DeepSftError> {
-        let upright = canonical_camera(&self.canonical, canonical.size());
+        let upright = self.canonical_camera(canonical.size());
         check_size(canonical.size(), upright.size())?;
         if upright == self.canonical {
             return self.runners.infer(canonical, stages, seen).await;

@@ -1,6 +1,7 @@
 // The loop that follows meshes through a video, with the finders beside it.
 
 import { DeepSftError } from "../error.js";
+import { canonicalSize } from "../camera/canonical.js";
 import { canonicalFrame, canonicalIntrinsics } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { MemoryFrames } from "../frames/memory-frames.js";
@@ -77,6 +78,8 @@ export class MeshTracking {
   #findingMs = 0;
   /** Ends the finders' rest. */
   #wakeFinders = () => {};
+  /** Columns of the canonical image of the last frame. */
+  #canonicalWidth = 0;
   /** Frames given to the tracker, when the last was, and its time, seconds. */
   #number = 0;
   #followedAt = -Infinity;
@@ -122,11 +125,11 @@ export class MeshTracking {
   }
 
   /**
-   * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
-   * mesh is not seen. Rejects once stopped.
+   * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: rows of `width` columns, -1 where the mesh is
+   * not seen. Rejects once stopped.
    *
    * @param {Target} [target] the first when absent
-   * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+   * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
    * @throws {DeepSftError} `target-unknown`, `closed`
    */
   async maps(target) {
@@ -160,6 +163,7 @@ export class MeshTracking {
       const lost = raw.targets.map(({ id, found, agreement }) => this.#plan.tracked(id, found, agreement));
       if (lost.includes(true)) this.#wakeFinders();
       const { number, timeS, frame, camera, began, grabMs } = current;
+      this.#turned(camera);
       const { times, readMs } = raw;
       const totalMs = performance.now() - began;
       // Where frames wait already, the worker follows the next while the page draws this one.
@@ -181,6 +185,17 @@ export class MeshTracking {
       }
       onTracked(tracked);
     }
+  }
+
+  /**
+   * Forgets the meshes when the camera is turned: they lie in the frame of the camera as it was held.
+   *
+   * @param {SourcedCamera} camera of the frame
+   */
+  #turned(camera) {
+    const { width } = canonicalSize(camera);
+    if (this.#canonicalWidth !== width) for (const followed of this.#followed.values()) followed.mesh = null;
+    this.#canonicalWidth = width;
   }
 
   /**

@@ -91,14 +91,15 @@ export declare class MeshTracking {
     /** Ends the loop; no callback is called again. */
     stop(): void;
     /**
-     * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: 270 rows of 480 columns, -1 where the
-     * mesh is not seen. Rejects once stopped.
+     * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: rows of `width` columns, -1 where the mesh is
+     * not seen. Rejects once stopped.
      *
      * @param {Target} [target] the first when absent
-     * @returns {Promise<{ depth: Float32Array, registration: Float32Array }>}
+     * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
      * @throws {DeepSftError} `target-unknown`, `closed`
      */
     maps(target?: Target): Promise<{
+        width: number;
         depth: Float32Array;
         registration: Float32Array;
     }>;

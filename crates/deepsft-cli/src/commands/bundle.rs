@@ -37,7 +37,7 @@ pub fn run(command: &BundleCommand) -> Result<()> {
 /// Runs the network once: weights of the right shapes can still hold something that is no number.
 fn try_out(bundle: &ModelBundle) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
-    let camera = estimator.canonical_camera();
+    let camera = estimator.training_camera();
     let image = Picture::from_fn(camera.width() as usize, camera.height() as usize, |x, y| {
         [x as u8, y as u8, 128]
     });

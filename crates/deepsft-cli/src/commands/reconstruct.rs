@@ -11,9 +11,7 @@ use clap::Args;
 use deepsft::{DeviceKind, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::FolderKind;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{
-    Camera, Maps, MeshRecovery, Picture, TriangleMesh, canonical_camera, photo_consistency_error, visible_surface,
-};
+use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -48,7 +46,7 @@ The command writes for each image DIR/<name of the image>/ with
   whole-mesh.glb    the whole object, hidden parts included (not with --mesh none)
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
-Maps belong to the canonical 480 x 270 image; report.json has its camera. Without --camera the command assumes a typical
+Maps belong to the canonical 480 x 270 image; report.json has its camera. Of an upright photograph all stand upright: 480 rows of 270. Without --camera the command assumes a typical
 phone: depths are then wrong by the same fraction as the focal length.
 
 A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
@@ -341,7 +339,7 @@ fn network_only(
     let mut mesh_taken = recovery.as_ref().map(|_| false);
     let mut vertices_camera = None;
     if let Some(recovery) = recovery.filter(|_| judgement.found) {
-        let camera = canonical_camera(network.canonical_camera(), canonical.size());
+        let camera = network.canonical_camera(canonical.size());
         let recovered = stages.time("mesh", || recovery.recover(canonical, &camera, &maps))?;
         if let Some(recovered) = recovered.filter(|recovered| recovered.accepted) {
             mesh_taken = Some(true);

@@ -70,10 +70,13 @@ fn a_clip_is_frames_a_camera_and_its_truth_and_the_same_every_time() {
     clip(folder.path(), &options, "again");
     clip(folder.path(), &options, "again");
     clip(folder.path(), &[&options[..], &["--upright"]].concat(), "upright");
-    assert_eq!(
-        json(&folder.path().join("upright/camera.json"))["height"].as_u64(),
-        Some(480)
-    );
+    let frame = deepsft::decode_picture(&fs::read(folder.path().join("upright/frame-00000.png")).unwrap()).unwrap();
+    assert_eq!(frame.size(), (270, 480));
+    track(folder.path(), "model", &["upright"]).succeeds();
+    let report = json(&folder.path().join("track/track.json"));
+    for camera in ["camera", "canonical_camera"] {
+        assert_eq!(report[camera]["height"].as_u64(), Some(480), "{camera}");
+    }
     let file = |clip: &str, name: &str| fs::read(folder.path().join(clip).join(name)).unwrap();
     for name in [
         "frame-00000.png",

@@ -6,9 +6,9 @@ use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 use glam::DVec2;
 
-/// Columns of every map and of the network's input.
+/// Columns of the network's input and of maps, of upright images rows.
 pub const CANONICAL_WIDTH: usize = 480;
-/// Rows of every map and of the network's input.
+/// Rows of the network's input and of maps, of upright images columns.
 pub const CANONICAL_HEIGHT: usize = 270;
 
 /// Focal length of the training camera, pixels of the canonical image: 0.79 of its long side, what a

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// The Cholesky factorisation of symmetric matrices that all have one pattern. Ordering and symbolic
 /// analysis happen in [`new`](Self::new), numbers in [`factorize`](Self::factorize), by blocks of columns
-/// with the same rows: for the few hundred points of a mesh too that is faster than column by column. One thread.
+/// with the same rows: also for the few hundred points of a mesh that is natively faster than column by column. One thread.
 pub(crate) struct SparseCholesky {
     column_starts: Vec<usize>,
     rows: Vec<usize>,
@@ -57,7 +57,7 @@ impl std::fmt::Debug for SparseCholesky {
 }
 
 impl SparseCholesky {
-    /// Analyses the pattern of the lower triangle in compressed columns: `rows` of column `j` are
+    /// Analyses the pattern of the lower triangle, at least one column, in compressed columns: `rows` of column `j` are
     /// `rows[column_starts[j]..column_starts[j + 1]]`, ascending, the diagonal first.
     pub(crate) fn new(column_starts: Vec<usize>, rows: Vec<usize>) -> Result<Self, GeometryError> {
         let n = column_starts.len() - 1;

@@ -47,6 +47,26 @@ impl Video {
     }
 }
 
+/// A phone that is turned shows other frames: the old track ends, answers to the old frames count no more, and a new track starts.
+#[test]
+fn a_camera_that_is_turned_starts_the_video_afresh() {
+    let mut video = Video::new();
+    let pictures: Vec<Picture> = (0..4).map(|frame| video.picture(frame)).collect();
+    video.follow(0, &pictures[0]);
+    let truth = video.truth(0);
+    assert_eq!(video.tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
+    assert!(video.follow(1, &pictures[1]));
+    let across = (video.truth(1), video.truth(3));
+    video.camera = video.camera.turned_anticlockwise();
+    let turned = |picture: &Picture| (0..3).fold(picture.clone(), |picture, _| picture.turned_clockwise());
+    assert!(!video.follow(2, &turned(&pictures[2])));
+    assert_eq!(video.tracker.update(1, Some(&across.0)).unwrap(), TrackUpdate::Ignored);
+    assert!(!video.follow(3, &turned(&pictures[3])));
+    let upright = across.1.turned_anticlockwise();
+    assert_eq!(video.tracker.update(3, Some(&upright)).unwrap(), TrackUpdate::Started);
+    assert_eq!(video.tracker.maps().size(), (270, 480));
+}
+
 #[test]
 fn a_track_starts_from_an_answer_four_frames_late_and_stays_within_a_pixel() {
     let mut video = Video::new();

@@ -27,7 +27,7 @@ pub struct MeshTimes {
 /// Measures on the frames of [`workload::clip`].
 pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
-    let camera = *estimator.canonical_camera();
+    let camera = *estimator.training_camera();
     let frames = workload::clip(bundle)?;
     let maps: Vec<Maps> = frames
         .iter()

@@ -4,7 +4,7 @@ use super::evaluation_frame::EvaluationFrame;
 use crate::error::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
-use deepsft_geometry::{Maps, MeshRecovery, Template, canonical_camera, photo_consistency_error};
+use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::time::Instant;
@@ -149,7 +149,7 @@ impl Evaluation {
             if let Some(recovery) = recovery.as_deref_mut()
                 && estimate.judgement.found
             {
-                let camera = canonical_camera(estimator.canonical_camera(), estimate.maps.size());
+                let camera = estimator.canonical_camera(estimate.maps.size());
                 let start = Instant::now();
                 let recovered = recovery.recover(&estimate.canonical, &camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();

@@ -56,7 +56,7 @@ impl Target {
     /// [`training_camera`], turned by a quarter for upright images ([`canonical_camera`]).
     pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
         let training = self.network.as_ref();
-        let training = training.map_or_else(training_camera, |network| *network.canonical_camera());
+        let training = training.map_or_else(training_camera, |network| *network.training_camera());
         canonical_camera(&training, size)
     }
 }

@@ -63,7 +63,7 @@ impl TrackerImage {
 /// Follows one template through one video.
 ///
 /// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
-/// ([`update`](Self::update)). The image must be the canonical one, and the camera the same for all frames.
+/// ([`update`](Self::update)). The image must be the canonical one; another camera starts the video afresh.
 pub struct Tracker {
     fitter: FrameFitter,
     options: TrackingOptions,

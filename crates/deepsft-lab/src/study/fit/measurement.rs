@@ -60,7 +60,7 @@ pub fn study_fit(
     for plan in plans() {
         let mut rows = Vec::new();
         for condition in &plan.conditions {
-            let synthesizer = condition.synthesizer(template, estimator.canonical_camera())?;
+            let synthesizer = condition.synthesizer(template, estimator.training_camera())?;
             let mut bench = Bench {
                 estimator,
                 fitter,
@@ -112,7 +112,7 @@ impl Bench<'_> {
         sample: &Sample,
         each: &mut impl FnMut(&StudiedFrame<'_>),
     ) -> Result<Outcome> {
-        let believed = *self.estimator.canonical_camera();
+        let believed = *self.estimator.training_camera();
         let Disturbed {
             image,
             truth,
@@ -192,7 +192,7 @@ impl Bench<'_> {
 
     /// The estimator's maps, and whether it found the object. The camera it believes in is its own.
     fn estimate(&self, image: &Picture) -> Result<(Maps, bool)> {
-        let camera = self.estimator.canonical_camera();
+        let camera = self.estimator.training_camera();
         let estimate = pollster::block_on(self.estimator.estimate(image, camera))?;
         Ok((estimate.maps, estimate.judgement.found))
     }
