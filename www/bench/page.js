@@ -130,7 +130,7 @@ async function measureMesh(sft, camera) {
     const began = performance.now();
     await plain.completeMesh({ method: "completion" });
     completion.push(performance.now() - began);
-    answers.push({ depth: plain.depth.toFloat32Array(), registration: plain.registration.toFloat32Array() });
+    answers.push({ width: plain.depth.width, depth: plain.depth.toFloat32Array(), registration: plain.registration.toFloat32Array() });
     plain.close();
   }
   const [module, files] = await Promise.all([
@@ -142,8 +142,8 @@ async function measureMesh(sft, camera) {
     await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
     const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
     const follow = (number, k) => tracker.follow({ number, timeS: number / 30, frame: copy(clip[k]), intrinsics });
-    const answer = ({ depth, registration }, number) => {
-      const sightings = [{ depth: depth.slice(), registration: registration.slice() }];
+    const answer = ({ width, depth, registration }, number) => {
+      const sightings = [{ width, depth: depth.slice(), registration: registration.slice() }];
       return tracker.answer({ id: 0, number, sightings, canDeny: true });
     };
     for (const k of numbers) {
