@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// The Cholesky factorisation of symmetric matrices that all have one pattern. Ordering and symbolic
 /// analysis happen in [`new`](Self::new), numbers in [`factorize`](Self::factorize), by blocks of columns
-/// with the same rows: also for the few hundred points of a mesh that is natively faster than column by column. One thread.
+/// with the same rows: also for the few hundred points of a mesh that is natively faster than column by column (not in WebAssembly). One thread.
 pub(crate) struct SparseCholesky {
     column_starts: Vec<usize>,
     rows: Vec<usize>,
