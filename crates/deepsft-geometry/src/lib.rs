@@ -21,6 +21,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod calibration;
 mod camera;
 mod completion;
 mod error;
@@ -31,6 +32,7 @@ mod mesh;
 mod recovery;
 pub mod solver;
 
+pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, PAPER_CAMERAS, canonical_camera, training_camera,
 };

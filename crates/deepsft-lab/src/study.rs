@@ -1,5 +1,6 @@
 //! `deepsft-lab study`: what a part of the pipeline is worth, measured where the truth is known.
 
+mod calibration;
 mod finding;
 mod fit;
 mod precision;
@@ -12,6 +13,8 @@ use clap::Subcommand;
 
 #[derive(Subcommand)]
 pub enum StudyCommand {
+    /// Measure how exactly the focal length is found from a sheet that bends, in clips.
+    Calibration(calibration::CalibrationStudyArguments),
     /// Measure how often features find a print that nothing was trained for.
     Finding(finding::FindingStudyArguments),
     /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
@@ -28,6 +31,7 @@ pub enum StudyCommand {
 
 pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
+        StudyCommand::Calibration(arguments) => calibration::run(arguments),
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
         StudyCommand::Precision(arguments) => precision::run(arguments),

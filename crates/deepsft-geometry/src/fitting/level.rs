@@ -86,6 +86,20 @@ impl IsometricMesh {
         Ok((vertices, reports))
     }
 
+    /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending.
+    pub(crate) fn sensitivities<const N: usize>(
+        &mut self,
+        terms: &[&dyn Energy],
+        vertices: &[DVec3],
+        right_hand_sides: &[Vec<DVec3>; N],
+    ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
+        let [.., stiff] = &self.isometry;
+        let mut all = terms.to_vec();
+        all.push(stiff);
+        all.push(&self.bending);
+        self.solver.sensitivities(&all, vertices, right_hand_sides)
+    }
+
     fn solve_with(
         &mut self,
         stiffness: usize,

@@ -144,6 +144,22 @@ impl MeshFitter {
         trusted: impl Fn(&SurfacePoint) -> bool,
         priors: &[&dyn Energy],
     ) -> Result<FittedRound, GeometryError> {
+        let fitted = self.round_and((grey, camera), start, round, seen, trusted, priors, |_, _, _| ())?;
+        Ok(fitted.0)
+    }
+
+    /// As [`MeshFitter::round`], and what `then` makes of the term that held the mesh to the image, where the mesh ended.
+    #[expect(clippy::too_many_arguments, reason = "those of a round")]
+    pub(crate) fn round_and<T>(
+        &mut self,
+        (grey, camera): (&GreyImage, &Camera),
+        start: &[DVec3],
+        round: &Round,
+        seen: impl Fn(usize, usize) -> bool,
+        trusted: impl Fn(&SurfacePoint) -> bool,
+        priors: &[&dyn Energy],
+        then: impl FnOnce(&mut IsometricMesh, &PhotoConsistency<'_>, &[DVec3]) -> T,
+    ) -> Result<(FittedRound, T), GeometryError> {
         let (print, robust) = (&self.print, self.robust);
         let level = match round.resolution {
             Resolution::Fine => &mut self.fine,
@@ -170,11 +186,13 @@ impl MeshFitter {
         level.halving = false;
         let (vertices, report) = solved?;
         let agreement = Agreement::of(&level.mesh, camera, &image, &points, &vertices);
-        Ok(FittedRound {
+        let then = then(level, &photo_consistency, &vertices);
+        let fitted = FittedRound {
             vertices,
             report,
             agreement,
-        })
+        };
+        Ok((fitted, then))
     }
 }
 

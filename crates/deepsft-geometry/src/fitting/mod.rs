@@ -16,7 +16,7 @@ mod frame_fitter;
 mod level;
 mod lookalikes;
 mod measurements;
-mod mesh_fitter;
+pub(crate) mod mesh_fitter;
 mod options;
 mod print;
 mod rigid_fit;

@@ -311,6 +311,26 @@ impl MeshSolver {
         path.map(|((v, s), a)| v + s + 0.5 * fraction * a).collect()
     }
 
+    /// H^-1 b for each right-hand side b, with H = J^T W J of `terms` at `vertices`: how the minimum moves with what the terms
+    /// depend on. And the step to the minimum. `None` where H is singular.
+    pub(crate) fn sensitivities<const N: usize>(
+        &mut self,
+        terms: &[&dyn Energy],
+        vertices: &[DVec3],
+        right_hand_sides: &[Vec<DVec3>; N],
+    ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
+        self.linearize(terms, vertices);
+        if !self.equations.factorize(&self.added(LEAST_DAMPING)) {
+            return None;
+        }
+        let solved = right_hand_sides.each_ref().map(|b| {
+            let mut x = self.equations.step_against(b);
+            x.iter_mut().for_each(|x| *x = -*x);
+            x
+        });
+        Some((solved, self.equations.step()))
+    }
+
     fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {
         let vertices = self.equations.gradient().len();
         check_start(start, vertices)?;

@@ -32,6 +32,19 @@ pub struct PhotoConsistency<'a> {
     robust: Robust,
 }
 
+/// One photo-consistency residual, linearised.
+pub(crate) struct PixelResidual {
+    pub(crate) residual: f64,
+    /// The robust weight included.
+    pub(crate) weight: f64,
+    /// With respect to the three vertices around the point, per mm.
+    pub(crate) vertex_gradients: [(usize, DVec3); 3],
+    /// With respect to where the image shows the point, per pixel.
+    pub(crate) pixel_gradient: DVec2,
+    /// The point, camera frame, mm.
+    pub(crate) p_camera: DVec3,
+}
+
 impl<'a> PhotoConsistency<'a> {
     /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
     /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
@@ -68,6 +81,23 @@ impl<'a> PhotoConsistency<'a> {
         })
     }
 
+    /// Shows the residual of every point before the camera.
+    pub(crate) fn linearize_pixels(&self, vertices: &[DVec3], mut visit: impl FnMut(PixelResidual)) {
+        for (point, value) in &self.points {
+            let p_camera = point.position(vertices);
+            if let Some((pixel, [dx, dy])) = self.camera.project_with_gradients(p_camera) {
+                let (residual, gradient) = self.residual(pixel, *value);
+                visit(PixelResidual {
+                    residual,
+                    weight: self.weight * self.robust.weight(residual * residual),
+                    vertex_gradients: point.spread(gradient.x * dx + gradient.y * dy),
+                    pixel_gradient: gradient,
+                    p_camera,
+                });
+            }
+        }
+    }
+
     /// Residual and image gradient at an image position.
     fn residual(&self, pixel: DVec2, value: f64) -> (f64, DVec2) {
         self.image
@@ -94,12 +124,8 @@ impl Energy for PhotoConsistency<'_> {
     }
 
     fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
-        for (point, value) in &self.points {
-            if let Some((pixel, [dx, dy])) = self.camera.project_with_gradients(point.position(vertices)) {
-                let (residual, gradient) = self.residual(pixel, *value);
-                let weight = self.weight * self.robust.weight(residual * residual);
-                sink.scalar(residual, weight, &point.spread(gradient.x * dx + gradient.y * dy));
-            }
-        }
+        self.linearize_pixels(vertices, |at| {
+            sink.scalar(at.residual, at.weight, &at.vertex_gradients);
+        });
     }
 }

@@ -1,0 +1,7 @@
+//! The camera from what it sees of a known sheet.
+
+mod camera_parameters;
+mod self_calibration;
+mod view;
+
+pub use self_calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};

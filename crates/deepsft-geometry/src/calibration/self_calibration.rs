@@ -1,0 +1,242 @@
+//! The camera from a sheet that bends.
+
+use super::camera_parameters::{between, stepped};
+use super::view::{Reduced, View};
+use crate::camera::Camera;
+use crate::error::{GeometryError, check_size, check_start};
+use crate::fitting::FitOptions;
+use crate::fitting::mesh_fitter::MeshFitter;
+use crate::image::{GreyImage, Picture};
+use crate::mesh::Template;
+use glam::{DMat4, DVec3, DVec4};
+
+/// Information that holds a parameter where it is.
+const HELD: f64 = 1e12;
+
+/// Most that the focal length changes in one update, ln f.
+const MOST_STEP: f64 = 0.15;
+
+/// Change of ln f from one update to the next below which the camera is found.
+const FOUND_STEP: f64 = 1e-3;
+
+/// What is known before the views are, and which views are taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SelfCalibrationOptions {
+    /// Weights of the mesh's fit to an image.
+    pub fit: FitOptions,
+    /// Standard deviations of the true camera around the assumed one: of ln f, of the principal point's column and row as
+    /// fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a phone whose focal length was guessed.
+    pub deviations: [f64; 4],
+    /// Blur of image and drawing, pixels, one entry for each update of the camera; later updates take the last.
+    pub blurs: Vec<f32>,
+    /// Steps of a mesh between two updates of the camera.
+    pub steps: usize,
+    /// Variance of the fit's residuals, in units of its energy. What deviations are stated comes from it; chosen such that they hold
+    /// on synthetic clips.
+    pub residual_variance: f64,
+    /// Views from which the camera is solved for.
+    pub fewest_views: usize,
+    /// Views that are kept. One more takes the place of the one that tells least of the focal length.
+    pub most_views: usize,
+    /// Mean way of the vertices from each of the views that are kept, as a fraction of the template's diagonal, which a new one has
+    /// to differ by.
+    pub least_motion: f64,
+}
+
+impl Default for SelfCalibrationOptions {
+    fn default() -> Self {
+        Self {
+            fit: FitOptions::default(),
+            deviations: [0.2, 0.02, 0.02, 0.03],
+            blurs: vec![2.0, 1.2, 0.8],
+            steps: 4,
+            residual_variance: 0.62,
+            fewest_views: 4,
+            most_views: 12,
+            least_motion: 0.05,
+        }
+    }
+}
+
+/// A camera that was solved for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibratedCamera {
+    /// The camera of the images that were given.
+    pub camera: Camera,
+    /// The camera that was assumed for them.
+    pub assumed: Camera,
+    /// Standard deviation of ln f: that of the focal length as a fraction of it.
+    pub focal_deviation: f64,
+    /// Number of views that it comes from.
+    pub views: usize,
+}
+
+impl CalibratedCamera {
+    /// The camera of the original images, from which canonical ones were made as those of `source`.
+    ///
+    /// # Errors
+    /// [`GeometryError::CameraParameter`] when that is no camera.
+    pub fn of_source(&self, source: &Camera) -> Result<Camera, GeometryError> {
+        let change = between(&self.assumed, &self.camera);
+        stepped(source, change)
+    }
+}
+
+/// Solves for a camera and the shapes of a sheet in several of its views together: bundle adjustment with meshes in place of points.
+///
+/// The sheet's lengths are known and its print says which point of it a pixel shows. A camera of another focal length than the
+/// assumed one would see the perspective of a sheet that stretches. So the camera is the one before which all meshes explain
+/// their images with the least strain: the energy of the fit (photo-consistency, isometry, bending) is minimised over the meshes and
+/// the camera's focal length, principal point and first radial distortion together, by Gauss and Newton's method. Each mesh is
+/// eliminated (the Schur complement of its own normal equations), so that a view costs about as much as fitting its mesh does.
+///
+/// Frontal views of a flat sheet say nothing of the focal length; [`CalibratedCamera::focal_deviation`] tells.
+pub struct SelfCalibration {
+    fitter: MeshFitter,
+    options: SelfCalibrationOptions,
+    diagonal_mm: f64,
+    views: Vec<View>,
+    /// Assumed, and as far as it is known.
+    cameras: Option<[Camera; 2]>,
+    /// Updates of the camera since the first.
+    updates: usize,
+    /// The next view to be fitted for the next update, and what those before it say.
+    next: usize,
+    sum: Reduced,
+}
+
+impl SelfCalibration {
+    /// Prepares everything that does not depend on the views.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::Weight`] for weights that are none and for no
+    /// blurs.
+    pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self, GeometryError> {
+        crate::fitting::mesh_fitter::check_blurs(&options.blurs)?;
+        Ok(Self {
+            fitter: MeshFitter::new(template, &options.fit)?,
+            options,
+            diagonal_mm: template.size_mm().length(),
+            views: Vec::new(),
+            cameras: None,
+            updates: 0,
+            next: 0,
+            sum: Reduced::default(),
+        })
+    }
+
+    /// Offers a view: an undistorted image, the camera that was assumed for it, and the mesh as it was tracked or fitted in it (the
+    /// template's vertices, camera frame, mm). Says whether it is taken: one that differs from the others, between two updates of the
+    /// camera. Another assumed camera starts afresh.
+    ///
+    /// # Errors
+    /// [`GeometryError::StartLength`] when the mesh does not have the template's vertices, [`GeometryError::MapSize`] when the image
+    /// is not of the camera's size.
+    pub fn offer(
+        &mut self,
+        image: &Picture,
+        assumed: &Camera,
+        vertices_camera: &[DVec3],
+    ) -> Result<bool, GeometryError> {
+        check_start(vertices_camera, self.fitter.template.mesh().vertices().len())?;
+        check_size(image.size(), assumed.size())?;
+        if self.cameras.is_none_or(|[known, _]| known != *assumed) {
+            self.views.clear();
+            self.cameras = Some([*assumed; 2]);
+            (self.updates, self.next) = (0, 0);
+        }
+        let mut vertices = self.fitter.coarse_vertices(vertices_camera);
+        let far = self.options.least_motion * self.diagonal_mm;
+        if self.next > 0 || self.views.iter().any(|view| view.motion_from(&vertices) < far) {
+            return Ok(false);
+        }
+        let tracked = vertices.clone();
+        if let Some([assumed, camera]) = self.cameras {
+            // Before a longer focal length the sheet lies further away.
+            let depth = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
+            let away = DVec3::Z * depth * (camera.focal().x / assumed.focal().x - 1.0);
+            vertices.iter_mut().for_each(|p| *p += away);
+        }
+        if self.views.len() >= self.options.most_views.max(1) {
+            let tells = |view: &View| view.information(self.prior());
+            let least = (0..self.views.len()).min_by(|&a, &b| tells(&self.views[a]).total_cmp(&tells(&self.views[b])));
+            if let Some(least) = least {
+                self.views.swap_remove(least);
+            }
+        }
+        self.views.push(View::new(GreyImage::of(image), tracked, vertices));
+        Ok(true)
+    }
+
+    /// Fits the mesh of the next view, for about the time of a frame that is tracked. When all views had their turn, the camera is
+    /// updated; where that hardly changes it, it is returned.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when a view cannot be fitted.
+    pub fn step(&mut self) -> Result<Option<CalibratedCamera>, GeometryError> {
+        let Some([assumed, camera]) = self.cameras else {
+            return Ok(None);
+        };
+        if self.views.len() < self.options.fewest_views.max(1) {
+            return Ok(None);
+        }
+        if self.next == 0 {
+            self.sum = Reduced {
+                hessian: DMat4::from_diagonal(self.prior()),
+                gradient: self.prior() * between(&assumed, &camera),
+            };
+        }
+        let blurs = &self.options.blurs;
+        let last = blurs.len() - 1;
+        let blur = blurs[self.updates.min(last)];
+        let view = &mut self.views[self.next];
+        view.fit(&mut self.fitter, &camera, (blur, self.options.steps))?;
+        self.sum.hessian += view.reduced.hessian;
+        self.sum.gradient += view.reduced.gradient;
+        self.next += 1;
+        if self.next < self.views.len() {
+            return Ok(None);
+        }
+        self.next = 0;
+        let covariance = self.sum.hessian.inverse();
+        let mut step = -(covariance * self.sum.gradient);
+        step *= (MOST_STEP / step.x.abs()).min(1.0);
+        let camera = stepped(&camera, step)?;
+        self.cameras = Some([assumed, camera]);
+        self.views.iter_mut().for_each(|view| view.follow(step));
+        self.updates += 1;
+        let found = self.updates > last && step.x.abs() < FOUND_STEP;
+        Ok(found.then(|| CalibratedCamera {
+            camera,
+            assumed,
+            focal_deviation: covariance.x_axis.x.sqrt(),
+            views: self.views.len(),
+        }))
+    }
+
+    /// Steps until the camera is found. `None` when there are too few views, or when it is not found in `most_updates`.
+    ///
+    /// # Errors
+    /// As [`SelfCalibration::step`].
+    pub fn solve(&mut self, most_updates: usize) -> Result<Option<CalibratedCamera>, GeometryError> {
+        for _ in 0..most_updates * self.views.len() {
+            if let Some(found) = self.step()? {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The meshes before the camera as far as it is known: the template's vertices of each view that is kept, camera frame, mm.
+    pub fn meshes(&self) -> impl Iterator<Item = Vec<DVec3>> + '_ {
+        self.views.iter().map(|view| self.fitter.fine_vertices(&view.vertices))
+    }
+
+    /// Information on the parameters that was there before the views.
+    fn prior(&self) -> DVec4 {
+        DVec4::from_array(self.options.deviations.map(|deviation| {
+            let information = self.options.residual_variance / (deviation * deviation);
+            information.min(HELD)
+        }))
+    }
+}
