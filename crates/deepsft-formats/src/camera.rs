@@ -1,7 +1,7 @@
 //! `camera.json`: a camera's intrinsics as a file.
 
 use crate::error::FormatError;
-use deepsft_geometry::Camera;
+use deepsft_geometry::{Camera, Lens};
 use serde::{Deserialize, Serialize};
 
 /// Name of the file with the camera in a folder of frames, a clip or a recording.
@@ -20,6 +20,8 @@ pub struct CameraFile {
     pixel_centers: Option<PixelCenters>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     distortion: Option<[f64; 5]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fisheye: Option<[f64; 4]>,
 }
 
 /// Where a file's `cx` and `cy` have the centres of pixels.
@@ -38,6 +40,11 @@ impl CameraFile {
     /// The fields of `camera`.
     pub fn new(camera: &Camera) -> Self {
         let (focal, principal) = (camera.focal(), camera.principal_point());
+        let (distortion, fisheye) = match camera.lens() {
+            Lens::Pinhole => (Some([0.0; 5]), None),
+            Lens::Polynomial(coefficients) => (Some(coefficients), None),
+            Lens::Fisheye(coefficients) => (None, Some(coefficients)),
+        };
         Self {
             width: camera.width(),
             height: camera.height(),
@@ -46,7 +53,8 @@ impl CameraFile {
             cx: principal.x,
             cy: principal.y,
             pixel_centers: None,
-            distortion: Some(camera.distortion()),
+            distortion,
+            fisheye,
         }
     }
 
@@ -60,7 +68,7 @@ impl CameraFile {
     /// The camera of these fields.
     ///
     /// # Errors
-    /// [`FormatError::Geometry`] when a value is none a camera can have.
+    /// [`FormatError::Geometry`] when a value is none a camera can have, [`FormatError::CameraFile`] for two lenses.
     pub fn camera(&self) -> Result<Camera, FormatError> {
         let corner = match self.pixel_centers.unwrap_or_default() {
             PixelCenters::Half => 0.0,
@@ -68,12 +76,18 @@ impl CameraFile {
         };
         let (cx, cy) = (self.cx + corner, self.cy + corner);
         let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, cx, cy)?;
-        Ok(camera.with_distortion(self.distortion.unwrap_or_default())?)
+        match (self.distortion, self.fisheye) {
+            (Some(_), Some(_)) => Err(FormatError::CameraFile {
+                reason: "it has distortion and fisheye, of which a lens has one".to_owned(),
+            }),
+            (None, Some(coefficients)) => Ok(camera.with_fisheye(coefficients)?),
+            (coefficients, None) => Ok(camera.with_distortion(coefficients.unwrap_or_default())?),
+        }
     }
 }
 
 /// Reads the content of a `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels and, if the lens distorts,
-/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3). The image's corner is (0, 0) unless the file says
+/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3) or `fisheye` with the (k1, k2, k3, k4) of `cv::fisheye`. The image's corner is (0, 0) unless the file says
 /// `"pixel_centers": "integer"` (see [`PixelCenters`]), which calibrations by OpenCV need.
 ///
 /// ```
@@ -85,7 +99,7 @@ impl CameraFile {
 /// ```
 ///
 /// # Errors
-/// [`FormatError::CameraFile`] when it is not JSON or lacks a field (NaN is not JSON),
+/// [`FormatError::CameraFile`] when it is not JSON, lacks a field (NaN is not JSON) or has two lenses,
 /// [`FormatError::Geometry`] when a value is none a camera can have.
 pub fn parse_camera(json: &[u8]) -> Result<Camera, FormatError> {
     let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile {

@@ -13,9 +13,9 @@ pub fn canonical_truth(sample: &Sample, mesh: &TriangleMesh, canonical: &Camera)
     let (own, width) = (&sample.truth, maps.width());
     for pixel in 0..maps.depth().len() {
         let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-        let at = warp.source_from_canonical(centre).floor();
-        let inside = at.cmpge(DVec2::ZERO).all() && at.x < own.width() as f64 && at.y < own.height() as f64;
-        if !(inside && own.inside(at.y as usize * own.width() + at.x as usize)) {
+        let inside = |at: DVec2| at.cmpge(DVec2::ZERO).all() && at.x < own.width() as f64 && at.y < own.height() as f64;
+        let at = warp.source_from_canonical(centre).filter(|at| inside(*at));
+        if !at.is_some_and(|at| own.inside(at.y as usize * own.width() + at.x as usize)) {
             maps.clear(pixel);
         }
     }

@@ -1,7 +1,7 @@
 //! What can go wrong in synthesis and data sets.
 
 use deepsft_formats::FormatError;
-use deepsft_geometry::GeometryError;
+use deepsft_geometry::{GeometryError, Lens};
 use std::path::{Path, PathBuf};
 
 /// Errors of this crate.
@@ -21,8 +21,8 @@ pub enum SynthError {
     /// The renderer draws straight edges: the synthesis camera must be free of lens distortion.
     #[error("the synthesis camera has lens distortion {actual:?}, expected none")]
     DistortedCamera {
-        /// (k1, k2, p1, p2, k3) as given.
-        actual: [f64; 5],
+        /// The lens as given.
+        actual: Lens,
     },
     /// A mesh to be rendered does not fit the template.
     #[error("{actual} vertices to render, expected the template's {expected}")]

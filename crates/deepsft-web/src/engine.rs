@@ -153,7 +153,8 @@ impl Engine {
     /// The maps of one target in one frame.
     ///
     /// `rgba` are the frame's pixels (sRGB, not premultiplied), `camera` its intrinsics in pixels as
-    /// `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, distortion in OpenCV's order. Rejects with an `Error` whose
+    /// `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, distortion in OpenCV's order, or with a fisheye's
+    /// `[fx, fy, cx, cy, k1, k2, k3, k4]`. Rejects with an `Error` whose
     /// `code` is `camera-intrinsics`, `image-unreadable`, `target-unknown`, `gpu-lost` or `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawEstimate>")]
     pub fn estimate(

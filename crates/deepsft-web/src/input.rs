@@ -24,16 +24,21 @@ pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure>
         .collect()
 }
 
-/// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`.
+/// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, or with a fisheye's
+/// `[fx, fy, cx, cy, k1, k2, k3, k4]`.
 pub fn camera_from(width: u32, height: u32, numbers: &[f64]) -> Result<Camera, Failure> {
-    let &[fx, fy, cx, cy, k1, k2, p1, p2, k3] = numbers else {
-        let message = format!(
-            "A camera has 9 numbers (fx, fy, cx, cy, k1, k2, p1, p2, k3), not {}.",
-            numbers.len()
-        );
-        return Err(Failure::new(Code::CameraIntrinsics, message));
-    };
-    Ok(Camera::pinhole(width, height, fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?)
+    let pinhole = |fx, fy, cx, cy| Camera::pinhole(width, height, fx, fy, cx, cy);
+    match *numbers {
+        [fx, fy, cx, cy, k1, k2, p1, p2, k3] => Ok(pinhole(fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?),
+        [fx, fy, cx, cy, k1, k2, k3, k4] => Ok(pinhole(fx, fy, cx, cy)?.with_fisheye([k1, k2, k3, k4])?),
+        _ => {
+            let message = format!(
+                "A camera has 9 numbers (fx, fy, cx, cy, k1, k2, p1, p2, k3) or 8 (fx, fy, cx, cy, k1, k2, k3, k4), not {}.",
+                numbers.len()
+            );
+            Err(Failure::new(Code::CameraIntrinsics, message))
+        }
+    }
 }
 
 /// The picture of RGBA bytes, alpha left out.

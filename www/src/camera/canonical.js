@@ -37,6 +37,21 @@ function distort([k1, k2, p1, p2, k3], x, y) {
 }
 
 /**
+ * Distance from the centre, in focal lengths, of what a fisheye sees at an angle from its axis, and its derivative.
+ *
+ * @param {readonly number[]} fisheye (k1, k2, k3, k4)
+ * @param {number} angle radians
+ * @returns {[number, number]}
+ */
+function fisheyeRadius([k1, k2, k3, k4], angle) {
+  const t2 = angle * angle;
+  return [
+    angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))),
+    1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4))),
+  ];
+}
+
+/**
  * Position in a camera's image, pixels, of a position in the canonical image, pixels.
  *
  * @param {Camera} camera
@@ -47,13 +62,15 @@ function distort([k1, k2, p1, p2, k3], x, y) {
 export function imageFromCanonical(camera, x, y) {
   const { width, height } = canonicalSize(camera);
   const ray = [(x - width / 2) / CANONICAL_FOCAL, (y - height / 2) / CANONICAL_FOCAL];
-  const [dx, dy] = distort(camera.distortion ?? [0, 0, 0, 0, 0], ray[0], ray[1]);
+  const [dx, dy] = camera.fisheye
+    ? scaled(ray, (r) => fisheyeRadius(camera.fisheye ?? [], Math.atan(r))[0])
+    : distort(camera.distortion ?? [0, 0, 0, 0, 0], ray[0], ray[1]);
   return [dx * camera.fx + camera.cx, dy * camera.fy + camera.cy];
 }
 
 /**
  * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
- * {@link imageFromCanonical}, by fixed-point iteration where the lens distorts.
+ * {@link imageFromCanonical}, by iteration where the lens distorts.
  *
  * @param {Camera} camera
  * @param {number} x
@@ -62,7 +79,7 @@ export function imageFromCanonical(camera, x, y) {
  */
 export function canonicalFromImage(camera, x, y) {
   const distorted = [(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy];
-  let ray = [...distorted];
+  let ray = camera.fisheye ? fisheyeRay(camera.fisheye, distorted) : [...distorted];
   const distortion = camera.distortion ?? [0, 0, 0, 0, 0];
   for (let i = 0; i < 50 && distortion.some((k) => k !== 0); i++) {
     const [dx, dy] = distort(distortion, ray[0], ray[1]);
@@ -72,6 +89,37 @@ export function canonicalFromImage(camera, x, y) {
   }
   const { width, height } = canonicalSize(camera);
   return [ray[0] * CANONICAL_FOCAL + width / 2, ray[1] * CANONICAL_FOCAL + height / 2];
+}
+
+/**
+ * A vector with another length.
+ *
+ * @param {number[]} vector
+ * @param {(length: number) => number} lengthOf
+ * @returns {[number, number]}
+ */
+function scaled([x, y], lengthOf) {
+  const length = Math.hypot(x, y);
+  const factor = length === 0 ? 1 : lengthOf(length) / length;
+  return [x * factor, y * factor];
+}
+
+/**
+ * The ray (x, y, 1) that a fisheye brings to a place in focal lengths from the centre, by Newton's method.
+ *
+ * @param {readonly number[]} fisheye (k1, k2, k3, k4)
+ * @param {number[]} distorted
+ * @returns {[number, number]}
+ */
+function fisheyeRay(fisheye, distorted) {
+  return scaled(distorted, (radius) => {
+    let angle = Math.min(radius, Math.PI / 2);
+    for (let i = 0; i < 20; i++) {
+      const [actual, slope] = fisheyeRadius(fisheye, angle);
+      angle = Math.min(Math.max(angle + (radius - actual) / slope, 0), Math.PI / 2 - 1e-9);
+    }
+    return Math.tan(angle);
+  });
 }
 
 /**

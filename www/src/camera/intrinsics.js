@@ -3,7 +3,7 @@
 import { DeepSftError } from "../error.js";
 
 /**
- * A pinhole camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
+ * A camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
  *
  * @typedef {object} Camera
  * @property {number} width image width, pixels
@@ -13,6 +13,8 @@ import { DeepSftError } from "../error.js";
  * @property {number} cx principal point, pixels
  * @property {number} cy principal point, pixels
  * @property {readonly number[]} [distortion] (k1, k2, p1, p2, k3), OpenCV's order; none when absent
+ * @property {readonly number[]} [fisheye] the (k1, k2, k3, k4) of OpenCV's `cv::fisheye`, in place of `distortion`, for lenses that
+ *   see more than about 100 degrees
  */
 
 /**
@@ -91,6 +93,13 @@ export function cameraForImage(camera, width, height) {
   if (distortion.length !== 5 || !distortion.every(Number.isFinite)) {
     throw new DeepSftError("camera-intrinsics", "The camera's distortion must be five numbers: k1, k2, p1, p2, k3.");
   }
+  const { fisheye } = camera;
+  if (fisheye && (fisheye.length !== 4 || !fisheye.every(Number.isFinite))) {
+    throw new DeepSftError("camera-intrinsics", "The camera's fisheye must be four numbers: k1, k2, k3, k4.");
+  }
+  if (fisheye && distortion.some((k) => k !== 0)) {
+    throw new DeepSftError("camera-intrinsics", "The camera has distortion and fisheye; a lens has one of them.");
+  }
   const [sx, sy] = [width / camera.width, height / camera.height];
   // Two pixels of rounding, as scalers leave, are the same picture; anything more is a crop or a rotation.
   if (Math.abs(sx - sy) * Math.max(camera.width, camera.height) > 2) {
@@ -108,6 +117,7 @@ export function cameraForImage(camera, width, height) {
     cx: camera.cx * sx,
     cy: camera.cy * sy,
     distortion,
+    ...(fisheye && { fisheye }),
     source: camera.source ?? "given",
   };
 }
@@ -135,8 +145,8 @@ export function cameraForFrame(option, { frame, width, height }) {
  * A camera's numbers in the order the engine takes them.
  *
  * @param {SourcedCamera} camera
- * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3
+ * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3; of a fisheye fx, fy, cx, cy, k1, k2, k3, k4
  */
-export function intrinsicsOf({ fx, fy, cx, cy, distortion }) {
-  return [fx, fy, cx, cy, ...distortion];
+export function intrinsicsOf({ fx, fy, cx, cy, distortion, fisheye }) {
+  return [fx, fy, cx, cy, ...(fisheye ?? distortion)];
 }

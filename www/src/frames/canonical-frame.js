@@ -45,7 +45,7 @@ let half = null;
  * @returns {ImageBitmap | ImageData | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
 export function canonicalFrame(frame, camera, asPixels = false) {
-  if (camera.distortion.some((k) => k !== 0)) return null;
+  if (camera.fisheye || camera.distortion.some((k) => k !== 0)) return null;
   const [left, top] = imageFromCanonical(camera, 0, 0);
   const { width, height } = canonicalSize(camera);
   const [right, bottom] = imageFromCanonical(camera, width, height);

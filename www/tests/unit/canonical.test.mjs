@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { DeepSftError, canonicalFromImage, canonicalSize, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
-import { cameraForImage } from "../../src/camera/intrinsics.js";
+import { cameraForImage, intrinsicsOf } from "../../src/camera/intrinsics.js";
 
 const near = (actual, expected, tolerance = 1e-9) =>
   actual.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= tolerance, `${actual} is not ${expected}`));
@@ -24,6 +24,25 @@ test("a distorted position agrees with a hand-computed OpenCV value and comes ba
   const camera = { width: 100, height: 100, fx: 100, fy: 100, cx: 50, cy: 50, distortion: [0.1, 0, 0.01, 0.02, 0] };
   near(imageFromCanonical(camera, 240 + 0.2 * 380, 135 + 0.1 * 380), [70.4, 60.2]);
   near(canonicalFromImage(camera, 70.4, 60.2), [316, 173]);
+});
+
+test("a fisheye's position agrees with OpenCV's and comes back", () => {
+  // cv2.fisheye.projectPoints of the rays (0.3, -0.2) and (-0.5, 0.4).
+  const fisheye = [0.043, -0.017, 0.0062, -0.0011];
+  const camera = { width: 640, height: 480, fx: 612.5, fy: 608.75, cx: 321.25, cy: 242.5, fisheye };
+  for (const [ray, pixel] of [
+    [[0.3, -0.2], [498.473113015, 125.074617635]],
+    [[-0.5, 0.4], [45.485196275, 461.761158227]],
+    [[0, 0], [321.25, 242.5]],
+  ]) {
+    const canonical = [240 + ray[0] * 380, 135 + ray[1] * 380];
+    near(imageFromCanonical(camera, ...canonical), pixel, 1e-6);
+    near(canonicalFromImage(camera, ...pixel), canonical, 1e-6);
+  }
+  assert.deepEqual(intrinsicsOf(cameraForImage(camera, 320, 240)), [306.25, 304.375, 160.625, 121.25, ...fisheye]);
+  const refused = (change, message) => assert.throws(() => cameraForImage({ ...camera, ...change }, 640, 480), { code: "camera-intrinsics", message });
+  refused({ fisheye: [0, 0, 0] }, /four numbers/);
+  refused({ distortion: [0.1, 0, 0, 0, 0] }, /a lens has one/);
 });
 
 test("of a phone's upright image the network sees nearly all, by a canonical image that is upright too", () => {

@@ -30,7 +30,7 @@ export declare function canonicalSize({ width, height }: {
 export declare function imageFromCanonical(camera: Camera, x: number, y: number): [number, number];
 /**
  * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
- * {@link imageFromCanonical}, by fixed-point iteration where the lens distorts.
+ * {@link imageFromCanonical}, by iteration where the lens distorts.
  *
  * @param {Camera} camera
  * @param {number} x

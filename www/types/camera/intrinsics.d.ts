@@ -27,6 +27,11 @@ export type Camera = {
      * (k1, k2, p1, p2, k3), OpenCV's order; none when absent
      */
     distortion?: readonly number[];
+    /**
+     * the (k1, k2, k3, k4) of OpenCV's `cv::fisheye`, in place of `distortion`, for lenses that
+     * see more than about 100 degrees
+     */
+    fisheye?: readonly number[];
 };
 export type CameraSource = "given" | "calibrated" | "estimated";
 export type CameraOption = (Camera & {
@@ -39,7 +44,7 @@ export type SourcedCamera = Camera & {
     source: CameraSource;
 };
 /**
- * A pinhole camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
+ * A camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
  *
  * @typedef {object} Camera
  * @property {number} width image width, pixels
@@ -49,6 +54,8 @@ export type SourcedCamera = Camera & {
  * @property {number} cx principal point, pixels
  * @property {number} cy principal point, pixels
  * @property {readonly number[]} [distortion] (k1, k2, p1, p2, k3), OpenCV's order; none when absent
+ * @property {readonly number[]} [fisheye] the (k1, k2, k3, k4) of OpenCV's `cv::fisheye`, in place of `distortion`, for lenses that
+ *   see more than about 100 degrees
  */
 /**
  * Where intrinsics come from: the caller, a calibration made in this browser, or the typical phone.
@@ -119,6 +126,6 @@ export declare function cameraForFrame(option: CameraOption | undefined, { frame
  * A camera's numbers in the order the engine takes them.
  *
  * @param {SourcedCamera} camera
- * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3
+ * @returns {number[]} fx, fy, cx, cy, k1, k2, p1, p2, k3; of a fisheye fx, fy, cx, cy, k1, k2, k3, k4
  */
-export declare function intrinsicsOf({ fx, fy, cx, cy, distortion }: SourcedCamera): number[];
+export declare function intrinsicsOf({ fx, fy, cx, cy, distortion, fisheye }: SourcedCamera): number[];

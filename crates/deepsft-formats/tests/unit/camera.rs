@@ -1,6 +1,7 @@
 //! `camera.json`.
 
 use deepsft_formats::{camera_to_json, parse_camera};
+use deepsft_geometry::Lens;
 
 const GOOD: &str = r#"{"width": 640, "height": 480, "fx": 528.25, "fy": 527.5, "cx": 320.5, "cy": 239.75,
     "distortion": [0.1, -0.2, 0.001, 0.002, 0.3], "depth_scale": 1000}"#;
@@ -12,11 +13,29 @@ fn message(json: &str) -> String {
 #[test]
 fn a_camera_comes_back_as_it_was() {
     let camera = parse_camera(GOOD.as_bytes()).unwrap();
-    assert_eq!(camera.distortion()[4], 0.3);
+    assert_eq!(camera.lens(), Lens::Polynomial([0.1, -0.2, 0.001, 0.002, 0.3]));
     assert_eq!(parse_camera(camera_to_json(&camera).as_bytes()).unwrap(), camera);
     let plain = camera.with_distortion([0.0; 5]).unwrap();
     assert!(!camera_to_json(&plain).contains("distortion"));
     assert_eq!(parse_camera(camera_to_json(&plain).as_bytes()).unwrap(), plain);
+}
+
+#[test]
+fn a_fisheye_comes_back_as_it_was_and_is_not_also_a_polynomial() {
+    let json = GOOD.replace(
+        "\"distortion\": [0.1, -0.2, 0.001, 0.002, 0.3]",
+        "\"fisheye\": [0.0, -0.02, 0.003, 0.0]",
+    );
+    let camera = parse_camera(json.as_bytes()).unwrap();
+    assert_eq!(camera.lens(), Lens::Fisheye([0.0, -0.02, 0.003, 0.0]));
+    let written = camera_to_json(&camera);
+    assert!(!written.contains("distortion"), "{written}");
+    assert_eq!(parse_camera(written.as_bytes()).unwrap(), camera);
+    assert!(
+        message(&json.replace("\"depth_scale\"", "\"distortion\": [0, 0, 0, 0, 0], \"depth_scale\""))
+            .contains("of which a lens has one")
+    );
+    assert!(message(&json.replace("0.003, 0.0]", "0.003]")).contains("length 3"));
 }
 
 #[test]

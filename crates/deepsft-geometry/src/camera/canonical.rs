@@ -1,6 +1,7 @@
 //! Canonical warp: from any camera's image to the one imaging geometry the network was trained with
 //! (the paper's adaptation A = K_train K_test^-1, after lens distortion is removed).
 
+use super::lens::Lens;
 use super::pinhole::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
@@ -78,8 +79,8 @@ impl CanonicalWarp {
         &self.canonical
     }
 
-    /// Source image position in pixels of a canonical image position in pixels.
-    pub fn source_from_canonical(&self, pixel: DVec2) -> DVec2 {
+    /// Source image position in pixels of a canonical image position in pixels; `None` where the source's lens sees nothing.
+    pub fn source_from_canonical(&self, pixel: DVec2) -> Option<DVec2> {
         self.source.pixel_from_ray(self.canonical.ray_from_pixel(pixel))
     }
 
@@ -91,7 +92,7 @@ impl CanonicalWarp {
     pub fn apply(&self, picture: &Picture) -> Result<Picture, GeometryError> {
         check_size(picture.size(), self.source.size())?;
         Ok(
-            if self.source.distortion() == self.canonical.distortion() && self.source.distortion() == [0.0; 5] {
+            if (self.source.lens(), self.canonical.lens()) == (Lens::Pinhole, Lens::Pinhole) {
                 self.apply_separable(picture)
             } else {
                 self.apply_sampled(picture)
@@ -111,12 +112,9 @@ impl CanonicalWarp {
                 for tap in 0..self.taps * self.taps {
                     let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
                     let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
-                    let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all();
-                    let color = if inside {
-                        picture.sample(at.x, at.y)
-                    } else {
-                        [f32::from(OUTSIDE_IMAGE); 3]
-                    };
+                    let color = at
+                        .filter(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
+                        .map_or([f32::from(OUTSIDE_IMAGE); 3], |at| picture.sample(at.x, at.y));
                     for (s, c) in sum.iter_mut().zip(color) {
                         *s += c;
                     }
@@ -131,8 +129,12 @@ impl CanonicalWarp {
     /// the weights of a pixel's samples are a product of a column's and a row's.
     fn apply_separable(&self, picture: &Picture) -> Picture {
         let (width, height) = (self.canonical.width() as usize, self.canonical.height() as usize);
-        let column_at = |x: f64| self.source_from_canonical(DVec2::new(x, 0.0)).x;
-        let row_at = |y: f64| self.source_from_canonical(DVec2::new(0.0, y)).y;
+        let [(from, to), (from_focal, to_focal)] = [
+            (self.canonical.principal_point(), self.source.principal_point()),
+            (self.canonical.focal(), self.source.focal()),
+        ];
+        let column_at = |x: f64| (x - from.x) / from_focal.x * to_focal.x + to.x;
+        let row_at = |y: f64| (y - from.y) / from_focal.y * to_focal.y + to.y;
         let columns: Vec<Weights> = (0..width)
             .map(|x| Weights::of(x, self.taps, picture.width(), column_at))
             .collect();

@@ -1,11 +1,11 @@
-//! Pinhole camera with intrinsics and lens distortion.
+//! A camera: intrinsics and lens.
 
+use super::lens::Lens;
 use crate::error::GeometryError;
 use glam::{DVec2, DVec3};
 
-/// A pinhole camera: image size, intrinsics in pixels, and distortion in OpenCV's order
-/// (k1, k2, p1, p2, k3). The values have been checked: sides and focal lengths are positive, all
-/// numbers are finite.
+/// A camera: image size, intrinsics in pixels, and its [`Lens`]. The values have been checked: sides and focal
+/// lengths are positive, all numbers are finite.
 ///
 /// ```
 /// use deepsft_geometry::{Camera, glam::DVec3};
@@ -22,7 +22,9 @@ pub struct Camera {
     fy: f64,
     cx: f64,
     cy: f64,
-    distortion: [f64; 5],
+    lens: Lens,
+    /// [`Lens::reach`] of the lens.
+    reach: f64,
 }
 
 /// Focal length of an unknown phone or web camera as a fraction of the image's long side: the median
@@ -36,8 +38,6 @@ pub const PAPER_CAMERAS: [(&str, u32, u32, [f64; 4]); 3] = [
     ("realsense-d435", 1280, 720, [915.5, 915.5, 645.5, 366.3]),
     ("gopro-hero3", 1920, 1080, [1686.8, 1694.2, 952.8, 563.5]),
 ];
-
-const DISTORTION_NAMES: [&str; 5] = ["k1", "k2", "p1", "p2", "k3"];
 
 impl Camera {
     /// A camera without lens distortion. `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels, the
@@ -74,7 +74,8 @@ impl Camera {
             fy,
             cx,
             cy,
-            distortion: [0.0; 5],
+            lens: Lens::Pinhole,
+            reach: f64::INFINITY,
         })
     }
 
@@ -82,18 +83,21 @@ impl Camera {
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
-    pub fn with_distortion(mut self, distortion: [f64; 5]) -> Result<Self, GeometryError> {
-        for (parameter, actual) in DISTORTION_NAMES.into_iter().zip(distortion) {
-            if !actual.is_finite() {
-                return Err(GeometryError::CameraParameter {
-                    parameter,
-                    actual,
-                    expected: "a finite coefficient",
-                });
-            }
-        }
-        self.distortion = distortion;
-        Ok(self)
+    pub fn with_distortion(self, distortion: [f64; 5]) -> Result<Self, GeometryError> {
+        Ok(self.with_lens(Lens::polynomial(distortion)?))
+    }
+
+    /// The same camera with the coefficients (k1, k2, k3, k4) of OpenCV's `cv::fisheye`.
+    ///
+    /// # Errors
+    /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
+    pub fn with_fisheye(self, coefficients: [f64; 4]) -> Result<Self, GeometryError> {
+        Ok(self.with_lens(Lens::fisheye(coefficients)?))
+    }
+
+    fn with_lens(self, lens: Lens) -> Self {
+        let reach = lens.reach();
+        Self { lens, reach, ..self }
     }
 
     /// A guess for an image of unknown origin: principal point at the centre, focal length 0.79 of
@@ -118,8 +122,8 @@ impl Camera {
         }
         let sx = f64::from(width) / f64::from(self.width);
         let sy = f64::from(height) / f64::from(self.height);
-        Self::pinhole(width, height, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)?
-            .with_distortion(self.distortion)
+        let scaled = Self::pinhole(width, height, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)?;
+        Ok(scaled.with_lens(self.lens))
     }
 
     /// The same camera for an image at half the size (sides rounded down), each pixel the mean of four.
@@ -129,22 +133,21 @@ impl Camera {
     pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
         let half = |number: f64| number / 2.0;
         let (width, height) = (self.width / 2, self.height / 2);
-        Self::pinhole(
+        let halved = Self::pinhole(
             width,
             height,
             half(self.fx),
             half(self.fy),
             half(self.cx),
             half(self.cy),
-        )?
-        .with_distortion(self.distortion)
+        )?;
+        Ok(halved.with_lens(self.lens))
     }
 
     /// The same camera held a quarter turned: its images are this one's, turned by a quarter anticlockwise. A point (x, y, z) of this
     /// camera is (y, -x, z) of the turned one.
     #[must_use]
     pub fn turned_anticlockwise(&self) -> Self {
-        let [k1, k2, p1, p2, k3] = self.distortion;
         Self {
             width: self.height,
             height: self.width,
@@ -152,7 +155,8 @@ impl Camera {
             fy: self.fx,
             cx: self.cy,
             cy: f64::from(self.width) - self.cx,
-            distortion: [k1, k2, -p2, p1, k3],
+            lens: self.lens.turned_anticlockwise(),
+            reach: self.reach,
         }
     }
 
@@ -181,79 +185,47 @@ impl Camera {
         DVec2::new(self.cx, self.cy)
     }
 
-    /// Distortion coefficients (k1, k2, p1, p2, k3), OpenCV's order.
-    pub fn distortion(&self) -> [f64; 5] {
-        self.distortion
+    /// What the lens does to rays.
+    pub fn lens(&self) -> Lens {
+        self.lens
     }
 
-    /// Image position in pixels of a camera point in mm; `None` at or behind the camera's plane.
+    /// Image position in pixels of a camera point in mm; `None` at or behind the camera's plane, and where the lens model
+    /// folds back (see [`Camera::pixel_from_ray`]).
     pub fn project(&self, p_camera: DVec3) -> Option<DVec2> {
-        (p_camera.z > 0.0).then(|| self.pixel_from_ray(p_camera.truncate() / p_camera.z))
+        if p_camera.z <= 0.0 {
+            return None;
+        }
+        self.pixel_from_ray(p_camera.truncate() / p_camera.z)
     }
 
     /// [`Camera::project`] and the gradients of both image coordinates with respect to the point, pixels per mm;
-    /// `None` at or behind the camera's plane.
+    /// `None` where that gives none.
     pub fn project_with_gradients(&self, p_camera: DVec3) -> Option<(DVec2, [DVec3; 2])> {
         let pixel = self.project(p_camera)?;
         let ray = p_camera.truncate() / p_camera.z;
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let r2 = ray.length_squared();
-        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        // d radial / d ray = slope * ray.
-        let slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));
-        let mixed = slope * ray.x * ray.y + 2.0 * (p1 * ray.x + p2 * ray.y);
-        let rows = [
-            DVec2::new(
-                radial + slope * ray.x * ray.x + 2.0 * p1 * ray.y + 6.0 * p2 * ray.x,
-                mixed,
-            ),
-            DVec2::new(
-                mixed,
-                radial + slope * ray.y * ray.y + 6.0 * p1 * ray.y + 2.0 * p2 * ray.x,
-            ),
-        ];
+        let [x, y] = self.lens.gradients(ray);
         // d ray / d p = (1, 0, -x) / z and (0, 1, -y) / z.
         let chain = |row: DVec2, focal: f64| row.extend(-row.dot(ray)) * (focal / p_camera.z);
-        Some((pixel, [chain(rows[0], self.fx), chain(rows[1], self.fy)]))
+        Some((pixel, [chain(x, self.fx), chain(y, self.fy)]))
     }
 
-    /// Image position in pixels of the ray (x, y, 1), distortion applied.
-    pub fn pixel_from_ray(&self, ray: DVec2) -> DVec2 {
-        self.distort(ray) * self.focal() + self.principal_point()
+    /// Image position in pixels of the ray (x, y, 1), distortion applied. `None` for a ray so far from the axis that
+    /// the lens model folds back: it would bring what lies outside of the image into it once more.
+    pub fn pixel_from_ray(&self, ray: DVec2) -> Option<DVec2> {
+        (ray.length() <= self.reach).then(|| self.lens.distort(ray) * self.focal() + self.principal_point())
     }
 
-    /// The ray (x, y, 1) through an image position in pixels, distortion removed. The inverse of
-    /// [`Camera::pixel_from_ray`] by fixed-point iteration as in OpenCV's `undistortPoints`, exact to
-    /// 1e-9 for the mild distortion of ordinary lenses.
+    /// The ray (x, y, 1) through an image position in pixels, distortion removed: the inverse of
+    /// [`Camera::pixel_from_ray`], exact to 1e-8 px. For a position that no ray has, beyond the place where the lens model
+    /// folds back, the outermost ray in its direction.
     pub fn ray_from_pixel(&self, pixel: DVec2) -> DVec2 {
         let distorted = (pixel - self.principal_point()) / self.focal();
-        if self.distortion == [0.0; 5] {
-            return distorted;
-        }
-        let mut ray = distorted;
-        for _ in 0..50 {
-            let step = distorted - self.distort(ray);
-            ray += step;
-            if step.length_squared() < 1e-24 {
-                break;
-            }
-        }
-        ray
+        self.lens.undistort(distorted, self.reach)
     }
 
     /// The camera point in mm at depth `depth_mm` (its z) behind an image position: X = rho (x, y, 1).
     pub fn unproject(&self, pixel: DVec2, depth_mm: f64) -> DVec3 {
         self.ray_from_pixel(pixel).extend(1.0) * depth_mm
-    }
-
-    /// OpenCV's radial and tangential model on the normalised image plane.
-    fn distort(&self, p: DVec2) -> DVec2 {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let r2 = p.length_squared();
-        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        DVec2::new(
-            p.x * radial + 2.0 * p1 * p.x * p.y + p2 * (r2 + 2.0 * p.x * p.x),
-            p.y * radial + p1 * (r2 + 2.0 * p.y * p.y) + 2.0 * p2 * p.x * p.y,
-        )
     }
 }

@@ -95,13 +95,11 @@ impl ImageTriangle {
 }
 
 /// The triangles of `mesh`'s topology with its vertices at `vertices_camera` (mm), as the camera sees them,
-/// with smooth normals. Index k belongs to face k; `None` where a face is too near or seen edge-on.
+/// with smooth normals. Index k belongs to face k; `None` where a face is too near, seen edge-on or
+/// beyond what the lens sees.
 fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Vec<Option<ImageTriangle>> {
     let normals = mesh.normals_at(vertices_camera);
-    let pixels: Vec<DVec2> = vertices_camera
-        .iter()
-        .map(|&p| camera.project(p).unwrap_or(DVec2::ZERO))
-        .collect();
+    let pixels: Vec<Option<DVec2>> = vertices_camera.iter().map(|&p| camera.project(p)).collect();
     mesh.faces()
         .iter()
         .map(|&face| {
@@ -109,7 +107,10 @@ fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera)
             if depth.iter().any(|&z| z < NEAR_MM) {
                 return None;
             }
-            let corners = face.map(|v| pixels[v]);
+            let [Some(a), Some(b), Some(c)] = face.map(|v| pixels[v]) else {
+                return None;
+            };
+            let corners = [a, b, c];
             let area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
             if area.abs() < 1e-9 {
                 return None;
@@ -282,7 +283,8 @@ impl VisibleSurface {
         &self.camera
     }
 
-    /// The triangles, one per face; `None` where a face is too near or seen edge-on.
+    /// The triangles, one per face; `None` where a face is too near, seen edge-on or
+    /// beyond what the lens sees.
     pub fn triangles(&self) -> &[Option<ImageTriangle>] {
         &self.triangles
     }

@@ -5,6 +5,7 @@ mod canonical;
 mod color_response;
 mod disjoint_sets;
 mod islands;
+mod lens;
 mod measurements;
 mod metrics;
 mod mipmap;

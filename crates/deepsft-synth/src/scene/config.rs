@@ -8,7 +8,7 @@ use crate::render::shading::LightingConfig;
 use crate::scene::occluder::OccluderKind;
 use crate::scene::pose::PoseConfig;
 use deepsft_formats::CameraFile;
-use deepsft_geometry::{Camera, training_camera};
+use deepsft_geometry::{Camera, Lens, training_camera};
 use serde::{Serialize, Serializer};
 
 /// Settings of a [`crate::Synthesizer`]. Ranges are `[lowest, highest]`, drawn uniformly.
@@ -101,9 +101,9 @@ impl SynthConfig {
     /// # Errors
     /// [`SynthError::Setting`] names the field; [`SynthError::DistortedCamera`].
     pub(crate) fn check(&self) -> Result<(), SynthError> {
-        if self.camera.distortion() != [0.0; 5] {
+        if self.camera.lens() != Lens::Pinhole {
             return Err(SynthError::DistortedCamera {
-                actual: self.camera.distortion(),
+                actual: self.camera.lens(),
             });
         }
         self.control_points.check()?;

@@ -147,7 +147,7 @@ fn draw_pose<R: Rng + ?Sized>(camera: &Camera, vertices: &[DVec3], config: &Pose
     };
     let (from, to) = (to_low.min(to_high) - extra, to_low.max(to_high) + extra);
     let shift = DVec2::new(between([from.x, to.x], rng), between([from.y, to.y], rng));
-    let pixel = camera.pixel_from_ray(DVec2::ZERO) + shift;
+    let pixel = camera.principal_point() + shift;
     DAffine3::from_rotation_translation(rotation, camera.unproject(pixel, distance) - rotation * centroid)
 }
 

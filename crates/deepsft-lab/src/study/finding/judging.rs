@@ -204,7 +204,7 @@ fn warp_error(found: &Found, canonical: &CanonicalWarp, truth: &Maps, print: &Pr
     let place = found.warp.as_ref()?;
     let uv = |pixel: usize| {
         let centre = DVec2::new((pixel % truth.width()) as f64, (pixel / truth.width()) as f64) + 0.5;
-        Some(place(canonical.source_from_canonical(centre)) / print.template.size_mm())
+        Some(place(canonical.source_from_canonical(centre)?) / print.template.size_mm())
     };
     error_px(truth, print, camera, uv)
 }
