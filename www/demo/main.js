@@ -176,6 +176,8 @@ function createLive() {
     shown();
     calibration.add(estimate);
   };
+  // Kept in this browser, and what the frames after this one are measured with.
+  created.onFocal = ({ width, height, focal }) => source?.stream?.calibrate(width, height, focal);
   created.onFrame = () => subjects.kind === "picture" && shown();
   chooseOverlay(stage.overlay);
   choosePaper(stage.paper);

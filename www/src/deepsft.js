@@ -13,6 +13,7 @@ import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
+/** @import { FoundFocal } from "./tracking/mesh-tracking.js" */
 /** @import { LoadProgress } from "./engine/bundle.js" */
 /** @import { MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
@@ -65,6 +66,9 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {(target: Target, tracked: TrackedFrame) => void} [onLost] a target is found no longer; likewise
  * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the model's network, with the number
  *   of its frame, and owns it: call its `close()` when done
+ * @property {(focal: FoundFocal) => void} [onFocal] is told the camera's focal length once the moving, bending sheet has given it
+ *   away, to 1.5 % or better; asked for only while `camera` is estimated. Have `camera` answer with it from then on
+ *   (`CameraStream.calibrate` does): depth is off by as much as the focal length is.
  */
 
 /** What of a model's files the tracker needs. */
@@ -307,7 +311,7 @@ export class DeepSft {
    * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
    * @throws {RangeError} for a `smooth` that is none
    */
-  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, software = false, onFound, onLost, onEstimate } = {}) {
+  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, software = false, ...callbacks } = {}) {
     if (this.#engine.closed) throw closedError();
     const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
     if (targets.length === 0) throw unknownTarget("There is nothing to follow: load a model, or add a picture.");
@@ -321,10 +325,9 @@ export class DeepSft {
       targets: sources,
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
-    const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, onEstimate !== undefined));
+    const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, callbacks.onEstimate !== undefined));
     const tracker = new TrackerWorker(workerUrl, timeoutMs);
-    const callbacks = { onTracked, onFound, onLost, onEstimate };
-    return this.#running(new MeshTracking(video, { targets, tracker, start, find, camera, software, ...callbacks }));
+    return this.#running(new MeshTracking(video, { ...callbacks, onTracked, targets, tracker, start, find, camera, software }));
   }
 
   /**

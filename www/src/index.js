@@ -42,4 +42,5 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
+/** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

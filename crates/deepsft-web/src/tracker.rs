@@ -11,7 +11,7 @@ use crate::{
 use deepsft::{
     DeepSftError, ModelBundle, View,
     geometry::{
-        Camera, Maps, Template, canonical_camera,
+        CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Template, canonical_camera,
         tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackerImage, TrackingOptions},
         training_camera,
     },
@@ -39,7 +39,16 @@ struct Track {
     smoothing: Option<OneEuro>,
     /// The camera of canonical images that lie across.
     training: Camera,
+    template: Template,
+    /// While the camera is to be found.
+    calibration: Option<SelfCalibration>,
 }
+
+/// Frames between two steps of the search for the camera; each takes about as long as following a frame.
+const CALIBRATION_INTERVAL: u32 = 2;
+
+/// Agreement from which a mesh is good enough to tell of the camera.
+const TELLING_AGREEMENT: f64 = 0.6;
 
 #[wasm_bindgen]
 impl MeshTracker {
@@ -119,10 +128,12 @@ impl MeshTracker {
     /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend.
     ///
     /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),
-    /// `confidence` (of each vertex, 0 to 1), `agreement` (of the whole visible print), solver `iterations`. Rejects with an
-    /// `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
+    /// `confidence` (of each vertex, 0 to 1), `agreement` (of the whole visible print), solver `iterations`. With `calibrate` the
+    /// meshes also tell of the camera: `focal` is there in frames in which it was found, the true focal length as a multiple of the
+    /// given one with its standard deviation, a fraction of it. Rejects with an `Error` whose `code` is `camera-intrinsics`,
+    /// `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }[], warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }[], focal: { ratio: number, deviation: number } | null, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
@@ -132,11 +143,12 @@ impl MeshTracker {
         width: u32,
         height: u32,
         camera: Vec<f64>,
+        calibrate: bool,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let camera = camera_from(width, height, &camera)?;
-            core.borrow_mut().follow(number, time_s, &rgba, &camera)
+            core.borrow_mut().follow((number, time_s), &rgba, &camera, calibrate)
         })
     }
 
@@ -195,6 +207,8 @@ impl Core {
             tracker: tracker.map_err(|error| Failure::of_target(&error.into()))?,
             smoothing: self.smoothing.clone().map(OneEuro::new),
             training,
+            template: template.clone(),
+            calibration: None,
         };
         self.tracks.insert(id, track);
         Ok(())
@@ -205,7 +219,13 @@ impl Core {
         self.tracks.get_mut(&id).ok_or_else(unknown)
     }
 
-    fn follow(&mut self, number: u32, time_s: f64, rgba: &[u8], camera: &Camera) -> Result<Object, Failure> {
+    fn follow(
+        &mut self,
+        (number, time_s): (u32, f64),
+        rgba: &[u8],
+        camera: &Camera,
+        calibrate: bool,
+    ) -> Result<Object, Failure> {
         let (mut whole, mut stopwatch) = (Stopwatch::start(), Stopwatch::start());
         let picture = picture_from(rgba, camera.width(), camera.height())?;
         let mut view = View::new(&picture, camera);
@@ -214,6 +234,7 @@ impl Core {
         let mut shared: Option<(Camera, TrackerImage)> = None;
         let mut warp_ms = stopwatch.lap_ms();
         let targets = Array::new();
+        let mut focal: Option<CalibratedCamera> = None;
         for (&id, track) in &mut self.tracks {
             let canonical = canonical_camera(&track.training, camera.size());
             let image = match shared.take().filter(|(camera, _)| *camera == canonical) {
@@ -229,10 +250,21 @@ impl Core {
                 .tracker
                 .follow_shared(u64::from(number), time_s, &image, &canonical)?;
             targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
+            if calibrate {
+                let picture = view.canonical(&canonical).map_err(failed)?;
+                if let Some(found) = track.calibrated(picture, &canonical, number)?
+                    && focal.as_ref().is_none_or(|best| found.focal_deviation < best.focal_deviation)
+                {
+                    focal = Some(found);
+                }
+            } else {
+                track.calibration = None;
+            }
             shared = Some((canonical, image));
         }
         Ok(object([
             ("targets", targets.into()),
+            ("focal", focal.map_or(JsValue::NULL, |found| focal_ratio(&found).into())),
             ("warpMs", warp_ms.into()),
             ("trackMs", (whole.lap_ms() - warp_ms).into()),
         ]))
@@ -240,6 +272,27 @@ impl Core {
 }
 
 impl Track {
+    /// Lets the mesh in the newest frame, whose canonical image is `picture`, tell of the camera.
+    fn calibrated(
+        &mut self,
+        picture: &Picture,
+        canonical: &Camera,
+        number: u32,
+    ) -> Result<Option<CalibratedCamera>, Failure> {
+        let calibration = match &mut self.calibration {
+            Some(calibration) => calibration,
+            none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),
+        };
+        let tracked = self.tracker.current();
+        if tracked.found && tracked.agreement >= TELLING_AGREEMENT {
+            calibration.offer(picture, canonical, &tracked.vertices_camera)?;
+        }
+        if !number.is_multiple_of(CALIBRATION_INTERVAL) {
+            return Ok(None);
+        }
+        Ok(calibration.step()?)
+    }
+
     fn answer(&mut self, number: u32, maps: Option<&Maps>) -> Result<&'static str, Failure> {
         let update = self.tracker.update(u64::from(number), maps)?;
         if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (update, &mut self.smoothing) {
@@ -253,6 +306,14 @@ impl Track {
             TrackUpdate::Ignored => "ignored",
         })
     }
+}
+
+/// A focal length that was found, as a plain object.
+fn focal_ratio(found: &CalibratedCamera) -> Object {
+    object([
+        ("ratio", (found.camera.focal().x / found.assumed.focal().x).into()),
+        ("deviation", found.focal_deviation.into()),
+    ])
 }
 
 /// The mesh of a target in one frame: a plain object, whose arrays belong to JavaScript.

@@ -7,7 +7,7 @@ import { depthRange, depthTicks } from "../graphics/heat.js";
 import { PrintCovering } from "./print-covering.js";
 import { TemplateLight, shadingOf, tintOf } from "../stage/shading.js";
 
-/** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, TrackedFrame } from "deepsft" */
+/** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, FoundFocal, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
 /** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
@@ -76,6 +76,8 @@ export class Live {
   #stopAnimation = () => undefined;
   /** @type {(estimate: Estimate) => void} */
   onEstimate = () => undefined;
+  /** @type {(focal: FoundFocal) => void} told what the camera's focal length is */
+  onFocal = () => undefined;
   /** @type {(tracked: TrackedFrame) => void} told of each frame of a video before it is closed */
   onFrame = () => undefined;
 
@@ -120,6 +122,7 @@ export class Live {
       camera,
       software: this.#stage.software,
       onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
+      onFocal: (focal) => this.onFocal(focal),
     });
     await this.#tracking.finished;
   }

@@ -32,6 +32,16 @@ const MOST_REST_MS = 1000;
 /** So long after a missed frame the processor counts as too slow for both, milliseconds. */
 const BUSY_MS = 2000;
 
+/** A focal length is told of when its standard deviation is below this fraction of it. */
+const MOST_FOCAL_DEVIATION = 0.015;
+
+/**
+ * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
+ * (`spread`), all in pixels.
+ *
+ * @typedef {{ width: number, height: number, focal: number, spread: number }} FoundFocal
+ */
+
 /**
  * @typedef {object} MeshTrackingParts
  * @property {Target[]} targets
@@ -44,6 +54,7 @@ const BUSY_MS = 2000;
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
+ * @property {((focal: FoundFocal) => void) | undefined} onFocal
  */
 
 /**
@@ -78,6 +89,8 @@ export class MeshTracking {
   #findingMs = 0;
   /** Ends the finders' rest. */
   #wakeFinders = () => {};
+  /** Sizes of images whose focal length was told. @type {Set<string>} */
+  #focalsTold = new Set();
   /** Columns of the canonical image of the last frame. */
   #canonicalWidth = 0;
   /** Frames given to the tracker, when the last was, and its time, seconds. */
@@ -184,7 +197,19 @@ export class MeshTracking {
         if (change === "lost") onLost?.(target, tracked);
       }
       onTracked(tracked);
+      if (raw.focal) this.#tellFocal(current, raw.focal);
     }
+  }
+
+  /**
+   * @param {Following} following
+   * @param {{ ratio: number, deviation: number }} found
+   */
+  #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
+    if (deviation > MOST_FOCAL_DEVIATION) return;
+    this.#focalsTold.add(`${width}x${height}`);
+    const focal = (ratio * camera.fx * width) / camera.width;
+    this.#parts.onFocal?.({ width, height, focal, spread: deviation * focal });
   }
 
   /**
@@ -258,10 +283,13 @@ export class MeshTracking {
       // The frame itself stays here, to be drawn.
       const looked = canonical ?? (await createImageBitmap(frame));
       const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
-      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics });
+      const { width, height } = grabbed;
+      const isUnknown = camera.source === "estimated" && !this.#focalsTold.has(`${width}x${height}`);
+      const calibrate = isUnknown && this.#parts.onFocal !== undefined;
+      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, calibrate });
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());
-      return { number, timeS: this.#timeS, frame, camera, began, grabMs, answer };
+      return { number, timeS: this.#timeS, frame, camera, size: { width, height }, began, grabMs, answer };
     }
   }
 
@@ -337,6 +365,7 @@ export class MeshTracking {
  * @property {number} timeS
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
+ * @property {{ width: number, height: number }} size with which the frame came, pixels
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs
  * @property {Promise<RawTracked>} answer

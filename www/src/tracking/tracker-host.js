@@ -44,15 +44,17 @@ export async function unfollow({ id }) {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export async function follow({ number, timeS, frame, intrinsics }) {
+export async function follow({ number, timeS, frame, intrinsics, calibrate = false }) {
   const began = performance.now();
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
-  const { targets, warpMs, trackMs } = await (await started()).follow(number, timeS, rgba, frame.width, frame.height, camera);
+  const { width, height } = frame;
+  const answer = await (await started()).follow(number, timeS, rgba, width, height, camera, calibrate);
+  const { targets, focal, warpMs, trackMs } = answer;
   closeFrame(frame);
   const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
-  return { value: { targets, times: { warpMs, trackMs }, readMs }, transfer };
+  return { value: { targets, focal, times: { warpMs, trackMs }, readMs }, transfer };
 }
 
 /**

@@ -14,7 +14,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  */
 
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[] }} FollowRequest */
+/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], calibrate?: boolean }} FollowRequest */
 /** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 
 /**
@@ -34,6 +34,8 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  *
  * @typedef {object} RawTracked
  * @property {RawTrackedTarget[]} targets
+ * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it was
+ *   found, and its standard deviation as a fraction
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  */

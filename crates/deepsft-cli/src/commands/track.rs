@@ -17,13 +17,20 @@ use deepsft::{DeviceKind, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
-use deepsft_geometry::{Camera, Picture, Template};
+use deepsft_geometry::{Camera, Picture, SelfCalibration, SelfCalibrationOptions, Template};
 use deepsft_synth::{CAMERA_FILE, ClipFolder, Sample};
 use deepsft_train::tracking_errors::{self, TRACKED_PX};
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use track_folder::{TRACK_FOLDER, TrackFolder};
+
+/// Agreement from which a mesh is good enough to tell of the camera.
+const TELLING_AGREEMENT: f64 = 0.6;
+/// Updates of the camera after which it counts as not found.
+const MOST_CAMERA_UPDATES: usize = 30;
+/// Standard deviation of the focal length, a fraction of it, from which its user is warned.
+const UNSURE: f64 = 0.05;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -42,6 +49,8 @@ The command writes
 VIDEO is a folder of PNG or JPEG frames, taken in natural order (frame-2 before frame-10), a .y4m file, or any file that
 the program ffmpeg reads (it must be on the PATH). The command takes the camera.json in the folder if you give no
 --camera, else it assumes a typical phone. Depths are then wrong by the same fraction as the focal length.
+--write-camera finds the camera out: no other focal length than the true one explains how the sheet looks while it moves
+and bends. Then track again with that file as --camera. Frontal views of a flat sheet say nothing.
 
 cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
@@ -67,6 +76,9 @@ pub struct TrackArguments {
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
+    /// Find the camera from the sheet as it moves and bends, and write it to this file
+    #[arg(long, value_name = "FILE")]
+    write_camera: Option<PathBuf>,
     /// Frames per second [default: what the video says, 30 for a folder of images]
     #[arg(long, value_name = "RATE", value_parser = positive)]
     fps: Option<f64>,
@@ -142,6 +154,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
             .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
         texture_png: arguments.meshes.then(|| encode_png(template.texture())).transpose()?,
         pictures: arguments.pictures,
+        calibration: match &arguments.write_camera {
+            Some(_) => Some(SelfCalibration::new(template, SelfCalibrationOptions::default())?),
+            None => None,
+        },
         folder: TrackFolder::new(&arguments.out, template.mesh().vertices().len())?,
         frames: Vec::new(),
     };
@@ -159,6 +175,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     let failure = follow().err();
     bar.finish_and_clear();
+    let calibration = track.calibration.take();
     let (folder, frames) = (track.folder, track.frames);
     // A video whose very first frame fails leaves nothing worth keeping.
     let failure = match failure {
@@ -190,6 +207,9 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let committed = folder.commit(&report);
     let Some(failure) = failure else {
         print(&report, &committed?);
+        if let (Some(path), Some(calibration)) = (&arguments.write_camera, calibration) {
+            write_camera(path, calibration, &camera)?;
+        }
         return Ok(());
     };
     match committed {
@@ -214,6 +234,30 @@ fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
     let start = Instant::now();
     let frame = video.frames.next().transpose()?;
     Ok(frame.map(|frame| (frame, milliseconds(start))))
+}
+
+/// Writes the camera that `calibration` has found for images of the `assumed` one.
+fn write_camera(path: &Path, mut calibration: SelfCalibration, assumed: &Camera) -> Result<()> {
+    let found = calibration.solve(MOST_CAMERA_UPDATES)?.ok_or_else(|| {
+        anyhow!(
+            "{}: the video does not tell what its camera is: the sheet has to be found in views that differ, tilted or bent",
+            path.display()
+        )
+    })?;
+    let camera = found.of_source(assumed)?;
+    deepsft_formats::write_file(path, deepsft_formats::camera_to_json(&camera).as_bytes())?;
+    println!(
+        "camera: focal length {:.1} px, standard deviation {:.1} % ({:.1} px were assumed), from {} views: {}",
+        camera.focal().x,
+        100.0 * found.focal_deviation,
+        assumed.focal().x,
+        found.views,
+        path.display()
+    );
+    if found.focal_deviation > UNSURE {
+        println!("that is not much better than a guess: tilt and bend the sheet more, and nearer to the camera");
+    }
+    Ok(())
 }
 
 /// The camera of the video: the one given, the one that lies in its folder, or a typical one.
@@ -249,6 +293,8 @@ struct Track<'a> {
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
     pictures: bool,
+    /// If the camera is to be found.
+    calibration: Option<SelfCalibration>,
     folder: TrackFolder,
     frames: Vec<FrameReport>,
 }
@@ -266,6 +312,13 @@ impl Track<'_> {
             detection,
             times,
         } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
+        if let Some(calibration) = &mut self.calibration {
+            if tracked.found && tracked.agreement >= TELLING_AGREEMENT {
+                let image = view.canonical(&self.canonical_camera)?;
+                calibration.offer(image, &self.canonical_camera, &tracked.vertices_camera)?;
+            }
+            calibration.step()?;
+        }
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {

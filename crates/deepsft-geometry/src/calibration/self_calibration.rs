@@ -16,8 +16,8 @@ const HELD: f64 = 1e12;
 /// Most that the focal length changes in one update, ln f.
 const MOST_STEP: f64 = 0.15;
 
-/// Change of ln f from one update to the next below which the camera is found.
-const FOUND_STEP: f64 = 1e-3;
+/// Change of ln f from one update to the next, as a fraction of its deviation, below which the camera is found.
+const FOUND_STEP: f64 = 0.1;
 
 /// What is known before the views are, and which views are taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl Default for SelfCalibrationOptions {
             deviations: [0.2, 0.02, 0.02, 0.03],
             blurs: vec![2.0, 1.2, 0.8],
             steps: 4,
-            residual_variance: 0.62,
+            residual_variance: 0.25,
             fewest_views: 4,
             most_views: 12,
             least_motion: 0.05,
@@ -205,11 +205,12 @@ impl SelfCalibration {
         self.cameras = Some([assumed, camera]);
         self.views.iter_mut().for_each(|view| view.follow(step));
         self.updates += 1;
-        let found = self.updates > last && step.x.abs() < FOUND_STEP;
+        let focal_deviation = (self.options.residual_variance * covariance.x_axis.x).sqrt();
+        let found = self.updates > last && step.x.abs() < FOUND_STEP * focal_deviation;
         Ok(found.then(|| CalibratedCamera {
             camera,
             assumed,
-            focal_deviation: covariance.x_axis.x.sqrt(),
+            focal_deviation,
             views: self.views.len(),
         }))
     }

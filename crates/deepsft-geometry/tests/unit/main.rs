@@ -13,6 +13,7 @@ mod one_euro;
 mod photo_consistency;
 mod pinhole;
 mod rigid_motion;
+mod self_calibration;
 mod surface_locator;
 mod template;
 mod topology;

@@ -45,10 +45,10 @@ pub struct CalibrationStudyArguments {
     #[arg(long, value_name = "X", default_value_t = 0.3)]
     off: f64,
     /// Most by which the true principal point is off the assumed one in each direction, as a fraction of f
-    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    #[arg(long, value_name = "X", default_value_t = 0.02)]
     shift: f64,
     /// Most of the true lens's first radial distortion k1, either sign; none is assumed
-    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    #[arg(long, value_name = "X", default_value_t = 0.05)]
     distortion: f64,
     /// Keep views as in an application, the most telling dozen, and not all of them
     #[arg(long)]
