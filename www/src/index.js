@@ -4,9 +4,11 @@ export {
   CANONICAL_FOCAL,
   CANONICAL_HEIGHT,
   CANONICAL_WIDTH,
+  DISTORTION_GLSL,
   canonicalFromImage,
   canonicalSize,
   imageFromCanonical,
+  verticesInImage,
   visibleRegion,
 } from "./camera/canonical.js";
 export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js";

@@ -1,11 +1,11 @@
 // The live view: frames in, overlay out.
 
 import { DeepSftError } from "deepsft";
+import { PrintCovering, TemplateLight } from "deepsft/light";
 import { animate, prefersStillness } from "../graphics/animation.js";
 import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
-import { PrintCovering } from "./print-covering.js";
-import { TemplateLight, shadingOf, tintOf } from "../stage/shading.js";
+import { shadingOf, tintOf } from "../stage/shading.js";
 
 /** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, FoundFocal, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */

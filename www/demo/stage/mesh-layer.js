@@ -1,16 +1,16 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
+import { VertexLight } from "deepsft/light";
 import { SMALL_LENGTH } from "./frame-picture.js";
 import { createTexture, programVariants } from "../graphics/gl.js";
 import { PAINTED_POWER } from "../graphics/papers.js";
 import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
-import { VertexLight } from "./vertex-light.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { PaperSource } from "../graphics/papers.js" */
-/** @import { TemplateLight } from "./shading.js" */
+/** @import { TemplateLight } from "deepsft/light" */
 
 /** Numbers per corner in the buffer that each frame fills: position, normal, confidence and fraction seen. */
 const STRIDE = 8;
@@ -193,7 +193,8 @@ export class MeshLayer {
   }
 
   /**
-   * The light of each vertex.
+   * The light of each vertex, for machines whose processor draws: three passes of WebGL over a picture of the light take it longer than
+   * all the rest of the sheet.
    *
    * @param {SourcedCamera} camera
    * @param {ImageData} frame
@@ -205,7 +206,7 @@ export class MeshLayer {
     const gl = this.#gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#lights);
     const corners = new Float32Array(this.#faces.length);
-    for (let i = 0; i < corners.length; i++) corners[i] = light[this.#faces[i]];
+    for (let i = 0; i < corners.length; i++) corners[i] = light[this.#faces[i]] ** PAINTED_POWER;
     gl.bufferData(gl.ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
   }
 

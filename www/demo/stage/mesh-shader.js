@@ -1,7 +1,7 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
+import { DISTORTION_GLSL } from "deepsft";
 import { PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
-import { DISTORTION_GLSL } from "./stage-shader.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
 

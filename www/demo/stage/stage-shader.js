@@ -1,19 +1,9 @@
 // The stage's shader: one pass that draws the frame and the overlay for every pixel of the canvas.
 
+import { DISTORTION_GLSL } from "deepsft";
 import { PAINTED_POWER, paperGlsl } from "../graphics/papers.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
-
-/** OpenCV's distortion of the normalised image plane. */
-export const DISTORTION_GLSL = `
-uniform float u_distortion[5];     // k1, k2, p1, p2, k3
-vec2 distorted(vec2 p) {
-  float r2 = dot(p, p);
-  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));
-  return p * radial + vec2(
-    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),
-    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);
-}`;
 
 export const VERTEX_SHADER = `#version 300 es
 void main() {

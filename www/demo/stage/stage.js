@@ -16,7 +16,7 @@ import { boundsInImage, viewOf } from "./view.js";
 /** @import { Estimate, SourcedCamera, SurfaceMesh, Target } from "deepsft" */
 /** @import { Program } from "../graphics/gl.js" */
 /** @import { PaperSource } from "../graphics/papers.js" */
-/** @import { TemplateLight } from "./shading.js" */
+/** @import { TemplateLight } from "deepsft/light" */
 /** @import { MeshView } from "./mesh-layer.js" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { MapOverlay } from "./stage-shader.js" */

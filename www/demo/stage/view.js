@@ -1,6 +1,6 @@
 // Where the image lies on the canvas.
 
-import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical, visibleRegion } from "deepsft";
+import { verticesInImage, visibleRegion } from "deepsft";
 
 /** @import { SourcedCamera } from "deepsft" */
 
@@ -42,27 +42,6 @@ export function viewOf(canvas, camera) {
 }
 
 /**
- * Where the vertices of a mesh lie in the image.
- *
- * @param {Float32Array} vertices (x, y, z) each, camera frame
- * @param {SourcedCamera} camera
- * @param {number} scale of the result
- * @returns {Float32Array} (x, y) each, pixels times the scale
- */
-export function inImage(vertices, camera, scale) {
-  const { width, height } = canonicalSize(camera);
-  const points = new Float32Array((2 * vertices.length) / 3);
-  for (let i = 0; 2 * i < points.length; i++) {
-    const perMm = CANONICAL_FOCAL / vertices[3 * i + 2];
-    const [column, row] = [vertices[3 * i] * perMm + width / 2, vertices[3 * i + 1] * perMm + height / 2];
-    const [x, y] = imageFromCanonical(camera, column, row);
-    points[2 * i] = x * scale;
-    points[2 * i + 1] = y * scale;
-  }
-  return points;
-}
-
-/**
  * The box around a mesh in the image, cut to the image.
  *
  * @param {Float32Array} vertices (x, y, z) each, camera frame
@@ -70,7 +49,7 @@ export function inImage(vertices, camera, scale) {
  * @returns {{ left: number, top: number, right: number, bottom: number }} pixels
  */
 export function boundsInImage(vertices, camera) {
-  const points = inImage(vertices, camera, 1);
+  const points = verticesInImage(vertices, camera, 1);
   const box = { left: camera.width, top: camera.height, right: 0, bottom: 0 };
   for (let i = 0; i < points.length; i += 2) {
     box.left = Math.min(box.left, Math.max(0, points[i]));

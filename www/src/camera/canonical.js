@@ -36,6 +36,17 @@ function distort([k1, k2, p1, p2, k3], x, y) {
   return [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y];
 }
 
+/** GLSL of the same: `vec2 distorted(vec2 p)`, given by the uniform `u_distortion`. */
+export const DISTORTION_GLSL = `
+uniform float u_distortion[5];     // k1, k2, p1, p2, k3
+vec2 distorted(vec2 p) {
+  float r2 = dot(p, p);
+  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));
+  return p * radial + vec2(
+    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),
+    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);
+}`;
+
 /**
  * Distance from the centre, in focal lengths, of what a fisheye sees at an angle from its axis, and its derivative.
  *
@@ -66,6 +77,27 @@ export function imageFromCanonical(camera, x, y) {
     ? scaled(ray, (r) => fisheyeRadius(camera.fisheye ?? [], Math.atan(r))[0])
     : distort(camera.distortion ?? [0, 0, 0, 0, 0], ray[0], ray[1]);
   return [dx * camera.fx + camera.cx, dy * camera.fy + camera.cy];
+}
+
+/**
+ * Where the vertices of a mesh lie in a camera's image.
+ *
+ * @param {Float32Array} vertices (x, y, z) each, camera frame
+ * @param {Camera} camera
+ * @param {number} [scale] of the result
+ * @returns {Float32Array} (x, y) each, pixels times the scale
+ */
+export function verticesInImage(vertices, camera, scale = 1) {
+  const { width, height } = canonicalSize(camera);
+  const points = new Float32Array((2 * vertices.length) / 3);
+  for (let i = 0; 2 * i < points.length; i++) {
+    const perMm = CANONICAL_FOCAL / vertices[3 * i + 2];
+    const [column, row] = [vertices[3 * i] * perMm + width / 2, vertices[3 * i + 1] * perMm + height / 2];
+    const [x, y] = imageFromCanonical(camera, column, row);
+    points[2 * i] = x * scale;
+    points[2 * i + 1] = y * scale;
+  }
+  return points;
 }
 
 /**

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { PrintCovering } from "../../demo/live/print-covering.js";
+import { PrintCovering } from "deepsft/light";
 
 const [COLUMNS, ROWS] = [12, 9];
 

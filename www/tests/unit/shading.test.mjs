@@ -3,8 +3,8 @@ import { test } from "node:test";
 
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { depthRange, depthTicks, heatRow } from "../../demo/graphics/heat.js";
-import { VertexLight } from "../../demo/stage/vertex-light.js";
-import { TemplateLight, shadingOf, shadingSize, tintOf } from "../../demo/stage/shading.js";
+import { TemplateLight, VertexLight } from "deepsft/light";
+import { shadingOf, shadingSize, tintOf } from "../../demo/stage/shading.js";
 
 const byteOf = (linear) =>
   Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
@@ -106,9 +106,9 @@ function litSheet(light, turned = false) {
   return vertexLight.of(Float32Array.from(vertices), new Float32Array(columns * rows).fill(1), camera, frame);
 }
 
-test("the vertices of a sheet in half the light have the power of one half, on bright and dark print alike", () => {
+test("the vertices of a sheet in half the light have about one half, on bright and dark print alike", () => {
   // The floor of 0.02 under both sides: (0.4 + 0.02) / (0.8 + 0.02) = 0.512 on bright print, 0.12 / 0.22 = 0.545 on dark.
-  const [bright, dark] = [0.512, 0.545].map((light) => light ** (1 / 2.2));
+  const [bright, dark] = [0.512, 0.545];
   const light = litSheet(0.5);
   assert.equal(light.length, 66);
   for (const [row, value] of [0, 2, 5].flatMap((row) => [[row, bright], [row, dark]])) {

@@ -19,6 +19,8 @@ export declare function canonicalSize({ width, height }: {
     width: number;
     height: number;
 };
+/** GLSL of the same: `vec2 distorted(vec2 p)`, given by the uniform `u_distortion`. */
+export declare const DISTORTION_GLSL = "\nuniform float u_distortion[5];     // k1, k2, p1, p2, k3\nvec2 distorted(vec2 p) {\n  float r2 = dot(p, p);\n  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));\n  return p * radial + vec2(\n    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),\n    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);\n}";
 /**
  * Position in a camera's image, pixels, of a position in the canonical image, pixels.
  *
@@ -28,6 +30,15 @@ export declare function canonicalSize({ width, height }: {
  * @returns {[number, number]}
  */
 export declare function imageFromCanonical(camera: Camera, x: number, y: number): [number, number];
+/**
+ * Where the vertices of a mesh lie in a camera's image.
+ *
+ * @param {Float32Array} vertices (x, y, z) each, camera frame
+ * @param {Camera} camera
+ * @param {number} [scale] of the result
+ * @returns {Float32Array} (x, y) each, pixels times the scale
+ */
+export declare function verticesInImage(vertices: Float32Array, camera: Camera, scale?: number): Float32Array;
 /**
  * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
  * {@link imageFromCanonical}, by iteration where the lens distorts.

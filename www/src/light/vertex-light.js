@@ -1,12 +1,12 @@
-// The light on a mesh by its vertices, for machines whose processor draws: three passes of WebGL over a picture of the light take it
-// longer than all the rest of the sheet.
+// The light on a mesh by its vertices.
 
-import { PAINTED_POWER } from "../graphics/papers.js";
-import { FLOOR, LINEAR, MOST, luminanceOf } from "./shading.js";
-import { inImage } from "./view.js";
+import { verticesInImage } from "../camera/canonical.js";
+import { FLOOR, LINEAR, MOST, luminanceOf } from "./template-light.js";
 
-/** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
-/** @import { TemplateLight } from "./shading.js" */
+/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
+/** @import { TemplateLight } from "./template-light.js" */
 
 /** What is printed on a face is the mean of its cells, of so many along each edge. */
 const PRINTED_AT = 4;
@@ -42,11 +42,11 @@ export class VertexLight {
    * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers
    * @param {SourcedCamera} camera
    * @param {{ data: Uint8ClampedArray, width: number, height: number }} frame RGBA, small: each pixel the mean of those it stands for
-   * @returns {Float32Array} for each vertex the power {@link PAINTED_POWER} of the light, 1 where the image is as bright as the print
+   * @returns {Float32Array} linear light on each vertex, 1 where the image is as bright as the print
    */
   of(vertices, seen, camera, frame) {
     const luminance = luminances(frame);
-    const points = inImage(vertices, camera, frame.width / camera.width);
+    const points = verticesInImage(vertices, camera, frame.width / camera.width);
     const sums = noSums(seen.length);
     const faces = this.#faces;
     for (let i = 0; i < faces.length; i += 3) {
@@ -68,7 +68,7 @@ export class VertexLight {
     return spread.weight.map((weight, i) => {
       if (weight < 1e-6) return 1;
       const light = (spread.seen[i] / weight + FLOOR) / (spread.printed[i] / weight + FLOOR);
-      return Math.min(MOST, light) ** PAINTED_POWER;
+      return Math.min(MOST, light);
     });
   }
 

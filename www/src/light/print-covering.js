@@ -1,7 +1,7 @@
 // What lies in front of a print that no network looks at: where its detail should be seen, and is not.
 
-/** @import { Target } from "deepsft" */
-/** @import { Mesh } from "./covering.js" */
+/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
+/** @import { Target } from "../targets/target.js" */
 
 /** Standard deviation of the print's luminance around a vertex, 0 to 255, from which on the image must confirm it, and below which it cannot. */
 const DETAIL = { from: 8, fully: 20 };
@@ -32,7 +32,7 @@ export class PrintCovering {
   /**
    * Fraction of each vertex's surroundings that is seen, 0 to 1.
    *
-   * @param {Pick<Mesh, "confidence">} mesh
+   * @param {Pick<SurfaceMesh, "confidence">} mesh
    * @param {boolean} certain whether the mesh lies well enough for its confidence to tell what covers it
    * @returns {Float32Array}
    */

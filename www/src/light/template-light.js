@@ -1,0 +1,76 @@
+// The print in linear light: what the light on a sheet is told from.
+
+/** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
+export const FLOOR = 0.02;
+/** Brightest shading: highlights of glossy paper. */
+export const MOST = 2.5;
+
+/** Columns of the template's copy in which its luminance is looked up: about a canonical pixel each. */
+const LOOKUP_WIDTH = 256;
+
+/** Linear light of an sRGB byte. */
+export const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
+  const c = byte / 255;
+  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+});
+
+/** Luminance of linear sRGB (Rec. 709). */
+const LUMINANCE = [0.2126, 0.7152, 0.0722];
+
+/** Template colours in linear light on a small grid. */
+export class TemplateLight {
+  /** @param {{ data: Uint8ClampedArray, width: number, height: number }} texture RGBA */
+  constructor({ data, width, height }) {
+    this.width = Math.min(width, LOOKUP_WIDTH);
+    this.height = Math.max(1, Math.round((height * this.width) / width));
+    /** Linear RGB, row-major: the mean over the pixels of each cell. */
+    this.rgb = new Float32Array(3 * this.width * this.height);
+    for (let y = 0; y < this.height; y++) {
+      const [top, bottom] = [Math.floor((y * height) / this.height), Math.ceil(((y + 1) * height) / this.height)];
+      for (let x = 0; x < this.width; x++) {
+        const [left, right] = [Math.floor((x * width) / this.width), Math.ceil(((x + 1) * width) / this.width)];
+        const weight = 1 / ((bottom - top) * (right - left));
+        for (let j = top; j < bottom; j++) {
+          for (let i = left; i < right; i++) {
+            for (let k = 0; k < 3; k++)
+              this.rgb[3 * (y * this.width + x) + k] += LINEAR[data[4 * (j * width + i) + k]] * weight;
+          }
+        }
+      }
+    }
+  }
+
+  /**
+   * Where the colour of a place on the print begins in `rgb`.
+   *
+   * @param {number} u
+   * @param {number} v
+   * @returns {number}
+   */
+  placeOf(u, v) {
+    const column = Math.min(this.width - 1, Math.max(0, Math.floor(u * this.width)));
+    const row = Math.min(this.height - 1, Math.max(0, Math.floor(v * this.height)));
+    return 3 * (row * this.width + column);
+  }
+
+  /**
+   * @param {number} u
+   * @param {number} v
+   * @returns {number} linear
+   */
+  luminanceAt(u, v) {
+    const at = this.placeOf(u, v);
+    return luminanceOf(this.rgb[at], this.rgb[at + 1], this.rgb[at + 2]);
+  }
+}
+
+/**
+ * Luminance of a colour in linear light.
+ *
+ * @param {number} r
+ * @param {number} g
+ * @param {number} b
+ */
+export function luminanceOf(r, g, b) {
+  return LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
+}
