@@ -41,7 +41,7 @@ export class SurfaceMesh {
    * @returns {Float32Array} computed once
    */
   get normals() {
-    this.#normals ??= vertexNormals(this.vertices, this.faces);
+    this.#normals ??= vertexNormals(this.vertices, this.faces, new Float32Array(this.vertices.length));
     return this.#normals;
   }
 }
@@ -49,10 +49,10 @@ export class SurfaceMesh {
 /**
  * @param {Float32Array} vertices
  * @param {Uint32Array} faces
- * @returns {Float32Array}
+ * @param {Float32Array} normals zeros, filled
+ * @returns {Float32Array} `normals`
  */
-function vertexNormals(vertices, faces) {
-  const normals = new Float32Array(vertices.length);
+export function vertexNormals(vertices, faces, normals) {
   // Plain numbers throughout: lists that live for one face cost ten times the arithmetic.
   for (let i = 0; i < faces.length; i += 3) {
     const a = 3 * faces[i];

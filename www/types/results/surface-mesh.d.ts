@@ -39,3 +39,10 @@ export declare class SurfaceMesh {
      */
     get normals(): Float32Array;
 }
+/**
+ * @param {Float32Array} vertices
+ * @param {Uint32Array} faces
+ * @param {Float32Array} normals zeros, filled
+ * @returns {Float32Array} `normals`
+ */
+export declare function vertexNormals(vertices: Float32Array, faces: Uint32Array, normals: Float32Array): Float32Array;

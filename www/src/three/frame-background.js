@@ -1,0 +1,120 @@
+// The camera's image behind everything else in a scene.
+
+import { BufferAttribute, BufferGeometry, LinearFilter, Mesh, ShaderMaterial, SRGBColorSpace, Texture, Vector2, Vector4 } from "three";
+import { DISTORTION_GLSL } from "../camera/canonical.js";
+import { FrameCamera } from "./frame-camera.js";
+
+/** Before all that a page orders by itself. */
+const FIRST = -1e6;
+
+const VERTEX_SHADER = `
+uniform vec4 u_region;             // left, top, right, bottom, image pixels
+varying vec2 v_pixel;
+void main() {
+  v_pixel = mix(u_region.xw, u_region.zy, 0.5 + 0.5 * position.xy);
+  gl_Position = vec4(position.xy, 0.0, 1.0);
+}`;
+
+const FRAGMENT_SHADER = `
+uniform sampler2D u_frame;         // its first row at v = 0
+uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
+uniform vec2 u_size;               // pixels
+varying vec2 v_pixel;
+${DISTORTION_GLSL}
+void main() {
+  vec2 uv = (distorted((v_pixel - u_camera.zw) / u_camera.xy) * u_camera.xy + u_camera.zw) / u_size;
+  if (any(greaterThan(abs(uv - 0.5), vec2(0.5)))) discard;
+  gl_FragColor = vec4(texture2D(u_frame, uv).rgb, 1.0);
+  #include <colorspace_fragment>
+}`;
+
+/**
+ * A frame of the video, where the {@link FrameCamera} that renders the scene sees it. Content lies on it exactly because it is the frame
+ * that was tracked, not what the video shows by now. Of a lens that distorts it shows what a pinhole would see.
+ *
+ * For `WebGLRenderer`. Elsewhere lay the canvas over the video element, with `object-fit: cover`.
+ */
+export class FrameBackground extends Mesh {
+  #texture = new Texture();
+  #uniforms;
+  /** @type {(() => void) | null} */
+  #release = null;
+  /** @type {unknown} */
+  #shown = null;
+
+  constructor() {
+    const geometry = new BufferGeometry();
+    // One triangle that covers the canvas.
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
+    const uniforms = {
+      u_frame: { value: /** @type {Texture | null} */ (null) },
+      u_camera: { value: new Vector4() },
+      u_distortion: { value: [0, 0, 0, 0, 0] },
+      u_region: { value: new Vector4() },
+      u_size: { value: new Vector2(1, 1) },
+    };
+    const shaders = { vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER };
+    super(geometry, new ShaderMaterial({ ...shaders, uniforms, depthTest: false, depthWrite: false, toneMapped: false }));
+    this.#uniforms = uniforms;
+    this.name = "frame";
+    this.renderOrder = FIRST;
+    this.frustumCulled = false;
+    this.visible = false;
+    const texture = this.#texture;
+    uniforms.u_frame.value = texture;
+    texture.colorSpace = SRGBColorSpace;
+    texture.minFilter = LinearFilter;
+    texture.generateMipmaps = false;
+    // Bitmaps are uploaded as they are, so all else is too.
+    texture.flipY = false;
+    this.onBeforeRender = (/** @type {unknown[]} */ ...[, , camera]) => {
+      if (camera instanceof FrameCamera) this.#lookThrough(camera);
+    };
+  }
+
+  /**
+   * Shows a frame from the next rendering on.
+   *
+   * @param {{ frame: ImageBitmap | HTMLVideoElement | null, close?: () => void }} tracked a `TrackedFrame` or an `Estimate`, closed when
+   *   the next one is shown: keep it open, and pass it on when nothing else needs it. A video may be given in its place:
+   *   `{ frame: video }`.
+   */
+  show(tracked) {
+    const { frame } = tracked;
+    if (!frame || tracked === this.#shown) return;
+    const [width, height] = "videoWidth" in frame ? [frame.videoWidth, frame.videoHeight] : [frame.width, frame.height];
+    const size = this.#uniforms.u_size.value;
+    if (size.x !== width || size.y !== height) this.#texture.dispose();
+    size.set(width, height);
+    this.#texture.image = frame;
+    this.#texture.needsUpdate = true;
+    this.visible = true;
+    this.#release?.();
+    this.#shown = tracked;
+    this.#release = () => tracked.close?.();
+  }
+
+  /** Lets frame, texture and material go. */
+  dispose() {
+    this.#release?.();
+    [this.#release, this.#shown, this.visible] = [null, null, false];
+    this.#texture.dispose();
+    this.geometry.dispose();
+    /** @type {ShaderMaterial} */ (this.material).dispose();
+  }
+
+  /** Not a thing that rays hit. @override */
+  raycast() {}
+
+  /** @param {FrameCamera} camera */
+  #lookThrough({ intrinsics, region }) {
+    if (!intrinsics) return;
+    const { u_camera, u_distortion, u_region, u_size } = this.#uniforms;
+    // Those of the picture at another scale are scaled.
+    const [sx, sy] = [u_size.value.x / intrinsics.width, u_size.value.y / intrinsics.height];
+    u_camera.value.set(intrinsics.fx * sx, intrinsics.fy * sy, intrinsics.cx * sx, intrinsics.cy * sy);
+    u_region.value.set(region.left * sx, region.top * sy, region.right * sx, region.bottom * sy);
+    intrinsics.distortion?.forEach((k, i) => (u_distortion.value[i] = k));
+    /** @type {ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
+  }
+}

@@ -1,0 +1,11 @@
+// `deepsft/three`: tracked surfaces in scenes of three.js. Units are millimetres.
+
+export { Anchor } from "./anchor.js";
+export { FrameBackground } from "./frame-background.js";
+export { FrameCamera } from "./frame-camera.js";
+export { Sheet } from "./sheet.js";
+export { SurfaceGeometry } from "./surface-geometry.js";
+export { turnedFrame } from "./frame.js";
+
+/** @typedef {import("./frame-camera.js").FrameFit} FrameFit */
+/** @typedef {import("./sheet.js").SheetOptions} SheetOptions */

@@ -1,0 +1,48 @@
+// A tracked mesh as geometry of three.js.
+
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage } from "three";
+import { vertexNormals } from "../results/surface-mesh.js";
+import { turnedFrame } from "./frame.js";
+
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+
+/**
+ * The mesh of a target in the frame of three.js, mm. Faces are counter-clockwise seen from the printed side. `uv` has v up, as textures
+ * of three.js do.
+ */
+export class SurfaceGeometry extends BufferGeometry {
+  #positions;
+  #normals;
+
+  /** @param {MeshTopology} topology `target.mesh` */
+  constructor({ faces, textureCoordinates }) {
+    super();
+    const count = textureCoordinates.length / 2;
+    const attribute = () => new BufferAttribute(new Float32Array(3 * count), 3).setUsage(DynamicDrawUsage);
+    this.#positions = attribute();
+    this.#normals = attribute();
+    this.setIndex(new BufferAttribute(faces, 1));
+    this.setAttribute("position", this.#positions);
+    this.setAttribute("normal", this.#normals);
+    const uv = textureCoordinates.map((c, i) => (i % 2 === 0 ? c : 1 - c));
+    this.setAttribute("uv", new BufferAttribute(uv, 2));
+  }
+
+  /**
+   * Takes the shape of a mesh; nothing is allocated.
+   *
+   * @param {{ vertices: Float32Array, faces: Uint32Array }} mesh a `SurfaceMesh` of the same target
+   * @throws {RangeError} for the mesh of another target
+   */
+  update({ vertices, faces }) {
+    const [positions, normals] = [this.#positions, this.#normals];
+    if (vertices.length !== positions.array.length)
+      throw new RangeError(`The mesh has ${vertices.length / 3} vertices, that of the target ${positions.count}.`);
+    const filled = /** @type {Float32Array} */ (normals.array);
+    turnedFrame(vertices, /** @type {Float32Array} */ (positions.array));
+    turnedFrame(vertexNormals(vertices, faces, filled.fill(0)));
+    positions.needsUpdate = true;
+    normals.needsUpdate = true;
+    this.computeBoundingSphere();
+  }
+}

@@ -1,0 +1,226 @@
+// `deepsft/three` against our own camera model and meshes whose poses are known.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Matrix4, Quaternion, Raycaster, Vector2, Vector3 } from "three";
+
+import { DeepSft, SurfaceMesh, verticesInImage } from "deepsft";
+import { Anchor, FrameBackground, FrameCamera, Sheet, SurfaceGeometry, turnedFrame } from "deepsft/three";
+import { noise } from "./support.mjs";
+
+const INTRINSICS = { width: 1280, height: 720, fx: 1010, fy: 1023, cx: 655.5, cy: 341.25 };
+const near = (actual, expected, tolerance, what = "") =>
+  assert.ok(Math.abs(actual - expected) <= tolerance, `${what} ${actual} is not ${expected}`);
+
+/** A sheet of 200 x 100 mm on a grid, as `bent` lays it in the camera's frame. */
+function sheetMesh(bent = (x, y) => [x, y, 400], columns = 9, rows = 5) {
+  const [vertices, uv, faces] = [[], [], []];
+  for (let j = 0; j < rows; j++) {
+    for (let i = 0; i < columns; i++) {
+      const [u, v] = [i / (columns - 1), j / (rows - 1)];
+      uv.push(u, v);
+      vertices.push(...bent(200 * (u - 0.5), 100 * (v - 0.5)));
+      const [a, b, c, d] = [0, 1, columns, columns + 1].map((step) => j * columns + i + step);
+      if (i + 1 < columns && j + 1 < rows) faces.push(a, c, b, b, c, d);
+    }
+  }
+  const topology = { faces: Uint32Array.from(faces), textureCoordinates: Float32Array.from(uv) };
+  const raw = { vertices: Float32Array.from(vertices), confidence: new Float32Array(uv.length / 2).fill(1) };
+  return { topology, mesh: new SurfaceMesh(raw, topology, "tracking") };
+}
+
+function targetOf(topology) {
+  const texture = { data: new Uint8ClampedArray(4 * 16 * 8).fill(255), width: 16, height: 8 };
+  return { name: "print", mesh: topology, texture, widthMm: 200, heightMm: 100 };
+}
+
+const trackedOf = (target, mesh) => ({
+  of: (asked) => (asked === target ? { target, found: mesh !== null, mesh, agreement: 1 } : undefined),
+  frame: null,
+  camera: INTRINSICS,
+});
+
+for (const [name, canvas] of [
+  ["of the image's shape", { width: 640, height: 360 }],
+  ["that is wider", { width: 900, height: 300 }],
+  ["that is upright", { width: 390, height: 844 }],
+]) {
+  for (const fit of ["cover", "contain"]) {
+    test(`on a canvas ${name}, ${fit}, a point is drawn where our camera model sees it`, () => {
+      const camera = new FrameCamera({ fit });
+      camera.setIntrinsics(INTRINSICS, canvas);
+      // As CSS defines object-fit, with the image in the middle.
+      const scales = [canvas.width / INTRINSICS.width, canvas.height / INTRINSICS.height];
+      const scale = fit === "cover" ? Math.max(...scales) : Math.min(...scales);
+      const random = noise(7);
+      for (let i = 0; i < 100; i++) {
+        const point = [300 * random(), 300 * random(), 600 + 500 * random()];
+        const [x, y] = [
+          (INTRINSICS.fx * point[0]) / point[2] + INTRINSICS.cx,
+          (INTRINSICS.fy * point[1]) / point[2] + INTRINSICS.cy,
+        ];
+        const ndc = new Vector3(point[0], -point[1], -point[2]).project(camera);
+        near(((ndc.x + 1) / 2) * canvas.width, (x - INTRINSICS.width / 2) * scale + canvas.width / 2, 1e-9, "x");
+        near(((1 - ndc.y) / 2) * canvas.height, (y - INTRINSICS.height / 2) * scale + canvas.height / 2, 1e-9, "y");
+        assert.ok(ndc.z > -1 && ndc.z < 1);
+      }
+    });
+  }
+}
+
+test("near and far are millimetres, and the projection is inverted with them", () => {
+  const camera = new FrameCamera({ near: 50, far: 2000 });
+  camera.setIntrinsics(INTRINSICS, { width: 640, height: 360 });
+  near(new Vector3(0, 0, -50).project(camera).z, -1, 1e-9);
+  near(new Vector3(0, 0, -2000).project(camera).z, 1, 1e-9);
+  const identity = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.projectionMatrixInverse);
+  identity.elements.forEach((value, i) => near(value, i % 5 === 0 ? 1 : 0, 1e-9));
+});
+
+test("the geometry follows a mesh in place, in the frame of three.js, with the mesh's own normals", () => {
+  const { topology, mesh } = sheetMesh((x, y) => [x, y, 400 + 0.002 * x * x + 0.3 * y]);
+  const geometry = new SurfaceGeometry(topology);
+  const arrays = () => ["position", "normal", "uv"].map((name) => geometry.getAttribute(name).array);
+  const [before, versions] = [arrays(), ["position", "normal"].map((name) => geometry.getAttribute(name).version)];
+  geometry.update(mesh);
+  arrays().forEach((array, i) => assert.equal(array, before[i]));
+  ["position", "normal"].forEach((name, i) => assert.ok(geometry.getAttribute(name).version > versions[i], name));
+  assert.equal(geometry.index.array, topology.faces);
+  const [position, normal, uv] = arrays();
+  for (let i = 0; i < mesh.vertices.length; i += 3) {
+    assert.deepEqual([...position.slice(i, i + 3)], [mesh.vertices[i], -mesh.vertices[i + 1], -mesh.vertices[i + 2]]);
+    for (const [k, sign] of [1, -1, -1].entries()) near(normal[i + k], sign * mesh.normals[i + k], 1e-6);
+    // Towards the camera, which looks along -z.
+    assert.ok(normal[i + 2] > 0.5);
+  }
+  assert.deepEqual([...uv.slice(0, 2)], [0, 1], "the print's top left is the texture's");
+  // Again, elsewhere: nothing of the last frame stays.
+  const moved = sheetMesh((x, y) => [x + 10, y, 500]).mesh;
+  geometry.update(moved);
+  near(position[2], -500, 0);
+  near(normal[2], 1, 1e-6);
+  near(geometry.boundingSphere.center.x, 10, 1e-3);
+  assert.throws(() => geometry.update(sheetMesh(undefined, 4, 4).mesh), RangeError);
+});
+
+test("an anchor stands upright on a flat sheet: x along u, y its normal, z down the print", () => {
+  const { topology, mesh } = sheetMesh();
+  const target = targetOf(topology);
+  const sheet = new Sheet(target);
+  const anchor = sheet.anchor(0.3, 0.8, { smooth: false });
+  assert.deepEqual([sheet.visible, anchor.visible, anchor.parent === sheet], [false, false, true]);
+  sheet.update(trackedOf(target, mesh), 0);
+  assert.deepEqual([sheet.visible, anchor.visible], [true, true]);
+  // u = 0.3 lies 40 mm left of the middle, v = 0.8 lies 30 mm below it.
+  [-40, -30, -400].forEach((value, k) => near(anchor.position.getComponent(k), value, 1e-4));
+  const axis = (x, y, z) => new Vector3(x, y, z).applyQuaternion(anchor.quaternion).toArray();
+  for (const [given, expected] of [[[1, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 0, 1]], [[0, 0, 1], [0, -1, 0]]])
+    axis(...given).forEach((value, k) => near(value, expected[k], 1e-5));
+});
+
+test("on a cylinder an anchor has the surface's true pose at every place, also on its borders", () => {
+  const radius = 80;
+  // Around a vertical axis behind the sheet: u is the arc, and the print looks outwards, at the camera.
+  const at = (x, y) => [radius * Math.sin(x / radius), y, 500 - radius * Math.cos(x / radius)];
+  const { topology, mesh } = sheetMesh(at, 65, 9);
+  const target = targetOf(topology);
+  const sheet = new Sheet(target);
+  const anchor = sheet.anchor(0, 0, { smooth: false });
+  for (const [u, v] of [[0, 0], [1, 1], [0.5, 0.5], [0.21, 0.77], [0.93, 0.02]]) {
+    anchor.place(u, v);
+    sheet.update(trackedOf(target, mesh), 0);
+    const [x, y] = [200 * (u - 0.5), 100 * (v - 0.5)];
+    const place = turnedFrame(Float32Array.from(at(x, y)));
+    // A chord of 3 mm stays 0.015 mm below its arc.
+    assert.ok(anchor.position.distanceTo(new Vector3(...place)) < 0.03, `${u}, ${v}: ${anchor.position.toArray()}`);
+    const angle = x / radius;
+    const expected = new Matrix4().makeBasis(
+      new Vector3(Math.cos(angle), 0, -Math.sin(angle)),
+      new Vector3(Math.sin(angle), 0, Math.cos(angle)),
+      new Vector3(0, -1, 0),
+    );
+    const turned = anchor.quaternion.angleTo(new Quaternion().setFromRotationMatrix(expected));
+    // At a border the normal is the mean of faces on one side alone: half a face off, 1.1 degrees.
+    assert.ok(turned < (1.2 * Math.PI) / 180, `${u}, ${v}: ${turned}`);
+  }
+  assert.throws(() => anchor.place(1.2, 0.5), RangeError);
+});
+
+test("while the target is lost the sheet and what stands on it are hidden; found again it does not glide in", () => {
+  const { topology, mesh } = sheetMesh();
+  const away = sheetMesh((x, y) => [x + 300, y, 700]).mesh;
+  const target = targetOf(topology);
+  const sheet = new Sheet(target);
+  const anchor = sheet.anchor(0.5, 0.5);
+  sheet.update(trackedOf(target, mesh), 0);
+  sheet.update(trackedOf(target, null), 30);
+  assert.deepEqual([sheet.visible, anchor.visible], [false, false]);
+  sheet.update(trackedOf(target, away), 60);
+  assert.deepEqual([sheet.visible, anchor.visible], [true, true]);
+  near(anchor.position.x, 300, 1e-3);
+  sheet.update(trackedOf({}, away), 90);
+  assert.equal(sheet.visible, false, "a frame in which the target is not followed");
+});
+
+test("a smooth anchor trembles a third as much as its sheet, and lags little behind one that moves", () => {
+  const { topology } = sheetMesh();
+  const target = targetOf(topology);
+  const run = (placeAt) => {
+    const sheet = new Sheet(target);
+    const anchor = sheet.anchor(0.5, 0.5);
+    return Array.from({ length: 120 }, (_, i) => {
+      const x = placeAt(i);
+      sheet.update(trackedOf(target, sheetMesh((a, b) => [a + x, b, 400]).mesh), (1000 * i) / 30);
+      return anchor.position.x - x;
+    });
+  };
+  const random = noise(3);
+  const jitter = Array.from({ length: 120 }, () => 0.5 * random());
+  const rms = (values) => Math.sqrt(values.reduce((sum, x) => sum + x * x, 0) / values.length);
+  const off = run((i) => jitter[i]).map((error, i) => error + jitter[i]);
+  const ratio = rms(off.slice(30)) / rms(jitter.slice(30));
+  assert.ok(ratio < 0.5 && ratio > 0.05, `${ratio}`);
+  // 150 mm/s: a cut-off of 17 Hz, a lag of a third of a frame.
+  const lag = Math.max(...run((i) => 5 * i).slice(30).map(Math.abs));
+  assert.ok(lag < 2 && lag > 0, `${lag} mm`);
+});
+
+test("a sheet is hit by rays on both sides, the frame by none", () => {
+  const { topology, mesh } = sheetMesh();
+  const target = targetOf(topology);
+  const sheet = new Sheet(target);
+  sheet.update(trackedOf(target, mesh), 0);
+  const background = new FrameBackground();
+  const camera = new FrameCamera();
+  camera.setIntrinsics(INTRINSICS, { width: 640, height: 360 });
+  const [x, y] = verticesInImage(Float32Array.of(50, 25, 400), INTRINSICS);
+  const rays = new Raycaster();
+  rays.setFromCamera(new Vector2((2 * x) / 1280 - 1, 1 - (2 * y) / 720), camera);
+  const [hit, ...others] = rays.intersectObjects([background, sheet]);
+  assert.equal(others.length, 0);
+  near(hit.distance, Math.hypot(50, 25, 400), 1e-2);
+  near(hit.uv.x, 0.75, 1e-4);
+  near(1 - hit.uv.y, 0.75, 1e-4);
+  sheet.dispose();
+});
+
+test("the background closes a frame when the next one is shown, and the last when it is let go", () => {
+  const background = new FrameBackground();
+  const closed = [];
+  const tracked = (name) => ({ frame: { width: 640, height: 360 }, close: () => closed.push(name) });
+  const [first, second] = [tracked("first"), tracked("second")];
+  background.show(first);
+  background.show(first);
+  assert.deepEqual([closed, background.visible], [[], true]);
+  background.show(second);
+  assert.deepEqual(closed, ["first"]);
+  background.dispose();
+  assert.deepEqual([closed, background.visible], [["first", "second"], false]);
+});
+
+test("the package itself does without three.js and without a page", () => {
+  // Node.js has neither document nor Worker: that all of this file was imported is half of the proof.
+  assert.equal(typeof globalThis.document, "undefined");
+  assert.equal(typeof DeepSft.load, "function");
+  assert.equal(typeof Anchor, "function");
+});

@@ -1,0 +1,10 @@
+export { Anchor } from "./anchor.js";
+export { FrameBackground } from "./frame-background.js";
+export { FrameCamera } from "./frame-camera.js";
+export { Sheet } from "./sheet.js";
+export { SurfaceGeometry } from "./surface-geometry.js";
+export { turnedFrame } from "./frame.js";
+export type FrameFit = import("./frame-camera.js").FrameFit;
+export type SheetOptions = import("./sheet.js").SheetOptions;
+/** @typedef {import("./frame-camera.js").FrameFit} FrameFit */
+/** @typedef {import("./sheet.js").SheetOptions} SheetOptions */
