@@ -1,5 +1,5 @@
-// The development server, on this machine only: this folder at "/", models/ at "/models/". `cargo xtask demo` and the tests
-// in the browser start it. By hand:
+// The development server, on this machine only: this folder at "/", models/ at "/models/", three.js, for the examples, at "/three/".
+// `cargo xtask demo` and the tests in the browser start it. By hand:
 //
 //     node serve.mjs [PORT]
 
@@ -10,6 +10,8 @@ import sirv from "sirv";
 
 export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
+
+const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
 
 /** The first port that is tried when none is asked for, and how many are. */
 const FIRST_PORT = 8080;
@@ -24,7 +26,7 @@ const PORTS_TRIED = 50;
  * @param {Record<string, string>} [options.headers] of every answer
  * @returns {Promise<{ origin: string, close: () => Promise<void> }>}
  */
-export async function serve({ port = 0, folders = { "/models/": join(ROOT, "models"), "/": WWW }, headers = {} } = {}) {
+export async function serve({ port = 0, folders = FOLDERS, headers = {} } = {}) {
   const places = Object.entries(folders).map(([prefix, folder]) => {
     // With tags, so that browsers ask each time and yet keep what has not changed, compiled code with it.
     return { prefix, files: sirv(folder, { dev: true, etag: true }) };

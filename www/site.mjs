@@ -1,18 +1,21 @@
-// The demo page as a folder for any host and any path: the page, the package, the models and the documentation.
+// The demo page as a folder for any host and any path: the page, the package, the examples with three.js, the models and the documentation.
 // `cargo xtask site` builds the package first. By hand:
 //
 //     node site.mjs DIR
 
 import { copyFile, mkdir, readFile, readdir, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
-import { dirname, join, relative, resolve, sep } from "node:path";
+import { basename, dirname, join, relative, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 /** What a site is made of, files and folders. */
 const PARTS = {
-  ...Object.fromEntries(["index.html", "demo", "src", "pkg", "docs", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
+  ...Object.fromEntries(["index.html", "demo", "src", "pkg", "docs", "examples", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
   models: www("../models"),
+  ...Object.fromEntries(
+    ["build/three.module.js", "build/three.core.js", "LICENSE"].map((name) => [`three/${basename(name)}`, www(`node_modules/three/${name}`)]),
+  ),
 };
 
 /** In each site, the names of its other files. */

@@ -1,11 +1,14 @@
 // `deepsft/three` against our own camera model and meshes whose poses are known.
 
 import assert from "node:assert/strict";
+import { existsSync, readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
 import { test } from "node:test";
+import { fileURLToPath } from "node:url";
 import { Matrix4, Quaternion, Raycaster, Vector2, Vector3 } from "three";
 
-import { DeepSft, SurfaceMesh, verticesInImage } from "deepsft";
-import { Anchor, FrameBackground, FrameCamera, Sheet, SurfaceGeometry, turnedFrame } from "deepsft/three";
+import { SurfaceMesh, verticesInImage } from "deepsft";
+import { FrameBackground, FrameCamera, Sheet, SurfaceGeometry, turnedFrame } from "deepsft/three";
 import { noise } from "./support.mjs";
 
 const INTRINSICS = { width: 1280, height: 720, fx: 1010, fy: 1023, cx: 655.5, cy: 341.25 };
@@ -162,7 +165,7 @@ test("while the target is lost the sheet and what stands on it are hidden; found
   assert.equal(sheet.visible, false, "a frame in which the target is not followed");
 });
 
-test("a smooth anchor trembles a third as much as its sheet, and lags little behind one that moves", () => {
+test("a smooth anchor trembles less than half as much as its sheet, and lags little behind one that moves", () => {
   const { topology } = sheetMesh();
   const target = targetOf(topology);
   const run = (placeAt) => {
@@ -218,9 +221,27 @@ test("the background closes a frame when the next one is shown, and the last whe
   assert.deepEqual([closed, background.visible], [["first", "second"], false]);
 });
 
-test("the package itself does without three.js and without a page", () => {
-  // Node.js has neither document nor Worker: that all of this file was imported is half of the proof.
-  assert.equal(typeof globalThis.document, "undefined");
-  assert.equal(typeof DeepSft.load, "function");
-  assert.equal(typeof Anchor, "function");
+/** All modules that a module of the package loads, itself included, and what else it asks for by name. */
+function loadedBy(file) {
+  const [files, names, left] = [new Set(), new Set(), [file]];
+  for (const path of left) {
+    if (files.has(path) || !existsSync(path)) continue;
+    files.add(path);
+    // Comments name types of three.js.
+    const code = readFileSync(path, "utf8").replace(/\/\*[^]*?\*\//g, "");
+    for (const [, name] of code.matchAll(/^(?:import|export)\b[^;]*?from "([^"]+)"/gm))
+      name.startsWith(".") ? left.push(join(dirname(path), name)) : names.add(name);
+  }
+  return { files: files.size, names: [...names] };
+}
+
+test("only deepsft/three needs three.js, and nothing needs a page to be imported", () => {
+  // That Node.js, which has none of these, has imported all of it is the other half of the proof.
+  for (const name of ["document", "window", "Worker"]) assert.equal(typeof globalThis[name], "undefined");
+  const src = fileURLToPath(new URL("../../src/", import.meta.url));
+  for (const [entry, names] of [["index.js", []], ["light/index.js", []], ["worker.js", []], ["three/index.js", ["three"]]]) {
+    const loaded = loadedBy(join(src, entry));
+    assert.ok(loaded.files >= 4, `${entry} loads ${loaded.files} files`);
+    assert.deepEqual(loaded.names, names, entry);
+  }
 });

@@ -1,0 +1,334 @@
+// The examples with three.js before a camera, judged by the pixels they draw and the truth of the clip that the camera shows.
+
+import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
+import { makeClip } from "../support/clips.mjs";
+import { median } from "../support/maps.mjs";
+import { MODEL } from "../support/native.mjs";
+import { decodePng } from "../support/png.mjs";
+import { TrueSheet, inPose } from "../support/true-sheet.mjs";
+import { y4m } from "../support/y4m.mjs";
+
+/** The sheet is seen 26 to 35 degrees from its normal, so what stands on it and what is below it lie apart in the image. */
+const SEED = 9_700_043;
+const FRAMES = 30;
+/** Grey frames at the film's end, when the scene is covered. */
+const COVERED = 12;
+/** A fifth of the rate that the clip is rendered for, as in tracking.test.mjs. */
+const CAMERA_FPS = 6;
+/** Pictures that are looked at of each example. */
+const SHOTS = 5;
+
+let folder;
+let clip;
+let browser;
+/** Luminance of the poster, linear, by (u, v). */
+let printed;
+
+before(
+  async () => {
+    folder = await mkdtemp(join(tmpdir(), "deepsft-three-"));
+    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
+    const copy = ({ picture }) => ({ ...picture, rgb: Uint8Array.from(picture.rgb) });
+    const { width, height } = clip.camera;
+    const grey = Array.from({ length: COVERED }, () => ({ width, height, rgb: new Uint8Array(3 * width * height).fill(110) }));
+    const film = [...clip.frames.map(copy), ...clip.frames.toReversed().map(copy), ...grey];
+    film.forEach((picture, i) => stamp(picture, i));
+    const camera = join(folder, "camera.y4m");
+    await writeFile(camera, y4m(film, CAMERA_FPS));
+    const texture = decodePng(await readFile(join(MODEL, "template", "texture.png")));
+    printed = meanOver(texture);
+    browser = await launch({ webgpu: false, camera });
+  },
+  { timeout: SLOW_MS },
+);
+after(async () => {
+  await browser?.close();
+  await rm(folder, { recursive: true, force: true });
+});
+
+/** The frame of the clip that a frame of the film shows; undefined while covered. */
+const clipFrame = (film) => clip.frames[film < FRAMES ? film : 2 * FRAMES - 1 - film];
+
+/** @returns {[number, number, number]} of a picture of three or four channels */
+const colorAt = ({ width, channels, values }, x, y) => [...values.subarray(channels * (y * width + x), channels * (y * width + x) + 3)];
+
+const linear = (byte) => (byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 255 + 0.055) / 1.055) ** 2.4);
+const luminance = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+
+/** Mean luminance of a picture around a place of the unit square, as far as `half` to each side. */
+function meanOver({ width, height, channels = 3, values }) {
+  return (u, v, half) => {
+    let [sum, count] = [0, 0];
+    for (let y = Math.floor((v - half) * height); y < (v + half) * height; y += 2) {
+      for (let x = Math.floor((u - half) * width); x < (u + half) * width; x += 2, count++)
+        sum += luminance(colorAt({ width, channels, values }, x, y));
+    }
+    return sum / count;
+  };
+}
+
+/** Whether a frame of the film comes long enough after the covered ones for the sheet to be found again. */
+const isFollowed = (film) => film >= 12 && film < 2 * FRAMES;
+
+/**
+ * Opens an example before the camera, and gives pictures of it with the frame of the film that each shows.
+ *
+ * @param {string} name
+ * @param {(shown: object) => Promise<void>} body given `shot`, a picture of the page; `next`, the next picture with a wanted frame
+ *   of the film, and the true sheet in it; and `page`
+ */
+async function onExample(name, body) {
+  const { width, height } = clip.camera;
+  const demo = await openDemo(browser, { device: { viewport: { width, height } }, path: `/examples/${name}.html`, permissions: ["camera"] });
+  try {
+    await demo.page.waitForSelector("p:empty", { state: "attached" });
+    const seen = new Set();
+    const shot = async () => decodePng(await demo.page.screenshot());
+    const next = async (wanted) => {
+      const until = Date.now() + SLOW_MS / 2;
+      while (Date.now() < until) {
+        const picture = await shot();
+        const film = readStamp(stampPoints(height).map(([x, y]) => colorAt(picture, x, y)[1]));
+        if (seen.has(film) || !wanted(film)) continue;
+        seen.add(film);
+        if (seen.size === 1) await demo.screenshot(`three-${name}`);
+        return { film, picture, sheet: clipFrame(film) && new TrueSheet(clipFrame(film).vertices, clip.camera) };
+      }
+      throw new Error("the film does not show what is waited for");
+    };
+    await body({ next, shot, page: demo.page });
+  } finally {
+    await demo.finish();
+  }
+}
+
+/** The ring's axis lies along the sheet, half of it is below; the ball stands in it. In mm, as in the example. */
+const RING = { radius: 50, tube: 7 };
+const BALL = { radius: 18, height: 18 };
+/** What is so little before the sheet or behind it may be seen or not, mm: so far the tracker errs. */
+const NEAR_MM = 4;
+/** Darker in green than anything on the poster that is as pink. */
+const isRing = ([r, g, b]) => r > 110 && g < 0.2 * r && b > 0.4 * r && b < 0.85 * r;
+
+/** Which pixels show the ring, and which would if the sheet did not hide it: by the truth. */
+function trueRing(sheet) {
+  const { width, height } = clip.camera;
+  const pose = sheet.pose(0.5, 0.5);
+  const depths = sheet.depths();
+  const [shown, hidden, other] = [0, 1, 2].map(() => new Uint8Array(width * height));
+  const put = (point, isContent) => {
+    const [x, y, z] = sheet.project(inPose(pose, point));
+    const pixel = Math.floor(y) * width + Math.floor(x);
+    const behind = z - depths[pixel];
+    (Math.abs(behind) < NEAR_MM || !isContent ? other : behind > 0 ? hidden : shown)[pixel] = 1;
+  };
+  const turn = (i, n) => [Math.cos((2 * Math.PI * i) / n), Math.sin((2 * Math.PI * i) / n)];
+  for (let i = 0; i < 1600; i++) {
+    for (let j = 0; j < 160; j++) {
+      const [[c, s], [a, b]] = [turn(i, 1600), turn(j, 160)];
+      const out = RING.radius + RING.tube * a;
+      put([out * c, out * s, RING.tube * b], true);
+    }
+  }
+  for (let i = 0; i < 400; i++) {
+    for (let j = 0; j <= 200; j++) {
+      const [[c, s], [a, b]] = [turn(i, 400), turn(j, 400)];
+      put([BALL.radius * b * c, BALL.height + BALL.radius * a, BALL.radius * b * s], false);
+    }
+  }
+  return { shown, hidden, other };
+}
+
+/** The pixels of a mask that are none of the others', and none of their neighbours. */
+function only(mask, others, { width }) {
+  const near = (i) => [-2, -1, 0, 1, 2].some((dy) => [-2, -1, 0, 1, 2].some((dx) => others.some((other) => other[i + dy * width + dx])));
+  return [...mask.keys()].filter((i) => mask[i] && !near(i));
+}
+
+/** The middle of the pixels that show the ring. */
+function ringMiddle(picture) {
+  let [x, y, count] = [0, 0, 0];
+  for (let i = 0; i < picture.width * picture.height; i++) {
+    const at = [i % picture.width, Math.floor(i / picture.width)];
+    if (isRing(colorAt(picture, ...at))) [x, y, count] = [x + at[0] + 0.5, y + at[1] + 0.5, count + 1];
+  }
+  return { x: x / count, y: y / count, count };
+}
+
+const middleOf = (pixels, width) => ({
+  x: pixels.reduce((sum, i) => sum + (i % width) + 0.5, 0) / pixels.length,
+  y: pixels.reduce((sum, i) => sum + Math.floor(i / width) + 0.5, 0) / pixels.length,
+});
+
+/** Mean difference between a picture and the clip's frame, which lies `scale` times as large at (left, top), beside the sheet; grey levels. */
+function differenceBeside(depths, picture, frame, { scale, left, top }) {
+  let [sum, count] = [0, 0];
+  // Without the stamp.
+  for (let y = 0; y < picture.height - 20; y += 3) {
+    for (let x = 0; x < picture.width; x += 3) {
+      const [column, row] = [Math.floor((x + 0.5 - left) / scale), Math.floor((y + 0.5 - top) / scale)];
+      if (depths[row * frame.width + column] < Infinity) continue;
+      const true_ = colorAt({ ...frame, channels: 3, values: frame.rgb }, column, row);
+      colorAt(picture, x, y).slice(0, 3).forEach((value, k) => (sum += Math.abs(value - true_[k])));
+      count += 3;
+    }
+  }
+  return sum / count;
+}
+
+test("an object stands where the sheet truly is, is hidden by it, and goes when it is gone", { timeout: 2 * SLOW_MS }, async (t) => {
+  await onExample("object", async ({ next, page, shot }) => {
+    const { width, height } = clip.camera;
+    for (let i = 0; i < SHOTS; i++) {
+      const { film, picture, sheet } = await next(isFollowed);
+      const { shown, hidden, other } = trueRing(sheet);
+      const ringAt = (pixel) => isRing(colorAt(picture, pixel % width, Math.floor(pixel / width)));
+      const [drawn, wrong] = [only(shown, [hidden, other], picture), only(hidden, [shown, other], picture)].map((pixels) => {
+        assert.ok(pixels.length > 1000, `${pixels.length} pixels`);
+        return pixels.filter(ringAt).length / pixels.length;
+      });
+      const [is, truly] = [ringMiddle(picture), middleOf([...shown.keys()].filter((i) => shown[i]), width)];
+      const off = Math.hypot(is.x - truly.x, is.y - truly.y);
+      const difference = differenceBeside(sheet.depths(), picture, clipFrame(film).picture, { scale: 1, left: 0, top: 0 });
+      t.diagnostic(`film ${film}: ${drawn.toFixed(3)} of the ring, ${wrong.toFixed(3)} of its hidden half, ${off.toFixed(2)} px off; background ${difference.toFixed(1)}`);
+      // The rim of a ring of 20 px: a pixel off is 5 % of it.
+      assert.ok(drawn > 0.85, `film ${film}: ${drawn} of the ring is drawn`);
+      assert.ok(wrong < 0.01, `film ${film}: ${wrong} of what the sheet hides is drawn`);
+      assert.ok(off < 4, `film ${film}: the ring is ${off} px off`);
+      assert.ok(difference < 8, `film ${film}: the background is ${difference} grey levels off`);
+    }
+    const { picture } = await next((film) => film >= 2 * FRAMES + COVERED - 4);
+    assert.ok(ringMiddle(picture).count < 40, "the ring is gone with the sheet");
+
+    // An upright window cuts the image's sides, and all stays in its place.
+    const [narrow, high] = [420, 600];
+    await page.setViewportSize({ width: narrow, height: high });
+    const view = { scale: high / height, left: (narrow - (width * high) / height) / 2, top: 0 };
+    for (;;) {
+      const upright = await shot();
+      if (upright.width !== narrow || ringMiddle(upright).count < 1000) continue;
+      const scores = clip.frames.map(({ picture, vertices }) => differenceBeside(new TrueSheet(vertices, clip.camera).depths(), upright, picture, view));
+      const frame = clip.frames[scores.indexOf(Math.min(...scores))];
+      const { shown } = trueRing(new TrueSheet(frame.vertices, clip.camera));
+      const [is, truly] = [ringMiddle(upright), middleOf([...shown.keys()].filter((i) => shown[i]), width)];
+      const off = Math.hypot(is.x - (truly.x * view.scale + view.left), is.y - (truly.y * view.scale + view.top));
+      t.diagnostic(`upright: ${off.toFixed(2)} px off; background ${Math.min(...scores).toFixed(1)}`);
+      assert.ok(off < 4, `upright: the ring is ${off} px off`);
+      assert.ok(Math.min(...scores) < 8, `${scores}`);
+      break;
+    }
+  });
+});
+
+/** The squares of the new print, as the example paints them. */
+const SQUARES = { columns: 11, rows: 8, colors: [[0xf2, 0xa6, 0x5a], [0x19, 0xb5, 0xa5]] };
+
+test("a new print lies on the sheet to a few pixels, in the light of the real paper", { timeout: 2 * SLOW_MS }, async (t) => {
+  await onExample("paper", async ({ next }) => {
+    for (let i = 0; i < SHOTS; i++) {
+      const { film, picture, sheet } = await next(isFollowed);
+      const { picture: frame } = clipFrame(film);
+      const depths = sheet.depths();
+      const [right, ratios, lights] = [[], [], []];
+      for (let column = 0; column < SQUARES.columns; column++) {
+        for (let row = 0; row < SQUARES.rows; row++) {
+          const color = SQUARES.colors[(column + row) % 2];
+          const place = (a, b) => [(column + a) / SQUARES.columns, (row + b) / SQUARES.rows];
+          // In its corners: 4 mm, some 6 pixels, from its borders.
+          for (const [a, b] of [[0.15, 0.15], [0.85, 0.15], [0.15, 0.85], [0.85, 0.85]]) {
+            const [x, y, z] = sheet.project(sheet.at(...place(a, b)));
+            if (!(z < depths[Math.floor(y) * frame.width + Math.floor(x)] + NEAR_MM)) continue;
+            const [r, , blue] = colorAt(picture, Math.floor(x), Math.floor(y));
+            right.push(color[0] > color[2] ? r > blue : blue > r);
+          }
+          // Seen by the camera divided by what the poster has there, against drawn divided by what was painted.
+          const [u, v] = place(0.5, 0.5);
+          const light = litAt(frame, sheet, u, v) / printed(u, v, 0.03);
+          const [x, y] = sheet.project(sheet.at(u, v)).map(Math.floor);
+          const drawn = luminance(colorAt(picture, x, y)) / luminance(color);
+          lights.push(light);
+          ratios.push(drawn / light);
+        }
+      }
+      const fraction = right.filter(Boolean).length / right.length;
+      const [least, most] = [Math.min(...lights), Math.max(...lights)];
+      const error = median(ratios.map((ratio) => Math.abs(ratio - 1)));
+      const alike = correlation(lights, ratios.map((ratio, i) => ratio * lights[i]));
+      t.diagnostic(`film ${film}: ${fraction.toFixed(3)} of ${right.length} places; light ${least.toFixed(2)} to ${most.toFixed(2)}, ${error.toFixed(3)} off, ${alike.toFixed(2)} alike`);
+      assert.ok(right.length > 250, `${right.length} places`);
+      assert.ok(fraction > 0.93, `film ${film}: ${fraction} of the places have their colour`);
+      assert.ok(error < 0.1, `film ${film}: the light is ${error} off`);
+      assert.ok(alike > 0.5, `film ${film}: the light is brighter where the paper is: ${alike}`);
+    }
+  });
+});
+
+/** Mean luminance of a frame around a place on the sheet. */
+function litAt(frame, sheet, u, v) {
+  let [sum, count] = [0, 0];
+  for (let a = -0.03; a <= 0.03; a += 0.003) {
+    for (let b = -0.03; b <= 0.03; b += 0.003, count++) {
+      const [x, y] = sheet.project(sheet.at(u + a, v + b)).map(Math.floor);
+      sum += luminance(colorAt({ ...frame, channels: 3, values: frame.rgb }, x, y));
+    }
+  }
+  return sum / count;
+}
+
+/** Columns and rows of the pictures of the video that are compared. */
+const SMALL = { columns: 64, rows: 36 };
+
+test("a video plays on the sheet, upright and in its place", { timeout: 2 * SLOW_MS }, async (t) => {
+  await onExample("video", async ({ next, page }) => {
+    const shots = [];
+    for (let i = 0; i < SHOTS; i++) shots.push(await next(isFollowed));
+    // What the video shows, every fifth of a second.
+    const film = await page.evaluate(async ({ columns, rows }) => {
+      const video = Object.assign(document.createElement("video"), { src: "../demo/clip.webm", muted: true });
+      const to = (time) => new Promise((resolve) => {
+        video.onseeked = resolve;
+        video.currentTime = time;
+      });
+      await new Promise((resolve) => (video.onloadeddata = resolve));
+      const context = new OffscreenCanvas(columns, rows).getContext("2d", { willReadFrequently: true });
+      context.imageSmoothingQuality = "high";
+      const frames = [];
+      for (let time = 0; time < video.duration; time += 0.2) {
+        await to(time);
+        context.drawImage(video, 0, 0, columns, rows);
+        frames.push([...context.getImageData(0, 0, columns, rows).data]);
+      }
+      return frames;
+    }, SMALL);
+    const logs = (colors) => colors.map((color) => Math.log(0.03 + luminance(color)));
+    const known = film.map((values) => logs(Array.from({ length: values.length / 4 }, (_, i) => values.slice(4 * i, 4 * i + 3))));
+    const moments = shots.map(({ film, picture, sheet }) => {
+      // The mean over a cell, as in the small pictures.
+      const places = Array.from({ length: SMALL.columns * SMALL.rows }, (_, i) => {
+        const cell = [0.17, 0.5, 0.83].flatMap((a) => [0.17, 0.5, 0.83].map((b) => [(i % SMALL.columns) + a, Math.floor(i / SMALL.columns) + b]));
+        const colors = cell.map(([x, y]) => colorAt(picture, ...sheet.project(sheet.at(x / SMALL.columns, y / SMALL.rows)).slice(0, 2).map(Math.floor)));
+        return [0, 1, 2].map((k) => Math.round(colors.reduce((sum, color) => sum + color[k], 0) / colors.length));
+      });
+      const likeness = known.map((frame) => correlation(frame, logs(places)));
+      const best = Math.max(...likeness);
+      t.diagnostic(`film ${film}: like the video at ${(0.2 * likeness.indexOf(best)).toFixed(1)} s, ${best.toFixed(3)}`);
+      assert.ok(best > 0.8, `film ${film}: ${best}`);
+      return likeness.indexOf(best);
+    });
+    assert.ok(new Set(moments).size > 1, `the video plays: ${moments}`);
+  });
+});
+
+function correlation(a, b) {
+  const mean = (values) => values.reduce((sum, x) => sum + x, 0) / values.length;
+  const [ma, mb] = [mean(a), mean(b)];
+  const product = (x, mx, y, my) => x.reduce((sum, value, i) => sum + (value - mx) * (y[i] - my), 0);
+  return product(a, ma, b, mb) / Math.sqrt(product(a, ma, a, ma) * product(b, mb, b, mb));
+}
