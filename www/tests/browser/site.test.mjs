@@ -9,7 +9,7 @@ import { test } from "node:test";
 import { writeSite } from "../../site.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 
-test("the static site runs the clip below any path, and asks for nothing outside of it", { timeout: SLOW_MS }, async () => {
+test("the static site runs the clip and an example with three.js below any path, and asks for nothing outside of it", { timeout: SLOW_MS }, async () => {
   const folder = await mkdtemp(join(tmpdir(), "deepsft-site-"));
   const browser = await launch();
   try {
@@ -28,6 +28,9 @@ test("the static site runs the clip below any path, and asks for nothing outside
     for (const [href, status] of links) assert.equal(status, 200, href);
     await demo.page.click("#use-clip");
     await demo.page.waitForSelector('#state[data-state="found"]');
+    await demo.page.goto(`${demo.origin}/sub/examples/object.html?clip`);
+    // Its hint goes when the sheet is found.
+    await demo.page.waitForSelector("p:empty", { state: "attached" });
     await demo.finish();
     const outside = [...paths].filter((path) => !path.startsWith("/sub/"));
     assert.deepEqual(outside, [], "requests outside of the site");
