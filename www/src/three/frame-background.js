@@ -114,7 +114,7 @@ export class FrameBackground extends Mesh {
     const [sx, sy] = [u_size.value.x / intrinsics.width, u_size.value.y / intrinsics.height];
     u_camera.value.set(intrinsics.fx * sx, intrinsics.fy * sy, intrinsics.cx * sx, intrinsics.cy * sy);
     u_region.value.set(region.left * sx, region.top * sy, region.right * sx, region.bottom * sy);
-    intrinsics.distortion?.forEach((k, i) => (u_distortion.value[i] = k));
+    for (let i = 0; i < 5; i++) u_distortion.value[i] = intrinsics.distortion?.[i] ?? 0;
     /** @type {ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
   }
 }
