@@ -5,8 +5,10 @@ import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
 import { Live } from "./live/live.js";
 import { messageFor } from "./messages.js";
+import { NoWebGl } from "./graphics/gl.js";
 import { Orbit } from "./graphics/orbit.js";
 import { OwnPicture } from "./own/own-picture.js";
+import { PlainStage } from "./stage/plain-stage.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage/stage.js";
 import { Subjects } from "./subjects.js";
@@ -27,6 +29,7 @@ const REMEDY_WORDS = {
   picture: "Choose another picture",
   edit: "Change this one",
 };
+const NO_WEBGL = "This browser offers no WebGL 2, so the mesh is drawn plainly (webgl-unavailable).";
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 
 /**
@@ -62,7 +65,7 @@ const view = {
 const hero = new Hero(byId("hero", HTMLCanvasElement));
 const hud = new Hud();
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
-/** @type {Stage} */
+/** @type {Stage | PlainStage} */
 let stage;
 /** @type {Live} */
 let live;
@@ -123,13 +126,14 @@ async function readySubject() {
   const { fallback } = subject.sft.info;
   const { grade } = /** @type {Graded} */ (subject.target);
   // Pictures need no GPU: what runs without one then is nothing to speak of.
-  if (subject.kind === "picture") say(grade?.reasons.join(" ") ?? "");
-  else say(fallback ? `Running on the CPU. ${fallback.message}` : "");
+  if (subject.kind === "picture") say(...(grade?.reasons ?? []));
+  else say(...(fallback ? [`Running on the CPU. ${fallback.message}`] : []));
   return subject;
 }
 
-/** @param {string} words shown over the picture until closed; empty for none */
-function say(words) {
+/** @param {string[]} sentences shown over the picture until closed, with what is missing to draw */
+function say(...sentences) {
+  const words = (stage instanceof PlainStage ? [...sentences, NO_WEBGL] : sentences).join(" ");
   view.notice.hidden = words === "";
   byId("notice-text", HTMLSpanElement).textContent = words;
 }
@@ -166,11 +170,33 @@ async function enterLive(kind, run) {
 }
 
 function createStage() {
-  return new Stage(byId("stage", HTMLCanvasElement), byId("below", HTMLDivElement), hero.software);
+  const canvases = /** @type {const} */ ([byId("stage", HTMLCanvasElement), byId("below", HTMLDivElement)]);
+  return orWithoutWebGl(() => new Stage(...canvases, hero.software)) ?? new PlainStage(...canvases);
+}
+
+function createOrbit() {
+  const canvas = byId("orbit", HTMLCanvasElement);
+  const orbit = orWithoutWebGl(() => new Orbit(canvas, stage.software));
+  canvas.hidden = orbit === null;
+  return orbit;
+}
+
+/**
+ * @template T
+ * @param {() => T} make
+ * @returns {T | null} null where the browser offers no WebGL 2
+ */
+function orWithoutWebGl(make) {
+  try {
+    return make();
+  } catch (error) {
+    if (error instanceof NoWebGl) return null;
+    throw error;
+  }
 }
 
 function createLive() {
-  const created = new Live(stage, hud, new Orbit(byId("orbit", HTMLCanvasElement), stage.software), byId("region", HTMLDivElement));
+  const created = new Live(stage, hud, createOrbit(), byId("region", HTMLDivElement));
   const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
   created.onEstimate = (estimate) => {
     shown();
@@ -179,6 +205,8 @@ function createLive() {
   // Kept in this browser, and what the frames after this one are measured with.
   created.onFocal = ({ width, height, focal }) => source?.stream?.calibrate(width, height, focal);
   created.onFrame = () => subjects.kind === "picture" && shown();
+  for (const button of view.overlays.querySelectorAll("button"))
+    button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));
   chooseOverlay(stage.overlay);
   choosePaper(stage.paper);
   return created;
@@ -283,6 +311,7 @@ function restoreContexts(canvases) {
  */
 function showMessage(error, again) {
   leaveLive();
+  hud.showStopped();
   retry = again ?? retry;
   const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.kind === "picture");
   byId("message-title", HTMLHeadingElement).textContent = title;

@@ -97,6 +97,11 @@ const MESSAGES = {
     advice: "Reload the page to get the version that understands it.",
     remedies: ["reload"],
   },
+  "browser-unsupported": {
+    title: "This browser lacks what the engine needs",
+    advice: "A newer one has it: Chrome or Edge 91, Firefox 114, Safari 16.4, or later. Some protected modes switch it off.",
+    remedies: ["reload"],
+  },
   "engine-load": {
     title: "The engine could not be loaded",
     advice: "Check the connection to the server this page came from, then try again.",

@@ -3,6 +3,7 @@
 import { fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
+import { requireBrowser } from "./engine/requirements.js";
 import { Estimate } from "./results/estimate.js";
 import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
@@ -120,10 +121,12 @@ export class DeepSft {
    * @param {string | URL | null} [url] folder of the model, relative to the page
    * @param {LoadOptions} [options]
    * @returns {Promise<DeepSft>}
-   * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
+   * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
+   *   `gpu-lost`
    */
   static async load(url, { device = "auto", onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
+    requireBrowser();
     const base = typeof document === "undefined" ? self.location.href : document.baseURI;
     const folder = url === undefined || url === null ? null : new URL(url, base);
     if (folder && !folder.pathname.endsWith("/")) folder.pathname += "/";

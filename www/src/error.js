@@ -12,6 +12,7 @@
  * | `insecure-context` | the page is neither https nor localhost, so browsers offer no camera |
  * | `image-unreadable` | an image that is empty, broken, or not ready yet |
  * | `image-cross-origin` | an image or video of another origin, whose pixels the browser does not show |
+ * | `browser-unsupported` | the browser lacks something that the engine cannot do without |
  * | `engine-load` | the WebAssembly module or the worker could not be loaded |
  * | `model-load` | a file of the model or template could not be fetched |
  * | `model-corrupt` | a file of the model is truncated or does not have the hash that `model.json` records |
@@ -24,7 +25,7 @@
  * | `internal` | a defect of this package |
  *
  * @typedef {"camera-denied" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
- *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "engine-load"
+ *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load"
  *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
  */
 
@@ -39,6 +40,7 @@ const CODES = new Set([
   "insecure-context",
   "image-unreadable",
   "image-cross-origin",
+  "browser-unsupported",
   "engine-load",
   "model-load",
   "model-corrupt",

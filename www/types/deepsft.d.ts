@@ -116,7 +116,8 @@ export declare class DeepSft {
      * @param {string | URL | null} [url] folder of the model, relative to the page
      * @param {LoadOptions} [options]
      * @returns {Promise<DeepSft>}
-     * @throws {DeepSftError} `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`, `gpu-lost`
+     * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
+     *   `gpu-lost`
      */
     static load(url?: string | URL | null, { device, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
     /** What runs the network, and where. Without a model: what looks for pictures. */

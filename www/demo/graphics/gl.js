@@ -1,5 +1,20 @@
 // The little of WebGL 2 that the page's two pictures share.
 
+/** Thrown where the browser offers no WebGL 2, or none any more. */
+export class NoWebGl extends Error {}
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {WebGLContextAttributes} attributes
+ * @returns {WebGL2RenderingContext}
+ * @throws {NoWebGl}
+ */
+export function webGlOf(canvas, attributes) {
+  const gl = canvas.getContext("webgl2", attributes);
+  if (!gl) throw new NoWebGl("This browser offers no WebGL 2.");
+  return gl;
+}
+
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertexShader

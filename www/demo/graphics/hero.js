@@ -167,9 +167,9 @@ export class Hero {
     void this.#loadPoster(gl);
   }
 
-  /** Whether the processor does the drawing. */
+  /** Whether the processor does the drawing, as it does without WebGL. */
   get software() {
-    return this.#sheet?.software ?? false;
+    return this.#sheet?.software ?? true;
   }
 
   /**

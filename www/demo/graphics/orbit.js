@@ -1,6 +1,6 @@
 // The sheet by itself, from the side: what the mesh knows beyond the picture.
 
-import { createProgram, createTexture } from "./gl.js";
+import { createProgram, createTexture, webGlOf } from "./gl.js";
 import { PAPERS_GLSL } from "./papers.js";
 import { prefersStillness } from "./animation.js";
 
@@ -77,11 +77,10 @@ export class Orbit {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {boolean} software whether the processor does the drawing, for which smooth edges are dear
-   * @throws {Error} when the browser has no WebGL 2
+   * @throws {NoWebGl}
    */
   constructor(canvas, software) {
-    const gl = canvas.getContext("webgl2", { alpha: true, antialias: !software });
-    if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
+    const gl = webGlOf(canvas, { alpha: true, antialias: !software });
     this.#canvas = canvas;
     this.#gl = gl;
     this.#program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);

@@ -79,6 +79,13 @@ export class Hud {
     this.#shownAt = -Infinity;
   }
 
+  /** Nothing is looked for any more. */
+  showStopped() {
+    element("#state").dataset.state = "waiting";
+    element("#state").dataset.how = "";
+    element("#state-text").textContent = "Stopped";
+  }
+
   /** @param {Subject} subject what is looked for */
   showSubject(subject) {
     const { kind, target } = subject;

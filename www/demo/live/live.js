@@ -11,6 +11,7 @@ import { shadingOf, tintOf } from "../stage/shading.js";
 /** @import { Hud } from "./hud.js" */
 /** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
+/** @import { PlainStage } from "../stage/plain-stage.js" */
 /** @import { Stage } from "../stage/stage.js" */
 
 /** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
@@ -82,9 +83,9 @@ export class Live {
   onFrame = () => undefined;
 
   /**
-   * @param {Stage} stage
+   * @param {Stage | PlainStage} stage
    * @param {Hud} hud
-   * @param {Orbit} orbit
+   * @param {Orbit | null} orbit the sheet from the side, where it can be drawn
    * @param {HTMLElement} region frame around the part of the picture that the network sees
    */
   constructor(stage, hud, orbit, region) {
@@ -102,7 +103,7 @@ export class Live {
     this.#stage.tint = [1, 1, 1];
     this.#printCovering = subject.kind === "picture" ? new PrintCovering(target) : null;
     this.#stage.setTemplate(target, this.#templateLight);
-    this.#orbit.setTemplate(target);
+    this.#orbit?.setTemplate(target);
     this.#hud.showSubject(subject);
   }
 
@@ -163,7 +164,7 @@ export class Live {
     this.#stage.clear();
     this.#covering.reset();
     this.#printCovering?.reset();
-    this.#orbit.reset();
+    this.#orbit?.reset();
     this.#mesh = null;
     [this.#tracked, this.#trackedAt, this.#seenAt] = [false, -Infinity, -Infinity];
     this.#range = null;
@@ -174,7 +175,7 @@ export class Live {
   /** Draws what has changed: the frame, the overlay or the window. */
   redraw() {
     // What asks for the page's layout comes before what changes it.
-    if (this.#mesh) this.#orbit.show(this.#mesh);
+    if (this.#mesh) this.#orbit?.show(this.#mesh);
     this.#placeRegion();
     // An animated stage is drawn with the next frame of the screen anyway.
     if (!this.#stage.animated) this.#stage.draw(performance.now() / 1000);

@@ -3,7 +3,7 @@
 import { CANONICAL_FOCAL, canonicalSize } from "deepsft";
 import { FrameCanvas, layOut } from "./frame-canvas.js";
 import { FramePicture } from "./frame-picture.js";
-import { createTexture, programVariants } from "../graphics/gl.js";
+import { createTexture, programVariants, webGlOf } from "../graphics/gl.js";
 import { heatRow } from "../graphics/heat.js";
 import { MeshLayer } from "./mesh-layer.js";
 import { MESH_OVERLAYS } from "./mesh-shader.js";
@@ -11,7 +11,7 @@ import { PaintedPaper } from "./painted-paper.js";
 import { shadingSize } from "./shading.js";
 import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
-import { boundsInImage, viewOf } from "./view.js";
+import { boundsInImage, regionOnPage, viewOf } from "./view.js";
 
 /** @import { Estimate, SourcedCamera, SurfaceMesh, Target } from "deepsft" */
 /** @import { Program } from "../graphics/gl.js" */
@@ -83,16 +83,17 @@ export class Stage {
   software;
   /** @type {Paper} */
   paper = "aurora";
+  /** What can be drawn. @type {readonly Overlay[]} */
+  overlays = ["paper", "shaded", "mesh", "depth", "mask", "plain"];
 
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {HTMLElement} below what lies below it, for {@link FrameCanvas}
    * @param {boolean} software whether the processor does the drawing
-   * @throws {Error} when the browser has no WebGL 2
+   * @throws {NoWebGl}
    */
   constructor(canvas, below, software) {
-    const gl = canvas.getContext("webgl2", { alpha: software, antialias: false, powerPreference: "high-performance" });
-    if (!gl) throw new Error("This browser offers no WebGL 2, which the page draws with.");
+    const gl = webGlOf(canvas, { alpha: software, antialias: false, powerPreference: "high-performance" });
     this.#canvas = canvas;
     this.#gl = gl;
     this.software = software;
@@ -427,20 +428,12 @@ export class Stage {
   /**
    * Where on the canvas, in CSS pixels, the network looks; null without a frame.
    *
-   * @returns {{ left: number, top: number, width: number, height: number, partial: boolean } | null} partial: the image reaches beyond
+   * @returns {ReturnType<typeof regionOnPage> | null}
    */
   regionOnCanvas() {
     const camera = this.#camera;
     if (!camera) return null;
-    const { scale, left, top, region } = viewOf({ ...this.#pageSize(), ...this.#covered }, camera);
-    const fraction = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
-    return {
-      left: left + region.left * scale,
-      top: top + region.top * scale,
-      width: (region.right - region.left) * scale,
-      height: (region.bottom - region.top) * scale,
-      partial: fraction < 0.95,
-    };
+    return regionOnPage({ ...this.#pageSize(), ...this.#covered }, camera);
   }
 }
 

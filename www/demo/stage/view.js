@@ -42,6 +42,25 @@ export function viewOf(canvas, camera) {
 }
 
 /**
+ * Where on the page, in CSS pixels, the network looks.
+ *
+ * @param {Parameters<typeof viewOf>[0]} page
+ * @param {SourcedCamera} camera
+ * @returns {{ left: number, top: number, width: number, height: number, partial: boolean }} partial: the image reaches beyond
+ */
+export function regionOnPage(page, camera) {
+  const { scale, left, top, region } = viewOf(page, camera);
+  const fraction = ((region.right - region.left) * (region.bottom - region.top)) / (camera.width * camera.height);
+  return {
+    left: left + region.left * scale,
+    top: top + region.top * scale,
+    width: (region.right - region.left) * scale,
+    height: (region.bottom - region.top) * scale,
+    partial: fraction < 0.95,
+  };
+}
+
+/**
  * The box around a mesh in the image, cut to the image.
  *
  * @param {Float32Array} vertices (x, y, z) each, camera frame

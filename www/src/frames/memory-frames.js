@@ -26,6 +26,7 @@ export class MemoryFrames {
    *   stretched, not in memory, or not there yet
    */
   async grab(video) {
+    if (typeof VideoFrame === "undefined") return null;
     const { videoWidth: width, videoHeight: height } = video;
     let frame;
     try {

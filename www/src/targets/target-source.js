@@ -74,7 +74,8 @@ async function opaquePixels(frame) {
   if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a picture with.");
   context.fillStyle = "#fff";
   context.fillRect(0, 0, width, height);
-  context.drawImage(small, 0, 0);
+  // Its size again, for browsers that do not know the wish above.
+  context.drawImage(small, 0, 0, width, height);
   small.close();
   try {
     return context.getImageData(0, 0, width, height);

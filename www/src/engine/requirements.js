@@ -1,0 +1,30 @@
+// What the engine cannot do without in a browser. Everything else is asked for where it is used, and done without.
+
+import { DeepSftError } from "../error.js";
+
+/** A WebAssembly module with one function of 128-bit vectors. */
+// prettier-ignore
+const VECTORS = Uint8Array.of(
+  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
+);
+
+/** By name, whether it is there. @type {Readonly<Record<string, () => boolean>>} */
+const NEEDED = {
+  WebAssembly: () => typeof WebAssembly === "object",
+  "WebAssembly vectors (SIMD)": () => WebAssembly.validate(VECTORS),
+  "web workers": () => typeof Worker === "function",
+  createImageBitmap: () => typeof createImageBitmap === "function",
+  OffscreenCanvas: () => typeof OffscreenCanvas === "function",
+};
+
+/**
+ * Refuses a browser that the engine cannot run in, before anything is fetched.
+ *
+ * @throws {DeepSftError} `browser-unsupported`
+ */
+export function requireBrowser() {
+  for (const [name, isThere] of Object.entries(NEEDED)) {
+    if (isThere()) continue;
+    throw new DeepSftError("browser-unsupported", `This browser has no ${name}, which the engine needs; a newer one has it.`);
+  }
+}
