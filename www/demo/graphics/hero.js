@@ -132,6 +132,8 @@ export class Hero {
   #stop = () => undefined;
   /** Whether it is drawn only when something changes. */
   #still = false;
+  /** Whether drawing turned out slow: some browsers tell nobody that the processor draws (WebKit). */
+  #slow = false;
   #printSince = Infinity;
   /** @type {[number, number]} */
   #sheetMm = [BOX_MM[0], BOX_MM[1]];
@@ -169,7 +171,7 @@ export class Hero {
 
   /** Whether the processor does the drawing, as it does without WebGL. */
   get software() {
-    return this.#sheet?.software ?? true;
+    return this.#slow || (this.#sheet?.software ?? true);
   }
 
   /**
@@ -212,17 +214,25 @@ export class Hero {
 
   start() {
     this.stop();
-    if (this.software || prefersStillness()) {
-      this.#still = true;
+    this.#setStill(this.software || prefersStillness());
+    if (this.#still) {
       requestAnimationFrame(() => this.#draw(STILL_SECONDS));
       return;
     }
-    this.#still = false;
     const draw = (/** @type {number} */ seconds) => {
       this.#draw(STILL_SECONDS + seconds);
       return true;
     };
-    this.#stop = animate(draw, () => (this.#still = true));
+    this.#stop = animate(draw, () => {
+      this.#slow = true;
+      this.#setStill(true);
+    });
+  }
+
+  /** @param {boolean} still */
+  #setStill(still) {
+    this.#still = still;
+    this.#canvas.dataset.still = String(still);
   }
 
   stop() {

@@ -29,14 +29,18 @@ const SCREENSHOTS = join(WWW, "tests", "screenshots");
 /**
  * @typedef {object} LaunchOptions
  * @property {boolean} [webgpu] whether there is an adapter
+ * @property {boolean} [webgl] whether there is WebGL
+ * @property {boolean} [testCamera] whether there is a camera that shows the browser's own moving pattern
  * @property {string} [camera] a .y4m file that the camera shows; no camera without
  */
 
 /** @param {LaunchOptions} options */
-function startOptions({ webgpu = true, camera }) {
+function startOptions({ webgpu = true, webgl = true, testCamera = false, camera }) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
+  if (!webgl) args.push("--disable-3d-apis");
+  if (testCamera) args.push("--use-fake-device-for-media-stream");
   if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
   return { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
 }
