@@ -12,6 +12,7 @@ export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
 const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
+const LOOPBACK = "127.0.0.1";
 
 /** The first port that is tried when none is asked for, and how many are. */
 const FIRST_PORT = 8080;
@@ -22,11 +23,12 @@ const PORTS_TRIED = 50;
  *
  * @param {object} [options]
  * @param {number} [options.port] 0, the default, takes any free one
+ * @param {string} [options.host] an address of this machine; by default only this machine can ask
  * @param {Record<string, string>} [options.folders] by the beginning of their addresses, the longest first
  * @param {Record<string, string>} [options.headers] of every answer
  * @returns {Promise<{ origin: string, close: () => Promise<void> }>}
  */
-export async function serve({ port = 0, folders = FOLDERS, headers = {} } = {}) {
+export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, headers = {} } = {}) {
   const places = Object.entries(folders).map(([prefix, folder]) => {
     // With tags, so that browsers ask each time and yet keep what has not changed, compiled code with it.
     return { prefix, files: sirv(folder, { dev: true, etag: true }) };
@@ -40,10 +42,10 @@ export async function serve({ port = 0, folders = FOLDERS, headers = {} } = {}) 
   });
   // Else a connection that has been idle for five seconds is closed, now and then just as a request comes by it.
   server.keepAliveTimeout = 0;
-  await new Promise((resolve, reject) => server.once("error", reject).listen(port, "127.0.0.1", resolve));
+  await new Promise((resolve, reject) => server.once("error", reject).listen(port, host, resolve));
   return {
     // Browsers take localhost for secure: they offer it a camera and WebGPU.
-    origin: `http://localhost:${server.address().port}`,
+    origin: `http://${host === LOOPBACK ? "localhost" : host}:${server.address().port}`,
     close: () =>
       new Promise((resolve) => {
         server.closeAllConnections();

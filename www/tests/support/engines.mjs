@@ -17,7 +17,7 @@ const XVFB = process.env.DEEPSFT_XVFB ?? "/usr/bin/Xvfb";
 
 const WINDOW = { width: 1000, height: 700 };
 /** A browser on a busy machine takes so long for what it does at once elsewhere, milliseconds. */
-export const PATIENCE_MS = 120_000;
+export const PATIENCE_MS = Number(process.env.DEEPSFT_ENGINE_PATIENCE_MS ?? 120_000);
 const POLL_MS = 100;
 
 /**

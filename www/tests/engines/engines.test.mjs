@@ -1,0 +1,357 @@
+// The page in three browser engines: camera, clip, image, a person's own picture, and what it says when something is in the way.
+// What it finds is compared with the truth. The figures go to tests/screenshots/engines.md.
+
+import assert from "node:assert/strict";
+import { cp, mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { networkInterfaces, tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+
+import { makeClip } from "../support/clips.mjs";
+import { ENGINES, closeScreen, openEngine } from "../support/engines.mjs";
+import { errorsOf } from "../support/maps.mjs";
+import { meshDistance } from "../support/meshes.mjs";
+import { MODEL, unseenFrames } from "../support/native.mjs";
+import { encodePng } from "../support/png.mjs";
+import { makePrint } from "../support/prints.mjs";
+import { WWW, serve } from "../../serve.mjs";
+
+const TEST_MS = 300_000;
+const SCREENSHOTS = join(WWW, "tests", "screenshots");
+
+/** Of the bundled clip: what `deepsft clip` renders again, and the frame that is compared, after some that lead to it. */
+const CLIP = { event: "motion", seed: 9_000_001, fps: 30, frame: 40, lead: 8 };
+const PRINT = { width: 740, height: 525, seed: 7 };
+const WIDTH_MM = 148;
+
+/** Farthest that the median vertex may be from the truth, canonical pixels. A sheet that is not the one shown is tens away. */
+const MOST_PX = 1;
+/** The network alone, as `deepsft eval` finds it, with room for a frame that is harder than most. */
+const MOST_REGISTRATION_MM = 8;
+const LEAST_IOU = 0.93;
+/** So long the clip is watched for the rates, milliseconds. */
+const WATCHED_MS = 4000;
+
+const TITLES = { camera: "camera", clip: "clip", image: "image", own: "own picture", errors: "errors", fps: "frames/s", answers: "answers/s" };
+/** By engine, what is known of it. @type {Map<string, Record<string, string>>} */
+const table = new Map();
+
+let folder;
+let server;
+let broken;
+/** Of the bundled clip: the mesh in {@link CLIP}'s frame, and that frame as a picture. */
+let clipTruth;
+let clipPng;
+let frame;
+let print;
+let printTruth;
+let printPng;
+
+before(
+  async () => {
+    folder = await mkdtemp(join(tmpdir(), "deepsft-engines-"));
+    const { event, seed } = CLIP;
+    const clip = await makeClip(join(folder, "clip"), { event, seed, frames: CLIP.frame + 1 });
+    ({ vertices: clipTruth, png: clipPng } = clip.frames[CLIP.frame]);
+    [frame] = await unseenFrames(join(folder), 1);
+    frame.file = join(folder, "frame.png");
+    await writeFile(frame.file, frame.png);
+    print = join(folder, "print.png");
+    await writeFile(print, encodePng(makePrint(PRINT)));
+    const still = { event: "still", frames: 1, seed: 970_042, scale: 2, picture: print, widthMm: WIDTH_MM };
+    const photographed = await makeClip(join(folder, "photographed"), still);
+    ({ vertices: printTruth, png: printPng } = photographed.frames[0]);
+    server = await serve();
+    const models = join(folder, "models");
+    await cp(MODEL, join(models, "poster-a4"), { recursive: true });
+    const weights = join(models, "poster-a4", "weights.bpk");
+    const bytes = await readFile(weights);
+    bytes[bytes.length >> 1] ^= 1;
+    await writeFile(weights, bytes);
+    broken = await serve({ folders: { "/models/": models, "/": WWW } });
+    await mkdir(SCREENSHOTS, { recursive: true });
+  },
+  { timeout: TEST_MS },
+);
+
+after(async () => {
+  const head = ["engine", "version", ...Object.values(TITLES)];
+  const rows = [...table].map(([name, row]) => [name, row.version, ...Object.keys(TITLES).map((key) => row[key] ?? "failed")]);
+  const line = (cells) => `| ${cells.join(" | ")} |`;
+  const text = [line(head), line(head.map(() => "---")), ...rows.map(line), ""].join("\n");
+  console.log(`\n${text}`);
+  await writeFile(join(SCREENSHOTS, "engines.md"), text);
+  await Promise.all([server?.close(), broken?.close(), closeScreen()]);
+  await rm(folder, { recursive: true, force: true });
+});
+
+/** The page, with what it tells of each frame kept. */
+async function openPage(page, address = `${server.origin}/?device=cpu`) {
+  await page.open(address);
+  await page.run(() => {
+    globalThis.tracked = [];
+    globalThis.estimates = [];
+    document.addEventListener("deepsft-tracked", ({ tracked: { found, mesh } }) =>
+      tracked.push({ at: performance.now(), found, vertices: found ? [...mesh.vertices] : null }),
+    );
+    document.addEventListener("deepsft-estimate", ({ estimate }) =>
+      estimates.push({
+        at: performance.now(),
+        found: estimate.found,
+        maps: [estimate.depth, estimate.registration].map((map) => map.toFloat32Array()),
+      }),
+    );
+  });
+  await page.until(() => document.body.dataset.view === "start");
+  // Where the processor draws the page sees so in its first moments, as it does while a person reads.
+  await page.until(() => document.querySelector("#hero").dataset.still === "true" || performance.now() > 4000);
+}
+
+const isFound = () => document.querySelector("#state").dataset.state === "found";
+const isFollowed = () => document.querySelector("#state").dataset.how === "tracked";
+const isMissing = () => document.querySelector("#state").dataset.state === "missing";
+
+/** What the card says that tells what is in the way. */
+async function messageOf(page) {
+  await page.until(() => !document.querySelector("#message").hidden);
+  return page.run(() => document.querySelector("#message-code").textContent);
+}
+
+/** A camera that shows a picture, in place of the browser's own: no browser here shows a file as a camera but Chromium. */
+async function feedCamera(page, png) {
+  await page.run(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const picture = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [960, 540];
+    const context = canvas.getContext("2d");
+    const draw = () => context.drawImage(picture, 0, 0, 960, 540);
+    draw();
+    setInterval(draw, 60);
+    navigator.mediaDevices.getUserMedia = async () => canvas.captureStream(15);
+  }, png.toString("base64"));
+}
+
+/** How far the newest mesh is from the truth, once it has been followed for some frames. */
+async function distanceTo(page, truth, scale = 1) {
+  await page.run(() => (tracked.length = 0));
+  await page.until(() => tracked.filter(({ found }) => found).length >= 5);
+  const vertices = await page.run(() => tracked.findLast(({ found }) => found).vertices);
+  return meshDistance(vertices.map((value, i) => (i % 3 === 2 ? value * scale : value)), truth).medianPx;
+}
+
+/** The page takes a camera for one of 0.79 times the long side; the clips' has 380 of 480: the mesh scales in depth. */
+const AS_ESTIMATED = 380 / (0.79 * 480);
+
+for (const name of ENGINES) {
+  describe(name, { concurrency: 1 }, () => {
+    let page;
+    const row = {};
+    let refused = 0;
+    const screenshot = async (what) => writeFile(join(SCREENSHOTS, `${name}-${what}.png`), await page.screenshot());
+
+    before(
+      async () => {
+        table.set(name, row);
+        page = await openEngine(name);
+        row.version = page.version;
+      },
+      { timeout: TEST_MS },
+    );
+    after(() => page?.close());
+
+    test("an image shows the poster where it is", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await page.choose("#image-file", frame.file);
+      await page.until(isFound);
+      const [depth, registration] = await page.run(() => {
+        const base64 = ({ buffer, byteOffset, byteLength }) => {
+          let text = "";
+          for (const byte of new Uint8Array(buffer, byteOffset, byteLength)) text += String.fromCharCode(byte);
+          return btoa(text);
+        };
+        return estimates[0].maps.map(base64);
+      });
+      const floats = (text) => new Float32Array(new Uint8Array(Buffer.from(text, "base64")).buffer);
+      const errors = errorsOf({ depth: floats(depth), registration: floats(registration) }, frame.truth);
+      await page.until(() => document.querySelector("#live").dataset.mesh === "true");
+      await screenshot("image");
+      assert.ok(errors.mask_iou > LEAST_IOU, `mask IoU ${errors.mask_iou}`);
+      assert.ok(errors.registration_rmse_mm < MOST_REGISTRATION_MM, `registration ${errors.registration_rmse_mm} mm`);
+      row.image = `IoU ${errors.mask_iou.toFixed(3)}, ${errors.registration_rmse_mm.toFixed(1)} mm`;
+    });
+
+    test("the bundled clip plays, and the mesh lies on the sheet in a frame that is known", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await page.click("#use-clip");
+      await page.until(isFollowed);
+      await page.run(() => (tracked.length = estimates.length = 0));
+      const { frames, answers, seconds } = await page.run(
+        (ms) =>
+          new Promise((resolve) => {
+            const from = performance.now();
+            setTimeout(() => resolve({ frames: tracked.length, answers: estimates.length, seconds: (performance.now() - from) / 1000 }), ms);
+          }),
+        WATCHED_MS,
+      );
+      await screenshot("clip");
+      const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
+      assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+      Object.assign(row, { clip: `${apart.toFixed(2)} px`, fps: (frames / seconds).toFixed(1), answers: (answers / seconds).toFixed(1) });
+    });
+
+    test("the browser's own camera is opened, and shows no poster", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await page.click("#use-camera");
+      await page.until(isMissing);
+      await page.until(() => tracked.length >= 5);
+      await screenshot("camera");
+      row.camera = "opens";
+    });
+
+    test("a camera that shows the poster shows it where it is", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await feedCamera(page, clipPng);
+      await page.click("#use-camera");
+      await page.until(isFollowed);
+      const apart = await distanceTo(page, clipTruth, AS_ESTIMATED);
+      await screenshot("camera-poster");
+      assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+      row.camera = `${row.camera ?? "does not open"}; fed: ${apart.toFixed(2)} px`;
+    });
+
+    test("a person's own picture is found where it is", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await feedCamera(page, printPng);
+      await page.choose("#picture-file", print);
+      await page.until(() => document.querySelector("#print-size").getBoundingClientRect().width > 0);
+      await page.click('[data-usual="postcard"]');
+      await page.click('#print-size [value="camera"]');
+      await page.until(isFollowed);
+      const apart = await distanceTo(page, printTruth, AS_ESTIMATED);
+      await screenshot("own-picture");
+      assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+      row.own = `${apart.toFixed(2)} px`;
+    });
+
+    /** A test of a way in which something is in the way. */
+    const refusal = (what, code, body) =>
+      test(`${what}: ${code}`, { timeout: TEST_MS }, async () => {
+        assert.equal(await body(), code);
+        row.errors = `${++refused} of 5`;
+      });
+
+    refusal("a page that is not secure gets no camera", "insecure-context", async () => {
+      // Browsers take this machine's own name for secure, but not its address in the network.
+      const [{ address } = { address: "" }] = Object.values(networkInterfaces()).flat().filter(({ family, internal }) => family === "IPv4" && !internal);
+      assert.ok(address, "this machine is in no network: nothing here is insecure");
+      const open = await serve({ host: address });
+      try {
+        await openPage(page, `${open.origin}/?device=cpu`);
+        await page.click("#use-camera");
+        return await messageOf(page);
+      } finally {
+        await open.close();
+      }
+    });
+
+    refusal("a damaged model is not used", "model-corrupt", async () => {
+      await openPage(page, `${broken.origin}/?device=cpu`);
+      await page.choose("#image-file", frame.file);
+      return messageOf(page);
+    });
+
+    refusal("a browser without what the engine needs is told so", "browser-unsupported", async () => {
+      await openPage(page);
+      await page.run(() => void delete globalThis.OffscreenCanvas);
+      await page.click("#use-clip");
+      return messageOf(page);
+    });
+
+    describe("with no WebGL and no camera", { concurrency: 1 }, () => {
+      before(
+        async () => {
+          await page.close();
+          page = await openEngine(name, { webgl: false, camera: "denied" });
+        },
+        { timeout: TEST_MS },
+      );
+
+      refusal("the page says so once and draws the mesh all the same", "webgl-unavailable", async () => {
+        await openPage(page);
+        assert.equal(await page.run(() => document.createElement("canvas").getContext("webgl2") === null), true);
+        await page.click("#use-clip");
+        await page.until(isFollowed);
+        const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
+        assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+        const drawn = await page.until(drawnBox);
+        await screenshot("no-webgl");
+        const expected = await page.run(boxInImage, [...clipTruth]);
+        for (const side of Object.keys(expected)) assert.ok(Math.abs(drawn[side] - expected[side]) < 4, `${side}: ${drawn[side]}, ${expected[side]}`);
+        assert.equal(await page.run(() => document.querySelector("#message").hidden), true);
+        return page.run(() => /\(([a-z-]+)\)/.exec(document.querySelector("#notice-text").textContent)?.[1]);
+      });
+
+      refusal("a camera that is not allowed is named", "camera-denied", async () => {
+        await openPage(page);
+        await page.click("#use-camera");
+        const code = await messageOf(page);
+        await screenshot("camera-denied");
+        return code;
+      });
+    });
+  });
+}
+
+/** The mesh in {@link CLIP}'s frame: the clip stands still and is moved on by hand, a few frames to it. */
+async function meshInFrame(page) {
+  return page.run(async ({ frame, lead, fps }) => {
+    const video = document.querySelector("#video");
+    video.pause();
+    const end = performance.now() + 60_000;
+    while (performance.now() < end) {
+      let last = null;
+      for (let at = frame - lead; at <= frame; at++) {
+        await new Promise((resolve) => setTimeout(resolve, 100));
+        tracked.length = 0;
+        video.currentTime = (at + 0.5) / fps;
+        await new Promise((resolve) => video.addEventListener("seeked", resolve, { once: true }));
+        const waited = performance.now() + 2000;
+        while (tracked.length === 0 && performance.now() < waited) await new Promise((resolve) => setTimeout(resolve, 10));
+        last = tracked.at(-1);
+      }
+      if (last?.found) return last.vertices;
+    }
+    throw new Error("the sheet is not followed from frame to frame");
+  }, CLIP);
+}
+
+/** On the page: the box around what is drawn on the stage, CSS pixels; null where nothing is. */
+function drawnBox() {
+  const canvas = document.querySelector("#stage");
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+  const box = { left: Infinity, top: Infinity, right: -1, bottom: -1 };
+  for (let i = 3; i < data.length; i += 4) {
+    if (data[i] < 60) continue;
+    const [x, y] = [((i - 3) / 4) % width, Math.floor((i - 3) / 4 / width)];
+    Object.assign(box, { left: Math.min(box.left, x), top: Math.min(box.top, y), right: Math.max(box.right, x), bottom: Math.max(box.bottom, y) });
+  }
+  return box.right < 0 ? null : box;
+}
+
+/** On the page: the box around a mesh of the bundled clip, where the frame lies on the page, CSS pixels. */
+function boxInImage(vertices) {
+  const picture = document.querySelectorAll("#below canvas")[1].getBoundingClientRect();
+  const [columns, rows] = [[], []];
+  for (let i = 0; i < vertices.length; i += 3) {
+    columns.push(picture.left + (picture.width / 960) * (480 + (760 * vertices[i]) / vertices[i + 2]));
+    rows.push(picture.top + (picture.height / 540) * (270 + (760 * vertices[i + 1]) / vertices[i + 2]));
+  }
+  return {
+    left: Math.max(picture.left, Math.min(...columns)),
+    top: Math.max(0, picture.top, Math.min(...rows)),
+    right: Math.min(picture.right, Math.max(...columns)),
+    bottom: Math.min(innerHeight, picture.bottom, Math.max(...rows)),
+  };
+}
