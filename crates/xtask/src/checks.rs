@@ -13,6 +13,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// Whether this system has WebKitGTK and a screen that nobody sees.
+const OTHER_ENGINES: bool = cfg!(target_os = "linux");
+
 /// Who asks.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -63,6 +66,9 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         let manifest = Manifest::load(root)?;
         tools::ensure_node_packages(root, &manifest.tools)?;
         tools::chromium()?;
+        if OTHER_ENGINES {
+            tools::engine_programs()?;
+        }
         tools::ensure_rust_target(root, TARGET)?;
         Ok(Count { passed: 1, failed: 0 })
     });
@@ -85,7 +91,12 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     check("types of the JavaScript", &|| {
         counted(tools::npm(root).args(["run", "check"]))
     });
-    check("tests in the browser", &|| browser_tests(root));
+    check("tests in the browser", &|| counted(&mut in_browsers(root, &["test"])?));
+    if OTHER_ENGINES {
+        check("Firefox and WebKit", &|| {
+            counted(engine_tests(root)?.env("DEEPSFT_ENGINES", "firefox,webkit"))
+        });
+    }
 
     println!();
     let mut total = Count::default();
@@ -109,8 +120,31 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     Ok(())
 }
 
-/// `npm test` in `www/`, told which browser to run, how, and where the command line program is.
-fn browser_tests(root: &Path) -> Result<Count> {
+/// Tests the page in Chromium, Firefox and WebKit, and leaves a table of what each engine does.
+///
+/// # Errors
+/// When a program is missing, or a test fails.
+pub fn engines(root: &Path, build: bool) -> Result<()> {
+    ensure!(OTHER_ENGINES, "Firefox and WebKit are tested on Linux only");
+    tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
+    if build {
+        web::build(root)?;
+    }
+    let count = counted(&mut engine_tests(root)?)?;
+    println!("{} passed, {} failed", count.passed, count.failed);
+    ensure!(count.failed == 0, "{} tests in three engines failed", count.failed);
+    Ok(())
+}
+
+/// The tests of `www/tests/engines`, in all three engines.
+fn engine_tests(root: &Path) -> Result<Command> {
+    let mut command = in_browsers(root, &["run", "test:engines"])?;
+    command.envs(tools::engine_programs()?);
+    Ok(command)
+}
+
+/// An `npm` command in `www/`, told which Chromium to run, how, and where the command line program is.
+fn in_browsers(root: &Path, arguments: &[&str]) -> Result<Command> {
     let manifest = Manifest::load(root)?;
     let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
     // The tests ask the native estimator for the same frames. Built with the features of the whole workspace, as the tests of
@@ -118,11 +152,11 @@ fn browser_tests(root: &Path) -> Result<Count> {
     tools::run(tools::cargo(root).args(["build", "--release", "--workspace", "--bin", "deepsft"]))?;
     let program = format!("deepsft{}", env::consts::EXE_SUFFIX);
     let mut command = tools::npm(root);
-    command.arg("test");
+    command.args(arguments);
     command.env("DEEPSFT_CHROMIUM", tools::chromium()?);
     command.env("DEEPSFT_CHROMIUM_FLAGS", flags);
     command.env("DEEPSFT_CLI", tools::target_folder(root)?.join("release").join(program));
-    counted(&mut command)
+    Ok(command)
 }
 
 /// Runs a command, shows what it prints, and adds up the counts in it. A command without counts is one

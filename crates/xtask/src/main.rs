@@ -28,11 +28,16 @@ Tasks of the DeepSfT workspace
 
     cargo xtask test
         Everything that can be checked, cheapest first: formatting, lints, tests of all crates, the browser
-        build and its size, the types of the JavaScript, the tests in a real browser.
+        build and its size, the types of the JavaScript, the tests in a real browser, on Linux in Firefox and WebKit too.
         Installs what is missing where it can, and says what to install where it cannot.
 
     cargo xtask ci
         The same with every dependency locked, as the continuous integration runs it.
+
+    cargo xtask engines [--no-build]
+        The page in Chromium, Firefox and WebKit: camera, clip, image, own picture, errors. Ends with a table, which it
+        leaves in www/tests/screenshots/engines.md. Installs the browsers where it can. Linux only.
+        --no-build  take the browser package that was built last
 
     cargo xtask web
         Builds the browser package into www/pkg as wasm-pack.toml says, and holds it to its size budget.
@@ -89,6 +94,7 @@ fn run(arguments: Vec<String>) -> Result<()> {
         "demo" => demo(&root, &rest),
         "test" => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
         "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
+        "engines" => engines(&root, &rest),
         "site" => site(&root, &rest),
         "notices" => notices(&root, &rest),
         "web" => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
@@ -132,6 +138,14 @@ fn demo(root: &Path, arguments: &[String]) -> Result<()> {
         tools::open_in_browser(&server.address);
     }
     server.wait()
+}
+
+fn engines(root: &Path, arguments: &[String]) -> Result<()> {
+    match arguments {
+        [] => checks::engines(root, true),
+        [only] if only == "--no-build" => checks::engines(root, false),
+        [other, ..] => bail!("cargo xtask engines does not know {other:?}\n\n{HELP}"),
+    }
 }
 
 fn site(root: &Path, arguments: &[String]) -> Result<()> {

@@ -170,6 +170,62 @@ pub fn chromium() -> Result<PathBuf> {
     }
 }
 
+/// A program that the tests in Firefox and WebKit run.
+struct EngineProgram {
+    /// The variable that tells the tests where it is, or that names it beforehand.
+    variable: &'static str,
+    names: &'static [&'static str],
+    debian_packages: &'static [&'static str],
+}
+
+/// Firefox, WebKitGTK with the plugins that play the clip, and a screen that nobody sees.
+const ENGINE_PROGRAMS: [EngineProgram; 3] = [
+    EngineProgram {
+        variable: "DEEPSFT_FIREFOX",
+        names: &["firefox-esr", "firefox"],
+        debian_packages: &["firefox-esr"],
+    },
+    EngineProgram {
+        variable: "DEEPSFT_WEBKIT_DRIVER",
+        names: &["WebKitWebDriver"],
+        debian_packages: &["webkit2gtk-driver", "gstreamer1.0-plugins-good"],
+    },
+    EngineProgram {
+        variable: "DEEPSFT_XVFB",
+        names: &["Xvfb"],
+        debian_packages: &["xvfb"],
+    },
+];
+
+/// The programs that the tests in Firefox and WebKit run, by the variables that tell the tests where they are: as these name
+/// them, or installed, or newly installed from Debian's packages.
+///
+/// # Errors
+/// When one is missing; the message says how to get it.
+pub fn engine_programs() -> Result<Vec<(&'static str, PathBuf)>> {
+    let find = |program: &EngineProgram| match env::var_os(program.variable) {
+        Some(named) => Some(PathBuf::from(named)).filter(|named| named.is_file()),
+        None => program.names.iter().copied().find_map(on_path),
+    };
+    let missing = ENGINE_PROGRAMS.iter().filter(|program| find(program).is_none());
+    let packages: Vec<&str> = missing.flat_map(|program| program.debian_packages).copied().collect();
+    if !packages.is_empty() {
+        install_with_apt(&packages);
+    }
+    let found = |program: &EngineProgram| {
+        let path = find(program).with_context(|| {
+            format!(
+                "no {}: the page is tested in Firefox and WebKit too. Install it (Debian: apt-get install {}), or name it in {}",
+                program.names[0],
+                program.debian_packages.join(" "),
+                program.variable
+            )
+        })?;
+        Ok((program.variable, path))
+    };
+    ENGINE_PROGRAMS.iter().map(found).collect()
+}
+
 /// The first program called `name` on the PATH.
 pub fn on_path(name: &str) -> Option<PathBuf> {
     let file = format!("{name}{}", env::consts::EXE_SUFFIX);

@@ -80,7 +80,19 @@ async function requestFirst(wishes) {
       if (!(error instanceof Error || error instanceof DOMException) || error.name !== "OverconstrainedError") break;
     }
   }
-  throw cameraError(refusal);
+  throw cameraError((await isMissing(devices, refusal)) ? new DOMException("There is no camera.", "NotFoundError") : refusal);
+}
+
+/**
+ * Whether a camera that "does not fit" is none at all: WebKit says so.
+ *
+ * @param {MediaDevices} devices
+ * @param {unknown} refusal
+ */
+async function isMissing(devices, refusal) {
+  if (!(refusal instanceof Error || refusal instanceof DOMException) || refusal.name !== "OverconstrainedError") return false;
+  const known = await devices.enumerateDevices().catch(() => null);
+  return known?.every(({ kind }) => kind !== "videoinput") ?? false;
 }
 
 /**

@@ -86,10 +86,17 @@ for (const [name, code] of [
   ["TypeError", "internal"],
 ]) {
   test(`${name} becomes ${code}`, async () => {
-    withDevices({ getUserMedia: () => Promise.reject(refusal(name)) });
+    const enumerateDevices = async () => [{ kind: "videoinput" }];
+    withDevices({ getUserMedia: () => Promise.reject(refusal(name)), enumerateDevices });
     await assert.rejects(openCamera(new Video()), { name: "DeepSftError", code });
   });
 }
+
+test("a camera that does not fit because there is none is not found", async () => {
+  const enumerateDevices = async () => [{ kind: "audioinput" }];
+  withDevices({ getUserMedia: () => Promise.reject(refusal("OverconstrainedError")), enumerateDevices });
+  await assert.rejects(openCamera(new Video()), { code: "camera-not-found" });
+});
 
 test("a page without mediaDevices is told that its address is not secure", async () => {
   withDevices(undefined);
