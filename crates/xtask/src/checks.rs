@@ -91,9 +91,13 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     check("types of the JavaScript", &|| {
         counted(tools::npm(root).args(["run", "check"]))
     });
-    check("tests in the browser", &|| counted(&mut in_browsers(root, &["test"])?));
+    check("tests in the browser", &|| {
+        build_program(root)?;
+        counted(&mut in_browsers(root, &["test"])?)
+    });
     if OTHER_ENGINES {
         check("Firefox and WebKit", &|| {
+            // The program is there from the check before.
             counted(engine_tests(root)?.env("DEEPSFT_ENGINES", "firefox,webkit"))
         });
     }
@@ -129,6 +133,7 @@ pub fn engines(root: &Path, build: bool) -> Result<()> {
     tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
     if build {
         web::build(root)?;
+        build_program(root)?;
     }
     let count = counted(&mut engine_tests(root)?)?;
     println!("{} passed, {} failed", count.passed, count.failed);
@@ -143,13 +148,16 @@ fn engine_tests(root: &Path) -> Result<Command> {
     Ok(command)
 }
 
+/// The command line program, which the tests in browsers ask for the same frames. It is built with the features of the whole
+/// workspace, as the tests of the crates have left it.
+fn build_program(root: &Path) -> Result<()> {
+    tools::run(tools::cargo(root).args(["build", "--release", "--workspace", "--bin", "deepsft"]))
+}
+
 /// An `npm` command in `www/`, told which Chromium to run, how, and where the command line program is.
 fn in_browsers(root: &Path, arguments: &[&str]) -> Result<Command> {
     let manifest = Manifest::load(root)?;
     let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
-    // The tests ask the native estimator for the same frames. Built with the features of the whole workspace, as the tests of
-    // the crates have left it.
-    tools::run(tools::cargo(root).args(["build", "--release", "--workspace", "--bin", "deepsft"]))?;
     let program = format!("deepsft{}", env::consts::EXE_SUFFIX);
     let mut command = tools::npm(root);
     command.args(arguments);

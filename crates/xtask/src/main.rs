@@ -37,7 +37,7 @@ Tasks of the DeepSfT workspace
     cargo xtask engines [--no-build]
         The page in Chromium, Firefox and WebKit: camera, clip, image, own picture, errors. Ends with a table, which it
         leaves in www/tests/screenshots/engines.md. Installs the browsers where it can. Linux only.
-        --no-build  take the browser package that was built last
+        --no-build  take what was built last
 
     cargo xtask web
         Builds the browser package into www/pkg as wasm-pack.toml says, and holds it to its size budget.

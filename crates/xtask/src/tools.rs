@@ -207,7 +207,8 @@ pub fn engine_programs() -> Result<Vec<(&'static str, PathBuf)>> {
         Some(named) => Some(PathBuf::from(named)).filter(|named| named.is_file()),
         None => program.names.iter().copied().find_map(on_path),
     };
-    let missing = ENGINE_PROGRAMS.iter().filter(|program| find(program).is_none());
+    let is_missing = |program: &&EngineProgram| env::var_os(program.variable).is_none() && find(program).is_none();
+    let missing = ENGINE_PROGRAMS.iter().filter(is_missing);
     let packages: Vec<&str> = missing.flat_map(|program| program.debian_packages).copied().collect();
     if !packages.is_empty() {
         install_with_apt(&packages);

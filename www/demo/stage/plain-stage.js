@@ -200,7 +200,7 @@ export class PlainStage {
     // Counter-clockwise from the front, in an image whose y points down.
     const isFront = along(a, b, 0) * along(a, c, 1) - along(a, b, 1) * along(a, c, 0) < 0;
     const towards = LIGHT.reduce((sum, light, k) => sum + light * (normals[3 * a + k] + normals[3 * b + k] + normals[3 * c + k]), 0) / 3;
-    const light = 0.25 + 0.75 * Math.max(0, isFront ? towards : -towards);
+    const light = 0.42 + 0.58 * Math.max(0, isFront ? towards : -towards);
     return `rgb(${(isFront ? FRONT : BACK).map((full) => Math.round(full * light)).join(" ")})`;
   }
 

@@ -201,6 +201,22 @@ for (const name of ENGINES) {
       Object.assign(row, { clip: `${apart.toFixed(2)} px`, fps: (frames / seconds).toFixed(1), answers: (answers / seconds).toFixed(1) });
     });
 
+    test("where VP8 is not known the clip plays as H.264", { timeout: TEST_MS }, async (t) => {
+      await openPage(page);
+      const knows = await page.run(() => {
+        const { canPlayType } = HTMLMediaElement.prototype;
+        HTMLMediaElement.prototype.canPlayType = function (type) {
+          return type.startsWith("video/webm") ? "" : canPlayType.call(this, type);
+        };
+        return document.createElement("video").canPlayType('video/mp4; codecs="avc1.64001f"') !== "";
+      });
+      if (!knows) return t.skip("this browser knows no H.264");
+      await page.click("#use-clip");
+      await page.until(isFollowed);
+      const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
+      assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+    });
+
     test("the browser's own camera is opened, and shows no poster", { timeout: TEST_MS }, async () => {
       await openPage(page);
       await page.click("#use-camera");
