@@ -3,6 +3,7 @@ import { Estimate } from "./results/estimate.js";
 import { Target } from "./targets/target.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { Tracking } from "./tracking/tracking.js";
+import type { FoundFocal } from "./tracking/mesh-tracking.js";
 import type { LoadProgress } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
@@ -98,6 +99,12 @@ export type TrackMeshOptions = {
      * of its frame, and owns it: call its `close()` when done
      */
     onEstimate?: (estimate: Estimate, frame: number) => void;
+    /**
+     * is told the camera's focal length once the moving, bending sheet has given it
+     * away, to 1.5 % or better; asked for only while `camera` is estimated. Have `camera` answer with it from then on
+     * (`CameraStream.calibrate` does): depth is off by as much as the focal length is.
+     */
+    onFocal?: (focal: FoundFocal) => void;
 };
 /** Shape from template on a worker of its own. */
 export declare class DeepSft {
@@ -199,7 +206,7 @@ export declare class DeepSft {
      * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
      * @throws {RangeError} for a `smooth` that is none
      */
-    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, software, onFound, onLost, onEstimate }?: TrackMeshOptions): MeshTracking;
+    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, software, ...callbacks }?: TrackMeshOptions): MeshTracking;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
 }

@@ -31,6 +31,7 @@ export type SourcedCamera = import("./camera/intrinsics.js").SourcedCamera;
 export type TrackedTimes = import("./results/tracked-frame.js").TrackedTimes;
 export type TargetKind = import("./targets/target.js").TargetKind;
 export type TemplateInput = import("./targets/target-source.js").TemplateInput;
+export type FoundFocal = import("./tracking/mesh-tracking.js").FoundFocal;
 export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
@@ -52,4 +53,5 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
+/** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

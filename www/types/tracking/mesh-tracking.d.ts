@@ -6,6 +6,12 @@ import type { Estimate } from "../results/estimate.js";
 import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
 import type { Target } from "../targets/target.js";
 import type { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+export type FoundFocal = {
+    width: number;
+    height: number;
+    focal: number;
+    spread: number;
+};
 export type MeshTrackingParts = {
     targets: Target[];
     /**
@@ -26,6 +32,7 @@ export type MeshTrackingParts = {
     onFound: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onLost: ((target: Target, tracked: TrackedFrame) => void) | undefined;
     onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
+    onFocal: ((focal: FoundFocal) => void) | undefined;
 };
 export type Question = {
     /**
@@ -51,6 +58,12 @@ export type Followed = {
     mesh: SurfaceMesh | null;
 };
 /**
+ * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
+ * (`spread`), all in pixels.
+ *
+ * @typedef {{ width: number, height: number, focal: number, spread: number }} FoundFocal
+ */
+/**
  * @typedef {object} MeshTrackingParts
  * @property {Target[]} targets
  * @property {TrackerWorker} tracker ended with the loop
@@ -62,6 +75,7 @@ export type Followed = {
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
  * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
  * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
+ * @property {((focal: FoundFocal) => void) | undefined} onFocal
  */
 /**
  * What the finders are asked.
@@ -116,6 +130,13 @@ export type Following = {
     frame: ImageBitmap;
     camera: SourcedCamera;
     /**
+     * with which the frame came, pixels
+     */
+    size: {
+        width: number;
+        height: number;
+    };
+    /**
      * when the tracker was free for it, milliseconds
      */
     began: number;
@@ -130,6 +151,7 @@ export type Following = {
  * @property {number} timeS
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
+ * @property {{ width: number, height: number }} size with which the frame came, pixels
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs
  * @property {Promise<RawTracked>} answer

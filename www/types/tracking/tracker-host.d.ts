@@ -18,7 +18,7 @@ export declare function unfollow({ id }: {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export declare function follow({ number, timeS, frame, intrinsics }: FollowRequest): Promise<{
+export declare function follow({ number, timeS, frame, intrinsics, calibrate }: FollowRequest): Promise<{
     value: RawTracked;
     transfer: Transferable[];
 }>;

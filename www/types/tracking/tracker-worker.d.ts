@@ -14,6 +14,7 @@ export type FollowRequest = {
     timeS: number;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    calibrate?: boolean;
 };
 export type AnswerRequest = RawAnswer & {
     number: number;
@@ -29,6 +30,14 @@ export type RawTrackedTarget = {
 };
 export type RawTracked = {
     targets: RawTrackedTarget[];
+    /**
+     * the true focal length as a multiple of the given one, where it was
+     * found, and its standard deviation as a fraction
+     */
+    focal: {
+        ratio: number;
+        deviation: number;
+    } | null;
     times: {
         warpMs: number;
         trackMs: number;
@@ -47,7 +56,7 @@ export type RawTracked = {
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[] }} FollowRequest */
+/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], calibrate?: boolean }} FollowRequest */
 /** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 /**
  * What the tracker made of an answer of the finders.
@@ -64,6 +73,8 @@ export type RawTracked = {
  *
  * @typedef {object} RawTracked
  * @property {RawTrackedTarget[]} targets
+ * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it was
+ *   found, and its standard deviation as a fraction
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  */
