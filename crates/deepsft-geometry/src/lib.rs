@@ -29,6 +29,7 @@ pub mod fitting;
 mod image;
 mod maps;
 mod mesh;
+pub mod planar_calibration;
 mod recovery;
 pub mod solver;
 

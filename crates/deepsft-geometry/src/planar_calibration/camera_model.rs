@@ -1,0 +1,107 @@
+//! Which of a camera's numbers are solved for.
+
+use crate::camera::{Camera, Lens};
+use crate::error::GeometryError;
+use glam::DVec2;
+
+/// What is unknown of a camera. All but [`CameraModel::Fisheye`] are cases of the last before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CameraModel {
+    /// One focal length; the principal point is the image's centre.
+    Focal,
+    /// fx, fy, cx, cy.
+    Pinhole,
+    /// fx, fy, cx, cy, k1, k2.
+    Radial,
+    /// fx, fy, cx, cy, k1, k2, p1, p2, k3: OpenCV's default.
+    Polynomial,
+    /// fx, fy, cx, cy, and the k1, k2, k3, k4 of OpenCV's `cv::fisheye`.
+    Fisheye,
+}
+
+/// A number of a camera, and how well the views hold it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraParameter {
+    /// As in `camera.json`: `fx`, `cy`, `k1`; of [`CameraModel::Focal`] `f`.
+    pub name: &'static str,
+    /// Its value: pixels, or a coefficient.
+    pub value: f64,
+    /// Its standard deviation, in the same unit, from the residuals and their derivatives.
+    pub deviation: f64,
+}
+
+impl CameraModel {
+    /// The names of its parameters.
+    pub(super) fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Focal => &["f"],
+            Self::Pinhole => &["fx", "fy", "cx", "cy"],
+            Self::Radial => &["fx", "fy", "cx", "cy", "k1", "k2"],
+            Self::Polynomial => &["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"],
+            Self::Fisheye => &["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"],
+        }
+    }
+
+    /// The parameters of `camera`.
+    pub(super) fn values(self, camera: &Camera) -> Vec<f64> {
+        let (focal, centre) = (camera.focal(), camera.principal_point());
+        let coefficients = match camera.lens() {
+            Lens::Pinhole => vec![0.0; 5],
+            Lens::Polynomial([k1, k2, p1, p2, k3]) => vec![k1, k2, p1, p2, k3],
+            Lens::Fisheye(k) => k.to_vec(),
+        };
+        let mut values = match self {
+            Self::Focal => vec![focal.x],
+            _ => vec![focal.x, focal.y, centre.x, centre.y],
+        };
+        let rest = self.names().len() - values.len();
+        values.extend(&coefficients[..rest]);
+        values
+    }
+
+    /// The camera with these parameters.
+    pub(super) fn camera(self, values: &[f64], (width, height): (u32, u32)) -> Result<Camera, GeometryError> {
+        if let &[f] = values {
+            return Camera::pinhole(width, height, f, f, f64::from(width) / 2.0, f64::from(height) / 2.0);
+        }
+        let pinhole = Camera::pinhole(width, height, values[0], values[1], values[2], values[3])?;
+        match values[4..] {
+            [k1, k2] => pinhole.with_distortion([k1, k2, 0.0, 0.0, 0.0]),
+            [k1, k2, p1, p2, k3] => pinhole.with_distortion([k1, k2, p1, p2, k3]),
+            [k1, k2, k3, k4] => pinhole.with_fisheye([k1, k2, k3, k4]),
+            _ => Ok(pinhole),
+        }
+    }
+
+    /// The derivatives with respect to the parameters of where `camera` shows the ray (x, y, 1).
+    pub(super) fn gradients(self, camera: &Camera, ray: DVec2, pixel: DVec2) -> Vec<DVec2> {
+        let focal = camera.focal();
+        let distorted = (pixel - camera.principal_point()) / focal;
+        let r2 = ray.length_squared();
+        let mut gradients = match self {
+            Self::Focal => return vec![distorted],
+            _ => vec![
+                DVec2::new(distorted.x, 0.0),
+                DVec2::new(0.0, distorted.y),
+                DVec2::X,
+                DVec2::Y,
+            ],
+        };
+        match self {
+            Self::Focal | Self::Pinhole => {}
+            Self::Radial => gradients.extend([ray * r2, ray * r2 * r2].map(|d| focal * d)),
+            Self::Polynomial => {
+                let mixed = 2.0 * ray.x * ray.y;
+                let along = DVec2::splat(r2) + 2.0 * ray * ray;
+                let (p1, p2) = (DVec2::new(mixed, along.y), DVec2::new(along.x, mixed));
+                gradients.extend([ray * r2, ray * r2 * r2, p1, p2, ray * r2 * r2 * r2].map(|d| focal * d));
+            }
+            Self::Fisheye => {
+                let (r, angle) = (r2.sqrt(), r2.sqrt().atan());
+                let direction = ray / r.max(1e-300);
+                gradients.extend([3, 5, 7, 9].map(|power| focal * direction * angle.powi(power)));
+            }
+        }
+        gradients
+    }
+}

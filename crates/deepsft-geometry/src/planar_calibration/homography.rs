@@ -1,0 +1,103 @@
+//! The perspective map between a plane and its image, and what it says of camera and pose.
+
+use crate::camera::Camera;
+use crate::mesh::{RigidMotion, nearest_rotation};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use glam::{DMat3, DQuat, DVec2, DVec3};
+
+/// The perspective map that brings the first of each pair near the second: homogeneous coordinates, least squares of
+/// the linear equations, origins and scales equalised. `None` for points on a line.
+pub(super) fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
+    let [(from, from_scale), (to, to_scale)] = [
+        equalised(pairs.iter().map(|p| p.0)),
+        equalised(pairs.iter().map(|p| p.1)),
+    ];
+    // The last entry is 1: the centre of the points is no vanishing point.
+    let mut matrix = Mat::<f64>::zeros(8, 8);
+    let mut vector = Mat::<f64>::zeros(8, 1);
+    for (a, b) in pairs {
+        let (p, q) = ((*a - from) * from_scale, (*b - to) * to_scale);
+        let rows = [
+            ([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y], q.x),
+            ([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y], q.y),
+        ];
+        for (row, value) in rows {
+            for i in 0..8 {
+                vector[(i, 0)] += row[i] * value;
+                for j in 0..8 {
+                    matrix[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+    let h = matrix.llt(Side::Lower).ok()?.solve(&vector);
+    let between = DMat3::from_cols_array(&[
+        h[(0, 0)],
+        h[(3, 0)],
+        h[(6, 0)],
+        h[(1, 0)],
+        h[(4, 0)],
+        h[(7, 0)],
+        h[(2, 0)],
+        h[(5, 0)],
+        1.0,
+    ]);
+    let before = DMat3::from_scale(DVec2::splat(from_scale)) * DMat3::from_translation(-from);
+    let after = DMat3::from_translation(to) * DMat3::from_scale(DVec2::splat(1.0 / to_scale));
+    let whole = after * between * before;
+    whole.is_finite().then_some(whole)
+}
+
+/// The mean of points, and the scale that makes their mean square distance from it 2.
+fn equalised(points: impl Iterator<Item = DVec2> + Clone) -> (DVec2, f64) {
+    let count = points.clone().count().max(1) as f64;
+    let mean = points.clone().sum::<DVec2>() / count;
+    let square = points.map(|p| p.distance_squared(mean)).sum::<f64>() / count;
+    (mean, (2.0 / square.max(1e-300)).sqrt())
+}
+
+/// The focal length, in the unit of the images, of a camera with square pixels and its principal point at the images' origin,
+/// which sees planes by `homographies`: the two sides of a square are at right angles and equally long (Zhang 2000). `None` where
+/// no focal length fits.
+pub(super) fn focal_length(homographies: &[DMat3]) -> Option<f64> {
+    let (mut ab, mut aa) = (0.0, 0.0);
+    for h in homographies {
+        let unit = (h.x_axis.length_squared() + h.y_axis.length_squared()).sqrt();
+        let (u, v) = (h.x_axis / unit, h.y_axis / unit);
+        let (u_image, v_image) = (u.truncate(), v.truncate());
+        for (a, b) in [
+            (u_image.dot(v_image), u.z * v.z),
+            (
+                u_image.length_squared() - v_image.length_squared(),
+                u.z * u.z - v.z * v.z,
+            ),
+        ] {
+            ab += a * b;
+            aa += a * a;
+        }
+    }
+    // a / f^2 + b = 0.
+    let inverse_square = -ab / aa;
+    (inverse_square.is_finite() && inverse_square > 0.0).then(|| inverse_square.sqrt().recip())
+}
+
+/// The pose of a plane that `camera` sees: the motion from the target's frame (z = 0) to the camera's. `None` for points on a line
+/// or a plane behind the camera.
+pub(super) fn pose(camera: &Camera, points: &[(DVec2, DVec2)]) -> Option<RigidMotion> {
+    let rays: Vec<_> = points
+        .iter()
+        .map(|&(place, pixel)| (place, camera.ray_from_pixel(pixel)))
+        .collect();
+    let h = homography(&rays)?;
+    let scale = 2.0 / (h.x_axis.length() + h.y_axis.length());
+    let scale = if h.z_axis.z < 0.0 { -scale } else { scale };
+    let (x, y) = (h.x_axis * scale, h.y_axis * scale);
+    let rotation = nearest_rotation(DMat3::from_cols(x, y, x.cross(y)), DQuat::IDENTITY);
+    let translation: DVec3 = h.z_axis * scale;
+    let pose = RigidMotion { rotation, translation };
+    points
+        .iter()
+        .all(|(place, _)| camera.project(pose.apply(place.extend(0.0))).is_some())
+        .then_some(pose)
+}
