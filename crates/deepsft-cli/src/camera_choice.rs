@@ -3,7 +3,7 @@
 use crate::failure::BlameInput;
 use anyhow::{Result, bail};
 use deepsft_formats::CameraFile;
-use deepsft_geometry::{Camera, Picture};
+use deepsft_geometry::{Camera, PAPER_CAMERAS, Picture};
 use serde::Serialize;
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const ROUNDING_PX: f64 = 1.0;
 pub struct CameraReport {
     #[serde(flatten)]
     camera: CameraFile,
-    /// `file`, `file, resized`, `assumed` (a typical phone) or `model`.
+    /// `file`, `file, resized`, `exif`, `assumed` (a typical phone) or `model`.
     source: &'static str,
 }
 
@@ -27,11 +27,25 @@ impl CameraReport {
     }
 }
 
-/// The camera for `image`, that of a camera file or else a typical one, and where it comes from.
-pub fn camera_of(image: &Picture, file: Option<(&Camera, &Path)>) -> Result<(Camera, &'static str)> {
-    match file {
-        Some((camera, path)) => camera_for(image, camera).blame("camera file", path),
-        None => Ok((Camera::typical(image.width() as u32, image.height() as u32)?, "assumed")),
+/// The camera of `--camera`: that of a file, or one of the paper's by name where there is no such file.
+pub fn read(path: &Path) -> Result<Camera> {
+    let preset = PAPER_CAMERAS.iter().find(|(name, ..)| path.as_os_str() == *name);
+    match preset.filter(|_| !path.exists()) {
+        Some(&(_, width, height, [fx, fy, cx, cy])) => Ok(Camera::pinhole(width, height, fx, fy, cx, cy)?),
+        None => Ok(deepsft_formats::read_camera(path)?),
+    }
+}
+
+/// The camera for `image`, and where it comes from: a camera file, or else what its photograph's EXIF data tell, or else a typical one.
+pub fn camera_of(
+    image: &Picture,
+    file: Option<(&Camera, &Path)>,
+    exif: Option<Camera>,
+) -> Result<(Camera, &'static str)> {
+    match (file, exif) {
+        (Some((camera, path)), _) => camera_for(image, camera).blame("camera file", path),
+        (None, Some(camera)) if camera.size() == image.size() => Ok((camera, "exif")),
+        _ => Ok((Camera::typical(image.width() as u32, image.height() as u32)?, "assumed")),
     }
 }
 
@@ -65,6 +79,28 @@ mod tests {
             "distortion": [0.0, 0.0, 0.0, 0.0, 0.0], "source": "file",
         });
         assert_eq!(report, expected);
+    }
+
+    #[test]
+    fn a_camera_file_goes_before_exif_and_exif_before_a_guess() {
+        let image = Picture::from_fn(1920, 1080, |_, _| [0; 3]);
+        let file = read(Path::new("kinect-v2")).unwrap();
+        assert_eq!((file.focal().x, file.size()), (1057.8, (1920, 1080)));
+        let exif = Camera::pinhole(1920, 1080, 1500.0, 1500.0, 960.0, 540.0).unwrap();
+        let path = Path::new("kinect-v2");
+        assert_eq!(
+            camera_of(&image, Some((&file, path)), Some(exif)).unwrap(),
+            (file, "file")
+        );
+        assert_eq!(camera_of(&image, None, Some(exif)).unwrap(), (exif, "exif"));
+        let assumed = camera_of(&image, None, None).unwrap();
+        assert_eq!((assumed.0.focal().x, assumed.1), (0.79 * 1920.0, "assumed"));
+        assert!(
+            read(Path::new("kinect-v3"))
+                .unwrap_err()
+                .to_string()
+                .contains("kinect-v3")
+        );
     }
 
     #[test]

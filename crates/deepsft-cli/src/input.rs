@@ -5,7 +5,7 @@ use crate::progress;
 use anyhow::{Result, bail};
 use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
 use deepsft_formats::DatasetFolder;
-use deepsft_geometry::Picture;
+use deepsft_geometry::{Camera, Picture};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -13,6 +13,15 @@ use std::path::{Component, Path, PathBuf};
 /// Reads a PNG or JPEG file.
 pub fn picture(path: &Path) -> Result<Picture> {
     let read = || -> Result<Picture> { Ok(decode_picture(&fs::read(path)?)?) };
+    read().blame("image", path)
+}
+
+/// Reads a photograph, and what its EXIF data tell of the camera.
+pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
+    let read = || -> Result<(Picture, Option<Camera>)> {
+        let bytes = fs::read(path)?;
+        Ok((decode_picture(&bytes)?, deepsft_formats::exif_camera(&bytes)))
+    };
     read().blame("image", path)
 }
 

@@ -62,6 +62,9 @@ enum Command {
     Synth(commands::synth::SynthArguments),
     /// Train a network for a template: on synthetic images made on the fly or on disk, then on an RGB-D recording.
     Train(commands::train::TrainArguments),
+    /// Calibrate a camera: boards to print, and photographs of them.
+    #[command(subcommand)]
+    Camera(commands::camera::CameraCommand),
     /// Simulate and check RGB-D recordings, which training steps 2 and 3 learn from.
     #[command(subcommand)]
     Recording(commands::recording::RecordingCommand),
@@ -87,6 +90,7 @@ pub fn run() -> ExitCode {
         Command::Template(command) => commands::template::run(&command),
         Command::Synth(arguments) => commands::synth::run(&arguments),
         Command::Train(arguments) => commands::train::run(&arguments),
+        Command::Camera(command) => commands::camera::run(&command),
         Command::Recording(command) => commands::recording::run(&command),
         Command::Eval(arguments) => commands::eval::run(&arguments),
         Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),

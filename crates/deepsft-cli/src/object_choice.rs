@@ -154,7 +154,7 @@ impl ObjectChoice {
 }
 
 /// The sheet that carries the picture of `file`.
-fn printed(file: &Path, size: SizeMm) -> Result<Template> {
+pub fn printed(file: &Path, size: SizeMm) -> Result<Template> {
     let picture = input::picture(file)?;
     let sheet = |picture: Picture| {
         let ratio = picture.height() as f64 / picture.width() as f64;

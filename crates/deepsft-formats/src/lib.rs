@@ -2,6 +2,8 @@
 
 mod camera;
 mod error;
+#[cfg(feature = "exif")]
+mod exif;
 mod fingerprint;
 #[cfg(feature = "fs")]
 mod folder;
@@ -20,6 +22,8 @@ mod template;
 
 pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_to_json, parse_camera};
 pub use error::FormatError;
+#[cfg(feature = "exif")]
+pub use exif::exif_camera;
 #[cfg(feature = "fs")]
 pub use fingerprint::sha256_file;
 pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerprint};

@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub mod bundle;
+pub mod camera;
 pub mod clip;
 pub mod eval;
 pub mod network;

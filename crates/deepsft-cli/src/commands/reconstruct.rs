@@ -1,6 +1,6 @@
 //! `deepsft reconstruct`: the template in photographs.
 
-use crate::camera_choice::{CameraReport, camera_of};
+use crate::camera_choice::{self, CameraReport, camera_of};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
@@ -46,8 +46,9 @@ The command writes for each image DIR/<name of the image>/ with
   whole-mesh.glb    the whole object, hidden parts included (not with --mesh none)
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
-Maps belong to the canonical 480 x 270 image; report.json has its camera. Of an upright photograph all stand upright: 480 rows of 270. Without --camera the command assumes a typical
-phone: depths are then wrong by the same fraction as the focal length.
+Maps belong to the canonical 480 x 270 image; report.json has its camera. Of an upright photograph all stand upright: 480 rows of 270. Without --camera the focal
+length is what the photograph's EXIF data tell, or else that of a typical phone: depths are wrong by the same fraction as it is.
+The line of each image says which. deepsft camera calibrate makes a camera file.
 
 A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
 hardly any corners. --mesh fit fits the template's mesh to what was found and then to the image, and the agreement of both
@@ -59,6 +60,7 @@ tells whether the object is there. The maps become those of the mesh, unless tho
 A camera file holds pixels, and the distortion in OpenCV's order:
   {\"width\": 1920, \"height\": 1080, \"fx\": 1400.0, \"fy\": 1400.0, \"cx\": 960.0, \"cy\": 540.0,
    \"distortion\": [0.0, 0.0, 0.0, 0.0, 0.0]}
+or the four numbers of OpenCV's fisheye in \"fisheye\".
 
 cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
@@ -71,7 +73,8 @@ pub struct ReconstructArguments {
     object: ObjectChoice,
     #[command(flatten)]
     descriptors: DescriptorChoice,
-    /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio
+    /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio. Or one of the paper's
+    /// cameras: kinect-v2, realsense-d435, gopro-hero3
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Folder to write; results of the same images there are replaced
@@ -121,11 +124,7 @@ struct Report {
 
 pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let folders = folders(&arguments.out, &arguments.images)?;
-    let camera = arguments
-        .camera
-        .as_deref()
-        .map(deepsft_formats::read_camera)
-        .transpose()?;
+    let camera = arguments.camera.as_deref().map(camera_choice::read).transpose()?;
     let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
     let default = match target.template().is_sheet() {
         true => MeshChoice::Fit,
@@ -211,8 +210,8 @@ impl Object {
     /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
-        let image = stages.time("decode", || input::picture(path))?;
-        let (camera, source) = camera_of(&image, camera)?;
+        let (image, exif) = stages.time("decode", || input::photograph(path))?;
+        let (camera, source) = camera_of(&image, camera, exif)?;
         let canonical_camera = self.finder.target().canonical_camera(camera.size());
         let mut view = View::new(&image, &camera);
         let canonical = stages.time("canonical_warp", || view.canonical(&canonical_camera).cloned())?;
@@ -249,9 +248,10 @@ impl Object {
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         deepsft_formats::write_folder(folder, &RESULTS_FOLDER, &files)?;
         Ok(format!(
-            "{}: {}: {}",
+            "{}: {}{}: {}",
             path.display(),
             verdict(&judgement),
+            words(&camera, source),
             folder.display()
         ))
     }
@@ -360,6 +360,16 @@ fn network_only(
 fn verdict(judgement: &Judgement) -> String {
     let found = if judgement.found { "found" } else { "not found" };
     format!("{found}, confidence {:.2}", judgement.confidence)
+}
+
+/// Where the camera comes from, where nobody gave it.
+fn words(camera: &Camera, source: &str) -> String {
+    let focal = camera.focal().x;
+    match source {
+        "exif" => format!(", f = {focal:.0} px from EXIF"),
+        "assumed" => format!(", f = {focal:.0} px assumed (a typical phone)"),
+        _ => String::new(),
+    }
 }
 
 /// Least, median and greatest depth inside the mask, mm.

@@ -3,7 +3,7 @@
 mod report;
 mod track_folder;
 
-use crate::camera_choice::{CameraReport, camera_of};
+use crate::camera_choice::{self, CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
@@ -267,8 +267,8 @@ fn camera(arguments: &TrackArguments, first: &Picture) -> Result<(Camera, &'stat
         .camera
         .as_ref()
         .or(Some(&beside).filter(|path| path.is_file()));
-    let camera = path.map(|path| deepsft_formats::read_camera(path)).transpose()?;
-    camera_of(first, camera.as_ref().zip(path.map(PathBuf::as_path)))
+    let camera = path.map(|path| camera_choice::read(path)).transpose()?;
+    camera_of(first, camera.as_ref().zip(path.map(PathBuf::as_path)), None)
 }
 
 fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {

@@ -10,6 +10,8 @@ mod camera;
 mod dataset_folder;
 #[cfg(feature = "shards")]
 mod edge_lengths;
+#[cfg(feature = "exif")]
+mod exif;
 mod glb;
 #[cfg(feature = "scan")]
 mod gltf;
