@@ -253,7 +253,9 @@ impl Core {
             if calibrate {
                 let picture = view.canonical(&canonical).map_err(failed)?;
                 if let Some(found) = track.calibrated(picture, &canonical, number)?
-                    && focal.as_ref().is_none_or(|best| found.focal_deviation < best.focal_deviation)
+                    && focal
+                        .as_ref()
+                        .is_none_or(|best| found.focal_deviation < best.focal_deviation)
                 {
                     focal = Some(found);
                 }

@@ -51,10 +51,10 @@ const MOST_FOCAL_DEVIATION = 0.015;
  * @property {CameraOption | undefined} camera
  * @property {boolean} software whether the browser draws with the processor
  * @property {(tracked: TrackedFrame) => void} onTracked
- * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
- * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
- * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
- * @property {((focal: FoundFocal) => void) | undefined} onFocal
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onFound]
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onLost]
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate]
+ * @property {(focal: FoundFocal) => void} [onFocal]
  */
 
 /**

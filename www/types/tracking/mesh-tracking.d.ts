@@ -29,10 +29,10 @@ export type MeshTrackingParts = {
      */
     software: boolean;
     onTracked: (tracked: TrackedFrame) => void;
-    onFound: ((target: Target, tracked: TrackedFrame) => void) | undefined;
-    onLost: ((target: Target, tracked: TrackedFrame) => void) | undefined;
-    onEstimate: ((estimate: Estimate, frame: number) => void) | undefined;
-    onFocal: ((focal: FoundFocal) => void) | undefined;
+    onFound?: (target: Target, tracked: TrackedFrame) => void;
+    onLost?: (target: Target, tracked: TrackedFrame) => void;
+    onEstimate?: (estimate: Estimate, frame: number) => void;
+    onFocal?: (focal: FoundFocal) => void;
 };
 export type Question = {
     /**
@@ -72,10 +72,10 @@ export type Followed = {
  * @property {CameraOption | undefined} camera
  * @property {boolean} software whether the browser draws with the processor
  * @property {(tracked: TrackedFrame) => void} onTracked
- * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onFound
- * @property {((target: Target, tracked: TrackedFrame) => void) | undefined} onLost
- * @property {((estimate: Estimate, frame: number) => void) | undefined} onEstimate
- * @property {((focal: FoundFocal) => void) | undefined} onFocal
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onFound]
+ * @property {(target: Target, tracked: TrackedFrame) => void} [onLost]
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate]
+ * @property {(focal: FoundFocal) => void} [onFocal]
  */
 /**
  * What the finders are asked.

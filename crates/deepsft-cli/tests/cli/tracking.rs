@@ -495,3 +495,30 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }
+
+#[test]
+fn a_sheet_that_moves_and_bends_tells_what_its_camera_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (folder, model) = (folder.path(), shipped_model());
+    clip(folder, &["--model", &model, "--frames", "24", "--fps", "12"], "clip");
+    // The camera that is assumed has a focal length that is a fifth too short.
+    let mut camera = json(&folder.join("clip/camera.json"));
+    let truth = camera["fx"].as_f64().unwrap();
+    for name in ["fx", "fy"] {
+        camera[name] = (0.8 * truth).into();
+    }
+    fs::write(folder.join("assumed.json"), camera.to_string()).unwrap();
+    let options = [
+        "--camera",
+        "assumed.json",
+        "--find-every",
+        "1",
+        "--write-camera",
+        "found.json",
+        "clip",
+    ];
+    let run = track(folder, &model, &options);
+    assert!(run.succeeds().stdout.contains("focal length"), "{}", run.stdout);
+    let error = json(&folder.join("found.json"))["fx"].as_f64().unwrap() / truth - 1.0;
+    assert!(error.abs() < 0.03, "{error}: {}", run.stdout);
+}

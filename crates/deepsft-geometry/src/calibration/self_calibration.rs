@@ -50,7 +50,7 @@ impl Default for SelfCalibrationOptions {
             deviations: [0.2, 0.02, 0.02, 0.03],
             blurs: vec![2.0, 1.2, 0.8],
             steps: 4,
-            residual_variance: 0.25,
+            residual_variance: 0.4,
             fewest_views: 4,
             most_views: 12,
             least_motion: 0.05,

@@ -60,7 +60,11 @@ impl View {
         if self.reduced.hessian == DMat4::ZERO {
             return f64::INFINITY;
         }
-        (self.reduced.hessian + DMat4::from_diagonal(prior)).inverse().x_axis.x.recip()
+        (self.reduced.hessian + DMat4::from_diagonal(prior))
+            .inverse()
+            .x_axis
+            .x
+            .recip()
     }
 
     /// Fits the mesh before `camera`, and finds out what the view says of it: nothing where the sheet is not seen.

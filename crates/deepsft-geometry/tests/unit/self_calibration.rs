@@ -34,7 +34,10 @@ fn as_tracked(vertices: &[DVec3], truth: &Camera, assumed: &Camera) -> Vec<DVec3
 }
 
 fn image(template: &Template, vertices: &[DVec3], camera: &Camera) -> Picture {
-    draw_template(template.texture(), &VisibleSurface::new(template.mesh(), vertices, camera).maps())
+    draw_template(
+        template.texture(),
+        &VisibleSurface::new(template.mesh(), vertices, camera).maps(),
+    )
 }
 
 fn rms(a: &[DVec3], b: &[DVec3]) -> f64 {
@@ -54,15 +57,25 @@ fn a_sheet_that_bends_tells_the_focal_length_and_with_it_how_far_it_is() {
             .collect();
         for mesh in &meshes {
             let tracked = as_tracked(mesh, &truth, &assumed);
-            assert!(calibration.offer(&image(&template, mesh, &truth), &assumed, &tracked).unwrap());
+            assert!(
+                calibration
+                    .offer(&image(&template, mesh, &truth), &assumed, &tracked)
+                    .unwrap()
+            );
         }
         let found = calibration.solve(20).unwrap().expect("the views tell it");
         let error = (found.camera.focal().x / focal).ln();
         assert!(error.abs() < 0.01, "{ratio}: {error}");
-        assert!(found.focal_deviation < 0.02 && error.abs() < 3.0 * found.focal_deviation, "{found:?}");
+        assert!(
+            found.focal_deviation < 0.02 && error.abs() < 3.0 * found.focal_deviation,
+            "{found:?}"
+        );
         assert_eq!(found.views, meshes.len());
         for (mesh, truth_mesh) in calibration.meshes().zip(&meshes) {
-            let (before, after) = (rms(&as_tracked(truth_mesh, &truth, &assumed), truth_mesh), rms(&mesh, truth_mesh));
+            let (before, after) = (
+                rms(&as_tracked(truth_mesh, &truth, &assumed), truth_mesh),
+                rms(&mesh, truth_mesh),
+            );
             assert!(after < 0.1 * before, "{ratio}: {after} mm, {before} before");
         }
         // The same change for an image of twice the size.
@@ -82,8 +95,15 @@ fn frontal_views_of_a_flat_sheet_are_said_to_tell_nothing() {
     let deviation = options.deviations[0];
     let mut calibration = SelfCalibration::new(&template, options).unwrap();
     for across in [-40.0, 40.0] {
-        let mesh: Vec<_> = sheet(&template, 0.0, 0.0, [0.0; 2]).iter().map(|p| *p + across * DVec3::X).collect();
-        assert!(calibration.offer(&image(&template, &mesh, &camera), &camera, &mesh).unwrap());
+        let mesh: Vec<_> = sheet(&template, 0.0, 0.0, [0.0; 2])
+            .iter()
+            .map(|p| *p + across * DVec3::X)
+            .collect();
+        assert!(
+            calibration
+                .offer(&image(&template, &mesh, &camera), &camera, &mesh)
+                .unwrap()
+        );
     }
     let found = calibration.solve(20).unwrap().unwrap();
     assert!(found.focal_deviation > 0.5 * deviation, "{found:?}");

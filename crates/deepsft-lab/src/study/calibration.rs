@@ -157,7 +157,10 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
     let found = found.map(|found| {
         let focal = found.camera.focal().x / assumed.focal().x;
         let all = found.views == truths.len();
-        let after = calibration.meshes().zip(&truths).map(|(mesh, truth)| distance(&mesh, truth));
+        let after = calibration
+            .meshes()
+            .zip(&truths)
+            .map(|(mesh, truth)| distance(&mesh, truth));
         Found {
             focal,
             deviation: found.focal_deviation,
@@ -179,9 +182,7 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
 /// Looks for the target by its network where it has one: clips have the canonical size, which is little for features.
 fn finder(target: &Target) -> Result<TargetFinder> {
     Ok(match target.network() {
-        Some(network) => {
-            TargetFinder::with_finders(target.clone(), vec![Finder::Network(Box::new(network.clone()))])
-        }
+        Some(network) => TargetFinder::with_finders(target.clone(), vec![Finder::Network(Box::new(network.clone()))]),
         None => TargetFinder::new(target.clone())?,
     })
 }
@@ -210,12 +211,17 @@ fn print(rows: &[Row]) {
     };
     line("focal length, assumed", "%", &assumed);
     line("focal length, found", "%", &solved);
-    line("stated deviation", "%", &|row| Some(100.0 * row.found.as_ref()?.deviation));
+    line("stated deviation", "%", &|row| {
+        Some(100.0 * row.found.as_ref()?.deviation)
+    });
     line("mesh before", "mm", &|row| row.before_mm);
     line("mesh after", "mm", &after);
     line("solving", "s", &|row| Some(row.seconds));
     let covered = |deviations: f64| {
-        let inside = found.iter().filter(|f| f.error.abs() <= deviations * f.deviation).count();
+        let inside = found
+            .iter()
+            .filter(|f| f.error.abs() <= deviations * f.deviation)
+            .count();
         100.0 * inside as f64 / found.len().max(1) as f64
     };
     println!(
