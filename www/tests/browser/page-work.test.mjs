@@ -11,7 +11,7 @@ const FRAMES = 12;
 /** A small page: on a machine without a GPU the processor draws it. */
 const SMALL = { viewport: { width: 480, height: 400 } };
 
-/** Adds to each page of a context: WebGL draws on what looks like a GPU, so that papers move. */
+/** Adds to each page of a context: WebGL draws on what looks like a GPU, by its name and by a clock that runs from frame to frame, so that papers move. */
 const likeGpu = (context) =>
   context.addInitScript(() => {
     const { getParameter } = WebGL2RenderingContext.prototype;
@@ -21,10 +21,11 @@ const likeGpu = (context) =>
     };
     const request = globalThis.requestAnimationFrame;
     globalThis.inScreenFrame = false;
+    let now = 0;
     globalThis.requestAnimationFrame = (callback) =>
-      request((now) => {
+      request(() => {
         globalThis.inScreenFrame = true;
-        callback(now);
+        callback((now += 1000 / 60));
         globalThis.inScreenFrame = false;
       });
   });

@@ -5,7 +5,7 @@ use super::view::{Reduced, View};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::fitting::FitOptions;
-use crate::fitting::mesh_fitter::MeshFitter;
+use crate::fitting::mesh_fitter::{MeshFitter, check_blurs};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::Template;
 use glam::{DMat4, DVec3, DVec4};
@@ -112,7 +112,7 @@ impl SelfCalibration {
     /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::Weight`] for weights that are none and for no
     /// blurs.
     pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self, GeometryError> {
-        crate::fitting::mesh_fitter::check_blurs(&options.blurs)?;
+        check_blurs(&options.blurs)?;
         Ok(Self {
             fitter: MeshFitter::new(template, &options.fit)?,
             options,
@@ -207,7 +207,7 @@ impl SelfCalibration {
         self.updates += 1;
         let focal_deviation = (self.options.residual_variance * covariance.x_axis.x).sqrt();
         let found = self.updates > last && step.x.abs() < FOUND_STEP * focal_deviation;
-        Ok(found.then(|| CalibratedCamera {
+        Ok(found.then_some(CalibratedCamera {
             camera,
             assumed,
             focal_deviation,
