@@ -31,6 +31,13 @@ const MOST_REGISTRATION_MM = 8;
 const LEAST_IOU = 0.93;
 /** So long the clip is watched for the rates, milliseconds. */
 const WATCHED_MS = 4000;
+/**
+ * Engines in which the bundled clip is played. WebKitGTK's player (GStreamer) refuses it now and then on a busy machine, or never
+ * ends a jump in it, whatever the page does: there the clip has several attempts, each in a fresh browser.
+ */
+const CLIP_ENGINES = (process.env.DEEPSFT_CLIP_ENGINES ?? ENGINES.join(",")).split(",");
+const CLIP_ATTEMPTS = 4;
+const CLIP_ATTEMPT_MS = 60_000;
 
 const TITLES = { camera: "camera", clip: "clip", image: "image", own: "own picture", errors: "errors", fps: "frames/s", answers: "answers/s" };
 /** By engine, what is known of it. @type {Map<string, Record<string, string>>} */
@@ -182,17 +189,12 @@ for (const name of ENGINES) {
       row.image = `IoU ${errors.mask_iou.toFixed(3)}, ${errors.registration_rmse_mm.toFixed(1)} mm`;
     });
 
-    test("the bundled clip plays, and the mesh lies on the sheet in a frame that is known", { timeout: TEST_MS }, async () => {
+    const playsClip = async () => {
       await openPage(page);
       await page.click("#use-clip");
       await page.until(() => tracked.length > 0);
-      // Slowly at first: on a busy machine the tracker starts late.
-      await page.run(() => (document.querySelector("#video").playbackRate = 0.25));
       await page.until(isFollowed);
-      await page.run(() => {
-        document.querySelector("#video").playbackRate = 1;
-        tracked.length = estimates.length = 0;
-      });
+      await page.run(() => void (tracked.length = estimates.length = 0));
       const { frames, answers, seconds } = await page.run(
         (ms) =>
           new Promise((resolve) => {
@@ -203,8 +205,27 @@ for (const name of ENGINES) {
       );
       await screenshot("clip");
       const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
+      return { apart, fps: (frames / seconds).toFixed(1), answers: (answers / seconds).toFixed(1) };
+    };
+
+    test("the bundled clip plays, and the mesh lies on the sheet in a frame that is known", { timeout: TEST_MS }, async (t) => {
+      if (!CLIP_ENGINES.includes(name)) return t.skip("played by cargo xtask engines");
+      let played = null;
+      for (let attempt = 1; !played; attempt++) {
+        const last = name !== "webkit" || attempt === CLIP_ATTEMPTS;
+        const patience = last ? [] : [new Promise((_, reject) => setTimeout(reject, CLIP_ATTEMPT_MS, new Error("the player hangs")))];
+        try {
+          played = await Promise.race([playsClip(), ...patience]);
+        } catch (error) {
+          if (last) throw error;
+          t.diagnostic(`attempt ${attempt}: ${error.message.trim().split("\n").at(-1).trim()}`);
+          await page.close();
+          page = await openEngine(name);
+        }
+      }
+      const { apart, fps, answers } = played;
       assert.ok(apart < MOST_PX, `${apart} px from the truth`);
-      Object.assign(row, { clip: `${apart.toFixed(2)} px`, fps: (frames / seconds).toFixed(1), answers: (answers / seconds).toFixed(1) });
+      Object.assign(row, { clip: `${apart.toFixed(2)} px`, fps, answers });
     });
 
     test("where VP8 is not known the clip plays as H.264", { timeout: TEST_MS }, async (t) => {
@@ -216,7 +237,7 @@ for (const name of ENGINES) {
         };
         return document.createElement("video").canPlayType('video/mp4; codecs="avc1.64001f"') !== "";
       });
-      if (!knows) return t.skip("this browser knows no H.264");
+      if (!knows || !CLIP_ENGINES.includes(name)) return t.skip("this browser knows no H.264, or is not to play a clip");
       await page.click("#use-clip");
       await page.until(() => tracked.length > 0);
       const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
@@ -303,9 +324,10 @@ for (const name of ENGINES) {
       refusal("the page says so once and draws the mesh all the same", "webgl-unavailable", async () => {
         await openPage(page);
         assert.equal(await page.run(() => document.createElement("canvas").getContext("webgl2") === null), true);
-        await page.click("#use-clip");
-        await page.until(() => tracked.length > 0);
-        const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
+        await feedCamera(page, clipPng);
+        await page.click("#use-camera");
+        await page.until(isFollowed);
+        const apart = await distanceTo(page, clipTruth, AS_ESTIMATED);
         assert.ok(apart < MOST_PX, `${apart} px from the truth`);
         const drawn = await page.until(drawnBox);
         await screenshot("no-webgl");
@@ -332,24 +354,36 @@ for (const name of ENGINES) {
 async function meshInFrame(page) {
   return page.run(async ({ frame, lead, fps }) => {
     const video = document.querySelector("#video");
-    video.pause();
+    const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+    const holds = async (condition, ms) => {
+      for (const end = performance.now() + ms; performance.now() < end; await pause(10)) if (condition()) return true;
+      return false;
+    };
+    /** GStreamer, below WebKit, now and then never ends a seek: only loading the clip anew helps. */
+    const seeks = async (at) => {
+      video.currentTime = (at + 0.5) / fps;
+      if (await holds(() => !video.seeking, 3000)) return true;
+      video.load();
+      await Promise.race([video.play(), pause(10_000)]).catch(() => undefined);
+      return false;
+    };
+    /** Whether the clip shows the frame, and the tracker has answered. */
+    const show = async (at) => {
+      await pause(100);
+      video.pause();
+      tracked.length = 0;
+      return (await seeks(at)) && (await holds(() => tracked.length > 0, 2000));
+    };
     const end = performance.now() + 60_000;
     while (performance.now() < end) {
-      let last = null;
-      for (let at = frame - lead; at <= frame; at++) {
-        await new Promise((resolve) => setTimeout(resolve, 100));
-        tracked.length = 0;
-        video.currentTime = (at + 0.5) / fps;
-        await new Promise((resolve) => video.addEventListener("seeked", resolve, { once: true }));
-        const waited = performance.now() + 2000;
-        while (tracked.length === 0 && performance.now() < waited) await new Promise((resolve) => setTimeout(resolve, 10));
-        // The frame before may have been late.
-        while (at === frame && performance.now() - (tracked.at(-1)?.at ?? 0) < 400) await new Promise((resolve) => setTimeout(resolve, 50));
-        last = tracked.at(-1);
-      }
-      if (last?.found) return last.vertices;
+      for (let at = frame - lead; at < frame; at++) await show(at);
+      if (!(await show(frame))) continue;
+      // The frame before may have been late.
+      await holds(() => performance.now() - tracked.at(-1).at >= 400, 5000);
+      if (tracked.at(-1).found) return tracked.at(-1).vertices;
     }
-    throw new Error("the sheet is not followed from frame to frame");
+    const { paused, seeking, readyState, currentTime } = video;
+    throw new Error(`the sheet is not followed from frame to frame: ${JSON.stringify({ paused, seeking, readyState, currentTime, tracked: tracked.length })}`);
   }, CLIP);
 }
 
