@@ -308,7 +308,7 @@ for (const name of ENGINES) {
     refusal("a browser without what the engine needs is told so", "browser-unsupported", async () => {
       await openPage(page);
       await page.run(() => void delete globalThis.OffscreenCanvas);
-      await page.click("#use-clip");
+      await page.choose("#image-file", frame.file);
       return messageOf(page);
     });
 
