@@ -159,6 +159,8 @@ for (const [name, size] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
         await demo.screenshot(`${name}-overlay-${overlay}`);
       }
       await page.click('[data-overlay="depth"]');
+      // They come with the next frame.
+      await page.waitForSelector("#scale-ticks span:nth-child(2)");
       const labels = (await page.locator("#scale-ticks span").allTextContents()).map(Number);
       assert.ok(
         labels.length >= 2 && labels.every((mm, i) => mm >= 100 && mm <= 2000 && (i === 0 || mm > labels[i - 1])),
