@@ -31,6 +31,8 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {"auto" | "webgpu" | "cpu"} [device] `auto` (the default) takes WebGPU when a real GPU offers what the engine
  *   needs, else the CPU, and says why in `info.fallback`; `webgpu` takes any adapter, even an emulated one, or fails
  * @property {(progress: LoadProgress) => void} [onProgress]
+ * @property {boolean} [keep] whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
+ *   asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
  * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
  * @property {string | URL} [wasmUrl] address of `deepsft_web_bg.wasm`, where a bundler moved it
  * @property {string | URL} [workerUrl] address of `worker.js`, where a bundler moved it
@@ -124,7 +126,7 @@ export class DeepSft {
    * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
    *   `gpu-lost`
    */
-  static async load(url, { device = "auto", onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
+  static async load(url, { device = "auto", keep = true, onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     requireBrowser();
     const base = typeof document === "undefined" ? self.location.href : document.baseURI;
@@ -138,7 +140,7 @@ export class DeepSft {
     try {
       [module, files] = await Promise.all([
         compileEngine(wasmUrl === undefined ? WASM_URL : new URL(wasmUrl, base), { onProgress, signal: downloads.signal }),
-        folder && fetchBundle(folder, { onProgress, signal: downloads.signal }),
+        folder && fetchBundle(folder, { onProgress, signal: downloads.signal, keep }),
       ]);
     } catch (error) {
       downloads.abort(error);

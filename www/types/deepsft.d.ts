@@ -19,6 +19,11 @@ export type LoadOptions = {
     device?: "auto" | "webgpu" | "cpu";
     onProgress?: (progress: LoadProgress) => void;
     /**
+     * whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
+     * asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
+     */
+    keep?: boolean;
+    /**
      * stops loading; the promise then rejects with the signal's reason
      */
     signal?: AbortSignal;
@@ -126,7 +131,7 @@ export declare class DeepSft {
      * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
      *   `gpu-lost`
      */
-    static load(url?: string | URL | null, { device, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
+    static load(url?: string | URL | null, { device, keep, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
     /** What runs the network, and where. Without a model: what looks for pictures. */
     get info(): import("./engine/engine-worker.js").EngineInfo;
     /**

@@ -1,6 +1,8 @@
-// Fetching a model bundle: model.json and the files it lists. What is in them is the engine's to check.
+// Fetching a model bundle: model.json and the files it lists, as far as this browser does not keep them. What is in them is the engine's
+// to check.
 
 import { DeepSftError } from "../error.js";
+import { KeptFiles, hasHash } from "./kept-files.js";
 
 /**
  * How far loading has come. `engine` is the WebAssembly module, `model` the bundle, `start` the time in which
@@ -13,19 +15,22 @@ import { DeepSftError } from "../error.js";
  */
 
 const MODEL_FILE = "model.json";
+const SHA256 = /^[0-9a-f]{64}$/;
 
 /**
  * Fetches a file whole.
  *
  * @param {URL} url
  * @param {AbortSignal | undefined} signal
- * @param {(bytes: number) => void} [onBytes] called with the length of each chunk
- * @returns {Promise<Uint8Array>}
+ * @param {object} [options]
+ * @param {(bytes: number) => void} [options.onBytes] called with the length of each chunk
+ * @param {RequestCache} [options.cache] how to use what the browser has kept of earlier answers
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws {DeepSftError} `model-load`
  */
-export async function fetchBytes(url, signal, onBytes = () => undefined) {
+export async function fetchBytes(url, signal, { onBytes = () => undefined, cache } = {}) {
   try {
-    const response = await fetch(url, { signal });
+    const response = await fetch(url, { signal, cache });
     if (!response.ok)
       throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
     const counter = new TransformStream({
@@ -45,11 +50,11 @@ export async function fetchBytes(url, signal, onBytes = () => undefined) {
 }
 
 /**
- * The files that `model.json` lists with their sizes in bytes.
+ * The files that `model.json` lists: sizes in bytes, and hashes where it gives them.
  *
  * @param {Uint8Array} manifest
  * @param {URL} url for the message
- * @returns {Map<string, number>}
+ * @returns {Map<string, { size: number, sha256: string | null }>}
  */
 function listedFiles(manifest, url) {
   let description;
@@ -62,7 +67,7 @@ function listedFiles(manifest, url) {
   if (typeof files !== "object" || files === null) {
     throw new DeepSftError("model-corrupt", `${url} lists no files.`);
   }
-  const sizes = new Map();
+  const listed = new Map();
   for (const [name, entry] of Object.entries(files)) {
     // Only plain relative names: a model must not make the page fetch from elsewhere.
     if (!/^[\w-][\w.-]*(\/[\w-][\w.-]*)*$/.test(name)) {
@@ -71,40 +76,64 @@ function listedFiles(manifest, url) {
         `${url} names the file "${name}", which is not inside the model's folder.`,
       );
     }
-    const size = Object(entry).size;
+    const { size, sha256 } = Object(entry);
     if (!(Number.isInteger(size) && size >= 0)) {
       throw new DeepSftError("model-corrupt", `${url} gives the file "${name}" no size.`);
     }
-    sizes.set(name, size);
+    listed.set(name, { size, sha256: SHA256.test(sha256) ? sha256 : null });
   }
-  return sizes;
+  return listed;
 }
 
 /**
- * Fetches a bundle.
+ * Fetches a bundle. `model.json` is asked for each time, so that a bundle that has changed is noticed; the files that it lists are
+ * taken from what this browser keeps, where their hashes are the same.
  *
  * @param {URL} folder ends in "/"
  * @param {object} [options]
  * @param {(progress: LoadProgress) => void} [options.onProgress]
  * @param {AbortSignal} [options.signal]
+ * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
-export async function fetchBundle(folder, { onProgress, signal } = {}) {
+export async function fetchBundle(folder, { onProgress, signal, keep = true } = {}) {
   const manifestUrl = new URL(MODEL_FILE, folder);
-  const manifest = await fetchBytes(manifestUrl, signal);
-  const sizes = listedFiles(manifest, manifestUrl);
-  const totalBytes = [...sizes.values()].reduce((sum, size) => sum + size, 0);
+  const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache" });
+  const listed = listedFiles(manifest, manifestUrl);
+  const kept = await KeptFiles.open(folder, keep);
+  const totalBytes = [...listed.values()].reduce((sum, { size }) => sum + size, 0);
   let loadedBytes = 0;
-  onProgress?.({ phase: "model", loadedBytes, totalBytes });
+  const onBytes = (/** @type {number} */ length) => {
+    loadedBytes += length;
+    onProgress?.({ phase: "model", loadedBytes, totalBytes });
+  };
+  onBytes(0);
   const contents = await Promise.all(
-    [...sizes.keys()].map(async (name) => {
-      const bytes = await fetchBytes(new URL(name, folder), signal, (length) => {
-        loadedBytes += length;
-        onProgress?.({ phase: "model", loadedBytes, totalBytes });
-      });
+    [...listed].map(async ([name, { sha256 }]) => {
+      const known = sha256 && (await kept.take(name, sha256));
+      if (known) onBytes(known.byteLength);
+      const bytes = known || (await fetchListed(new URL(name, folder), sha256, signal, onBytes));
+      if (!known && sha256) await kept.keep(name, sha256, bytes);
       return /** @type {const} */ ([name, bytes]);
     }),
   );
+  await kept.drop(new Map([...listed].flatMap(([name, { sha256 }]) => (sha256 ? [[name, sha256]] : []))));
   return new Map([[MODEL_FILE, manifest], ...contents]);
+}
+
+/**
+ * Fetches a file of a bundle; once more from the server itself where the browser's HTTP cache gave that of another version.
+ *
+ * @param {URL} url
+ * @param {string | null} sha256
+ * @param {AbortSignal | undefined} signal
+ * @param {(bytes: number) => void} onBytes
+ */
+async function fetchListed(url, sha256, signal, onBytes) {
+  const bytes = await fetchBytes(url, signal, { onBytes });
+  // Insecure pages cannot compute it; the engine will.
+  if (!sha256 || !crypto.subtle || (await hasHash(bytes, sha256))) return bytes;
+  onBytes(-bytes.byteLength);
+  return fetchBytes(url, signal, { onBytes, cache: "reload" });
 }

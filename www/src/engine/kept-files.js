@@ -1,0 +1,95 @@
+// Files of models that this browser has fetched before, kept in its Cache storage by their SHA-256.
+
+const CACHE = "deepsft-models";
+
+/**
+ * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, some private windows),
+ * without room, or where it is not wanted. No failure of the storage is an error.
+ */
+export class KeptFiles {
+  #folder;
+  #cache;
+
+  /**
+   * @param {URL} folder
+   * @param {Cache | null} cache
+   */
+  constructor(folder, cache) {
+    this.#folder = folder;
+    this.#cache = cache;
+  }
+
+  /**
+   * @param {URL} folder of the files
+   * @param {boolean} wanted
+   */
+  static async open(folder, wanted) {
+    const isPossible = wanted && typeof caches !== "undefined" && crypto.subtle !== undefined;
+    return new KeptFiles(folder, isPossible ? await caches.open(CACHE).catch(() => null) : null);
+  }
+
+  /**
+   * A kept file; one that is damaged is thrown away.
+   *
+   * @param {string} name
+   * @param {string} sha256 of its content, hexadecimal
+   * @returns {Promise<Uint8Array<ArrayBuffer> | null>}
+   */
+  async take(name, sha256) {
+    const key = this.#key(name, sha256);
+    try {
+      const response = await this.#cache?.match(key);
+      if (!response) return null;
+      const bytes = new Uint8Array(await response.arrayBuffer());
+      if (await hasHash(bytes, sha256)) return bytes;
+      await this.#cache?.delete(key);
+    } catch {
+      // A storage that fails is one that holds nothing.
+    }
+    return null;
+  }
+
+  /**
+   * Keeps a file, if it is what it should be.
+   *
+   * @param {string} name
+   * @param {string} sha256
+   * @param {Uint8Array<ArrayBuffer>} bytes
+   */
+  async keep(name, sha256, bytes) {
+    if (!this.#cache || !(await hasHash(bytes, sha256))) return;
+    await this.#cache.put(this.#key(name, sha256), new Response(bytes)).catch(() => undefined);
+  }
+
+  /**
+   * Throws away what the folder held before.
+   *
+   * @param {Map<string, string>} hashes by name, of the files that the folder holds now
+   */
+  async drop(hashes) {
+    const current = new Set([...hashes].map(([name, sha256]) => this.#key(name, sha256)));
+    try {
+      for (const { url } of (await this.#cache?.keys()) ?? [])
+        if (url.startsWith(this.#folder.href) && !current.has(url)) await this.#cache?.delete(url);
+    } catch {
+      // The browser throws it away itself when it needs the room.
+    }
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} sha256
+   */
+  #key(name, sha256) {
+    return new URL(`${name}?sha256=${sha256}`, this.#folder).href;
+  }
+}
+
+/**
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {string} sha256 hexadecimal
+ */
+export async function hasHash(bytes, sha256) {
+  const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
+  return Array.from(digest, (byte) => byte.toString(16).padStart(2, "0")).join("") === sha256;
+}

@@ -1,0 +1,44 @@
+/**
+ * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, some private windows),
+ * without room, or where it is not wanted. No failure of the storage is an error.
+ */
+export declare class KeptFiles {
+    #private;
+    /**
+     * @param {URL} folder
+     * @param {Cache | null} cache
+     */
+    constructor(folder: URL, cache: Cache | null);
+    /**
+     * @param {URL} folder of the files
+     * @param {boolean} wanted
+     */
+    static open(folder: URL, wanted: boolean): Promise<KeptFiles>;
+    /**
+     * A kept file; one that is damaged is thrown away.
+     *
+     * @param {string} name
+     * @param {string} sha256 of its content, hexadecimal
+     * @returns {Promise<Uint8Array<ArrayBuffer> | null>}
+     */
+    take(name: string, sha256: string): Promise<Uint8Array<ArrayBuffer> | null>;
+    /**
+     * Keeps a file, if it is what it should be.
+     *
+     * @param {string} name
+     * @param {string} sha256
+     * @param {Uint8Array<ArrayBuffer>} bytes
+     */
+    keep(name: string, sha256: string, bytes: Uint8Array<ArrayBuffer>): Promise<void>;
+    /**
+     * Throws away what the folder held before.
+     *
+     * @param {Map<string, string>} hashes by name, of the files that the folder holds now
+     */
+    drop(hashes: Map<string, string>): Promise<void>;
+}
+/**
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {string} sha256 hexadecimal
+ */
+export declare function hasHash(bytes: Uint8Array<ArrayBuffer>, sha256: string): Promise<boolean>;
