@@ -1,17 +1,23 @@
 // The development server, on this machine only: this folder at "/", models/ at "/models/", three.js, for the examples, at "/three/".
 // `cargo xtask demo` and the tests in the browser start it. By hand:
 //
-//     node serve.mjs [PORT]
+//     node serve.mjs [PORT] [--offline]
+//
+// With --offline, as `cargo xtask demo` has it, there is the site's service worker too: browsers then keep the page, and load it again when
+// it has changed.
 
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import sirv from "sirv";
 
+import { offlineFiles } from "./site.mjs";
+
 export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
 const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
+const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
 const LOOPBACK = "127.0.0.1";
 
 /** The first port that is tried when none is asked for, and how many are. */
@@ -26,15 +32,21 @@ const PORTS_TRIED = 50;
  * @param {string} [options.host] an address of this machine; by default only this machine can ask
  * @param {Record<string, string>} [options.folders] by the beginning of their addresses, the longest first
  * @param {Record<string, string>} [options.headers] of every answer
+ * @param {boolean} [options.offline] whether browsers may keep the page, for when the server is gone
  * @returns {Promise<{ origin: string, close: () => Promise<void> }>}
  */
-export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, headers = {} } = {}) {
+export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, headers = {}, offline = false } = {}) {
   const places = Object.entries(folders).map(([prefix, folder]) => {
     // With tags, so that browsers ask each time and yet keep what has not changed, compiled code with it.
     return { prefix, files: sirv(folder, { dev: true, etag: true }) };
   });
-  const server = createServer((request, response) => {
+  const server = createServer(async (request, response) => {
     for (const [name, value] of Object.entries(headers)) response.setHeader(name, value);
+    if (offline && OFFLINE.test(request.url)) {
+      // Each time, for what is being worked on changes.
+      const text = (await offlineFiles())[request.url.slice(1)];
+      return response.writeHead(200, { "content-type": "text/javascript", "cache-control": "no-cache" }).end(text);
+    }
     const place = places.find(({ prefix }) => request.url.startsWith(prefix));
     if (!place || /\/\./.test(decoded(request.url))) return response.writeHead(404).end();
     request.url = `/${request.url.slice(place.prefix.length)}`;
@@ -64,10 +76,10 @@ function decoded(url) {
 }
 
 /** The site on the first port that is free. */
-async function serveSomewhere() {
+async function serveSomewhere(options) {
   for (let port = FIRST_PORT; port < FIRST_PORT + PORTS_TRIED; port++) {
     try {
-      return await serve({ port });
+      return await serve({ port, ...options });
     } catch (error) {
       if (error.code !== "EADDRINUSE" && error.code !== "EACCES") throw error;
     }
@@ -76,9 +88,10 @@ async function serveSomewhere() {
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const [port] = process.argv.slice(2);
+  const offline = process.argv.includes("--offline");
+  const [port] = process.argv.slice(2).filter((word) => word !== "--offline");
   try {
-    const { origin } = await (port === undefined ? serveSomewhere() : serve({ port: Number(port) }));
+    const { origin } = await (port === undefined ? serveSomewhere({ offline }) : serve({ port: Number(port), offline }));
     console.log(`${origin}/`);
   } catch (error) {
     console.error(`The page cannot be served${port === undefined ? "" : ` on port ${port}`}: ${error.message}`);

@@ -3,6 +3,7 @@
 //
 //     node site.mjs DIR
 
+import { createHash } from "node:crypto";
 import { copyFile, mkdir, readFile, readdir, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
 import { basename, dirname, join, relative, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -11,7 +12,7 @@ const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 /** What a site is made of, files and folders. */
 const PARTS = {
-  ...Object.fromEntries(["index.html", "demo", "src", "pkg", "docs", "examples", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
+  ...Object.fromEntries(["index.html", "app.webmanifest", "demo", "src", "pkg", "docs", "examples", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
   models: www("../models"),
   ...Object.fromEntries(
     ["build/three.module.js", "build/three.core.js", "LICENSE"].map((name) => [`three/${basename(name)}`, www(`node_modules/three/${name}`)]),
@@ -21,6 +22,13 @@ const PARTS = {
 /** In each site, the names of its other files. */
 export const LIST = "site.txt";
 const LIST_HEAD = "The files of this site. A folder that holds others is not replaced.";
+
+/** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
+const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.(js|wasm)|models\/[^/]+\/model\.json)$/;
+const RUNS_NOT = /LICENSE|screenshot|^demo\/offline\/(version|service-worker)\.js$/;
+const VERSION = "demo/offline/version.js";
+const SERVICE_WORKER = "service-worker.js";
+const SERVICE_WORKER_SOURCE = `demo/offline/${SERVICE_WORKER}`;
 
 /** Hidden files, and what git ignores beside the models. */
 const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
@@ -34,10 +42,8 @@ const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
  * @throws when a part is missing, or a folder that would be replaced holds anything else
  */
 export async function writeSite(out, parts = PARTS) {
-  const sources = new Map();
-  for (const [name, source] of Object.entries(parts)) {
-    for (const [file, path] of await filesOf(source)) sources.set(file ? `${name}/${file}` : name, path);
-  }
+  const sources = await sourcesOf(parts);
+  const written = sources.has(SERVICE_WORKER_SOURCE) ? await offlineFiles(sources) : {};
   const folder = await realpath(out).catch(() => resolve(out));
   const [partial, old] = [`${folder}.partial`, `${folder}.old`];
   for (const replaced of [folder, partial, old]) {
@@ -47,17 +53,50 @@ export async function writeSite(out, parts = PARTS) {
   await Promise.all([partial, old].map((left) => rm(left, { recursive: true, force: true })));
   await mkdir(partial, { recursive: true });
   // First, so that what an interruption leaves is known to be ours.
-  const names = [...sources.keys()].sort();
+  const names = [...new Set([...sources.keys(), ...Object.keys(written)])].sort();
   await writeFile(join(partial, LIST), [LIST_HEAD, ...names, ""].join("\n"));
   for (const [name, source] of sources) {
     await mkdir(dirname(join(partial, name)), { recursive: true });
     await copyFile(source, join(partial, name));
   }
+  for (const [name, text] of Object.entries(written)) await writeFile(join(partial, name), text);
   await rename(folder, old).catch(ifAbsent);
   await rename(partial, folder);
   await rm(old, { recursive: true, force: true });
   return names;
 }
+
+/** The files of a site by their names. @returns {Promise<Map<string, string>>} where each lies */
+async function sourcesOf(parts) {
+  const sources = new Map();
+  for (const [name, source] of Object.entries(parts)) {
+    for (const [file, path] of await filesOf(source)) sources.set(file ? `${name}/${file}` : name, path);
+  }
+  return sources;
+}
+
+/**
+ * What a site needs to work offline: the service worker with the hash of each file that runs, and the version of them all.
+ *
+ * @param {Map<string, string>} [sources] where each file lies
+ * @returns {Promise<Record<string, string>>} texts by name
+ */
+export async function offlineFiles(sources) {
+  sources ??= await sourcesOf(PARTS);
+  const names = [...sources.keys()].filter((name) => RUNS.test(name) && !RUNS_NOT.test(name));
+  for (const name of names.filter((name) => name.endsWith("/model.json"))) {
+    const { files } = JSON.parse(await readFile(sources.get(name), "utf8"));
+    names.push(...Object.keys(files).map((file) => name.replace(/model.json$/, file)));
+  }
+  const hashes = await Promise.all(names.sort().map(async (name) => [name, sha256(await readFile(sources.get(name)))]));
+  const version = sha256(JSON.stringify(hashes)).slice(0, 16);
+  const module = `export const VERSION = "${version}";\n`;
+  const site = { version, files: { ...Object.fromEntries(hashes), [VERSION]: sha256(module) } };
+  const worker = await readFile(sources.get(SERVICE_WORKER_SOURCE), "utf8");
+  return { [VERSION]: module, [SERVICE_WORKER]: `self.SITE = ${JSON.stringify(site)};\n${worker}` };
+}
+
+const sha256 = (content) => createHash("sha256").update(content).digest("hex");
 
 /** The files in a folder by their names, with "/"; a file itself has the name "". */
 async function filesOf(path) {

@@ -7,6 +7,7 @@ import { Live } from "./live/live.js";
 import { messageFor } from "./messages.js";
 import { NoWebGl } from "./graphics/gl.js";
 import { Orbit } from "./graphics/orbit.js";
+import { workOffline } from "./offline/offline.js";
 import { OwnPicture } from "./own/own-picture.js";
 import { PlainStage } from "./stage/plain-stage.js";
 import { cameraSource, clipSource } from "./sources.js";
@@ -64,6 +65,7 @@ const view = {
 
 const hero = new Hero(byId("hero", HTMLCanvasElement));
 const hud = new Hud();
+const takeNewVersion = workOffline();
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
 /** @type {Stage | PlainStage} */
 let stage;
@@ -101,6 +103,7 @@ function showView(name) {
   if (name !== "own") own.close();
   if (name === "start") hero.start();
   else hero.stop();
+  takeNewVersion();
 }
 
 /** @param {LoadProgress} progress */

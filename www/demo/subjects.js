@@ -1,6 +1,7 @@
 // What the page looks for: the poster, by the network that was trained for it, or a person's own picture, by its features.
 
 import { DeepSft } from "deepsft";
+import { VERSION } from "./offline/version.js";
 
 /** @import { LoadOptions, LoadProgress, Target } from "deepsft" */
 /** @import { ReadyPicture } from "./own/picture-editor.js" */
@@ -87,7 +88,9 @@ export class Subjects {
   #engine(model) {
     const known = this.#engines.get(model);
     if (known) return known;
-    const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), onProgress: this.#onProgress });
+    // The site's service worker keeps our own already.
+    const keep = VERSION === null || model !== POSTER_MODEL;
+    const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), keep, onProgress: this.#onProgress });
     this.#engines.set(model, loading);
     loading.catch(() => this.#engines.delete(model));
     return loading;

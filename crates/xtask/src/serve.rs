@@ -22,7 +22,7 @@ impl Server {
     /// When Node.js does not start, or the port is taken: the server has said so by then.
     pub fn start(root: &Path, port: Option<u16>) -> Result<Self> {
         let mut command = Command::new("node");
-        command.arg(root.join("www/serve.mjs"));
+        command.arg(root.join("www/serve.mjs")).arg("--offline");
         command.args(port.map(|port| port.to_string()));
         let mut child = command.stdout(Stdio::piped()).spawn().context("starting node")?;
         let mut address = String::new();

@@ -1,0 +1,50 @@
+// Has the site's service worker keep the page for later visits, offline too.
+
+import { VERSION } from "./version.js";
+
+const SCRIPT = "service-worker.js";
+
+/**
+ * Where there is a version to keep, and the person does not save data.
+ *
+ * @returns {() => void} puts a newer version in the place of this one, if it is there; to be called when nothing goes on, for the page
+ *   then loads again
+ */
+export function workOffline() {
+  const workers = navigator.serviceWorker;
+  /** @type {{ saveData?: boolean } | undefined} */
+  const connection = /** @type {any} */ (navigator).connection;
+  if (VERSION === null || !workers || connection?.saveData) return () => undefined;
+  /** @type {ServiceWorkerRegistration | null} */
+  let registration = null;
+  const update = () => {
+    if (document.body.dataset.view === "start") registration?.waiting?.postMessage("take-over");
+  };
+  const register = async () => {
+    registration = await workers.register(SCRIPT, { updateViaCache: "none" });
+    registration.addEventListener("updatefound", () => {
+      const { installing } = /** @type {ServiceWorkerRegistration} */ (registration);
+      installing?.addEventListener("statechange", update);
+    });
+    update();
+    await registration.update().catch(() => forgetIfGone(registration));
+  };
+  if (workers.controller) workers.addEventListener("controllerchange", () => location.reload());
+  // The page itself comes first.
+  const begin = () => void register().catch(() => undefined);
+  if (document.readyState === "complete") begin();
+  else addEventListener("load", begin, { once: true });
+  return update;
+}
+
+/**
+ * Another site, or one in the making, may have taken this one's place.
+ *
+ * @param {ServiceWorkerRegistration | null} registration
+ */
+async function forgetIfGone(registration) {
+  const response = await fetch(SCRIPT, { cache: "no-store" }).catch(() => null);
+  if (response?.status !== 404) return;
+  await registration?.unregister();
+  location.reload();
+}
