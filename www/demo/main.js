@@ -4,6 +4,8 @@ import { CalibrationPanel } from "./live/calibration-panel.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
 import { Live } from "./live/live.js";
+import { MeasuresPanel } from "./live/measures.js";
+import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
 import { NoWebGl } from "./graphics/gl.js";
 import { Orbit } from "./graphics/orbit.js";
@@ -66,6 +68,10 @@ const view = {
 const hero = new Hero(byId("hero", HTMLCanvasElement));
 const hud = new Hud();
 const takeNewVersion = workOffline();
+const measures = new MeasuresPanel(byId("measures", HTMLParagraphElement), byId("measures-said", HTMLParagraphElement));
+const shots = new ShotButtons(byId("shots", HTMLDivElement), () => (live.draw(), scene()), (error) =>
+  say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
+);
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
 /** @type {Stage | PlainStage} */
 let stage;
@@ -172,6 +178,11 @@ async function enterLive(kind, run) {
   }
 }
 
+/** What pictures and recordings show. */
+function scene() {
+  return { area: view.live, canvases: [...view.live.querySelectorAll("canvas")].filter(({ id }) => id !== "orbit") };
+}
+
 function createStage() {
   const canvases = /** @type {const} */ ([byId("stage", HTMLCanvasElement), byId("below", HTMLDivElement)]);
   return orWithoutWebGl(() => new Stage(...canvases, hero.software)) ?? new PlainStage(...canvases);
@@ -207,6 +218,8 @@ function createLive() {
   };
   // Kept in this browser, and what the frames after this one are measured with.
   created.onFocal = ({ width, height, focal }) => source?.stream?.calibrate(width, height, focal);
+  created.onDraw = () => shots.add(scene);
+  created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
   created.onFrame = () => subjects.kind === "picture" && shown();
   for (const button of view.overlays.querySelectorAll("button"))
     button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));
@@ -271,6 +284,8 @@ function startImage(image) {
 function leaveLive() {
   session++;
   calibration.stop();
+  shots.stop();
+  measures.reset();
   source?.stop();
   source = null;
   live?.stop();

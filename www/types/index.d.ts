@@ -7,6 +7,7 @@ export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
+export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";

@@ -7,7 +7,7 @@ import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
 import { shadingOf, tintOf } from "../stage/shading.js";
 
-/** @import { CameraOption, Estimate, MeshTracking, SurfaceMesh, FoundFocal, TrackedFrame } from "deepsft" */
+/** @import { CameraOption, Estimate, MeshTracking, SourcedCamera, SurfaceMesh, FoundFocal, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
 /** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
@@ -81,6 +81,10 @@ export class Live {
   onFocal = () => undefined;
   /** @type {(tracked: TrackedFrame) => void} told of each frame of a video before it is closed */
   onFrame = () => undefined;
+  /** @type {() => void} called when the stage has just been drawn */
+  onDraw = () => undefined;
+  /** @type {(mesh: SurfaceMesh | null, camera: SourcedCamera, atOnce: boolean) => void} told of the newest mesh */
+  onMesh = () => undefined;
 
   /**
    * @param {Stage | PlainStage} stage
@@ -145,12 +149,14 @@ export class Live {
     const whole = estimate.found || target.kind === "model" ? estimate.completeMesh() : null;
     const { width, height } = estimate.mask;
     const seen = estimate.mask.values();
+    const { camera } = estimate;
     estimate.close();
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
     this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, { width, height, values: () => seen }), mesh.confidence));
     this.#hud.showMesh(true);
+    this.onMesh(mesh, camera, true);
     this.#mesh = mesh;
     this.redraw();
   }
@@ -178,8 +184,14 @@ export class Live {
     if (this.#mesh) this.#orbit?.show(this.#mesh);
     this.#placeRegion();
     // An animated stage is drawn with the next frame of the screen anyway.
-    if (!this.#stage.animated) this.#stage.draw(performance.now() / 1000);
+    if (!this.#stage.animated) this.draw();
     if (this.#stage.overlay === "depth" && this.#range) this.#hud.showDepthScale(this.#range);
+  }
+
+  /** Draws the stage as it is. @param {number} [seconds] for papers that move */
+  draw(seconds = performance.now() / 1000) {
+    this.#stage.draw(seconds);
+    this.onDraw();
   }
 
   #started() {
@@ -214,6 +226,7 @@ export class Live {
     this.#networkFps = tracked.networkFps;
     // A network says by itself that nothing is there.
     if (this.#started().kind === "picture" && began - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
+    this.onMesh(mesh, tracked.camera, false);
     this.onFrame(tracked);
     tracked.close();
   }
@@ -293,7 +306,7 @@ export class Live {
     this.#stage.animated = !this.#stage.software && !prefersStillness();
     if (!this.#stage.animated) return;
     const draw = (/** @type {number} */ seconds) => {
-      this.#stage.draw(seconds);
+      this.draw(seconds);
       return this.#stage.busy;
     };
     this.#stopAnimation = animate(draw, (slowness) => {

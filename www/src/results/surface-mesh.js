@@ -1,5 +1,7 @@
 // The whole surface of the object in one frame, hidden parts included.
 
+import { placeOn } from "./place.js";
+
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
@@ -43,6 +45,21 @@ export class SurfaceMesh {
   get normals() {
     this.#normals ??= vertexNormals(this.vertices, this.faces, new Float32Array(this.vertices.length));
     return this.#normals;
+  }
+
+  /**
+   * Where a place of the template's picture is.
+   *
+   * @param {number} u 0 at the left border, 1 at the right
+   * @param {number} v 0 at the top, 1 at the bottom
+   * @returns {[number, number, number]} (x, y, z), mm, camera frame
+   * @throws {RangeError} where the target has no surface
+   */
+  pointAt(u, v) {
+    const { face, weights } = placeOn(this, u, v);
+    const along = (/** @type {number} */ axis) =>
+      weights.reduce((sum, weight, k) => sum + weight * this.vertices[3 * this.faces[face + k] + axis], 0);
+    return [along(0), along(1), along(2)];
   }
 }
 

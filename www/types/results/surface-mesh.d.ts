@@ -38,6 +38,15 @@ export declare class SurfaceMesh {
      * @returns {Float32Array} computed once
      */
     get normals(): Float32Array;
+    /**
+     * Where a place of the template's picture is.
+     *
+     * @param {number} u 0 at the left border, 1 at the right
+     * @param {number} v 0 at the top, 1 at the bottom
+     * @returns {[number, number, number]} (x, y, z), mm, camera frame
+     * @throws {RangeError} where the target has no surface
+     */
+    pointAt(u: number, v: number): [number, number, number];
 }
 /**
  * @param {Float32Array} vertices
