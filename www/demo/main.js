@@ -53,7 +53,8 @@ const view = {
   own: byId("own", HTMLDivElement),
   video: byId("video", HTMLVideoElement),
   loading: byId("loading", HTMLElement),
-  loadingText: byId("loading-text", HTMLParagraphElement),
+  loadingText: byId("loading-text", HTMLSpanElement),
+  loadingFigures: byId("loading-figures", HTMLSpanElement),
   loadingBar: byId("loading-bar", HTMLProgressElement),
   message: byId("message", HTMLElement),
   notice: byId("notice", HTMLDivElement),
@@ -117,7 +118,10 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
   const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
   if (phase === "start") return showWaiting(subjects.kind === "poster" ? "Starting the network" : "Starting the engine");
   const what = phase === "engine" ? "engine" : "model";
-  view.loadingText.textContent = `Fetching the ${what} · ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
+  const words = `Fetching the ${what}`;
+  // What is the same is not read out again.
+  if (view.loadingText.textContent !== words) view.loadingText.textContent = words;
+  view.loadingFigures.textContent = `· ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
   if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
   else view.loadingBar.removeAttribute("value");
 }
@@ -125,6 +129,7 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
 /** @param {string} words */
 function showWaiting(words) {
   view.loadingText.textContent = words;
+  view.loadingFigures.textContent = "";
   view.loadingBar.removeAttribute("value");
 }
 

@@ -71,6 +71,7 @@ export class Hud {
     element("#state").dataset.state = "waiting";
     element("#state").dataset.how = "";
     element("#state-text").textContent = "Warming up";
+    this.#say("");
     for (const name of STAGES) {
       element(`#${name}-ms`).textContent = "–";
       element(`#${name}-bar`).style.flexGrow = "0";
@@ -207,7 +208,13 @@ export class Hud {
     element("#state-text").textContent = found
       ? `${STATE_WORDS[how]} · ${Math.round(100 * fraction)} %`
       : this.#missing;
+    this.#say(found ? "Found" : this.#missing);
     element("#hint").hidden = found;
+  }
+
+  /** To a screen reader, once. @param {string} words */
+  #say(words) {
+    if (element("#state-said").textContent !== words) element("#state-said").textContent = words;
   }
 
   /** The sheet has not been seen for a while. */
@@ -220,6 +227,7 @@ export class Hud {
     element("#state").dataset.state = "waiting";
     element("#state").dataset.how = "";
     element("#state-text").textContent = "Looking again";
+    this.#say("Looking again");
   }
 
   /** @param {SourcedCamera} camera */

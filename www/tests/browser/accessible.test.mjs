@@ -1,0 +1,121 @@
+// What axe-core finds on each screen, in light and dark; what a keyboard reaches; what a screen reader is told.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { WWW } from "../../serve.mjs";
+import { DESKTOP, PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support/browser.mjs";
+import { MODEL } from "../support/native.mjs";
+
+let browser;
+let axe;
+before(async () => {
+  browser = await launch({ webgpu: false });
+  axe = await readFile(join(WWW, "node_modules", "axe-core", "axe.min.js"), "utf8");
+});
+after(() => browser?.close());
+
+const SCREENS = {
+  start: (page) => page.waitForSelector("#choose-picture"),
+  running: async (page) => {
+    await page.click("#use-clip");
+    await page.waitForSelector("#measures:not([hidden])");
+    if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
+  },
+  own: async (page) => {
+    await page.setInputFiles("#picture-file", join(MODEL, "template", "texture.png"));
+    await page.waitForSelector("#print-size");
+    await page.waitForSelector("#flat");
+  },
+  error: async (page) => {
+    await page.click("#use-camera");
+    await messageOf(page);
+  },
+};
+
+/** Serious and critical violations, each with the elements it is about. */
+async function violations(page) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
+  return violations
+    .filter(({ impact }) => impact === "serious" || impact === "critical")
+    .map(({ id, nodes }) => `${id}: ${nodes.map(({ target, failureSummary }) => `${target} ${failureSummary}`).join("; ")}`);
+}
+
+for (const [deviceName, device] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
+  for (const colorScheme of ["light", "dark"]) {
+    for (const [screen, go] of Object.entries(SCREENS)) {
+      test(`${screen}, ${deviceName}, ${colorScheme}: nothing serious`, { timeout: SLOW_MS }, async () => {
+        const demo = await openDemo(browser, { device: { ...device, colorScheme, reducedMotion: "reduce" }, query: "?device=cpu" });
+        await go(demo.page);
+        await demo.screenshot(`accessible-${screen}-${deviceName}-${colorScheme}`);
+        assert.deepEqual(await violations(demo.page), []);
+        await demo.finish();
+      });
+    }
+  }
+}
+
+test("a keyboard reaches every control of the running page, and each shows that it has the focus", { timeout: SLOW_MS }, async () => {
+  const demo = await openDemo(browser, { query: "?device=cpu" });
+  const { page } = demo;
+  await page.focus("#use-clip");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("#measures:not([hidden])");
+  const wanted = await page.evaluate(() => [...document.querySelectorAll("#live button")].filter((button) => button.checkVisibility()).length);
+  const seen = await page.evaluate(() => (globalThis.seen = new Set()).size);
+  assert.equal(seen, 0);
+  for (let i = 0; i < wanted + 4; i++) {
+    await page.keyboard.press("Tab");
+    const outline = await page.evaluate(() => {
+      if (!document.activeElement.matches("#live button")) return null;
+      globalThis.seen.add(document.activeElement);
+      return getComputedStyle(document.activeElement).outlineWidth;
+    });
+    if (outline !== null) assert.equal(outline, "2px");
+  }
+  assert.ok(wanted >= 10, `${wanted} controls`);
+  assert.equal(await page.evaluate(() => globalThis.seen.size), wanted);
+  await demo.finish();
+});
+
+test("a screen reader is told a few sentences while the clip runs, not every figure", { timeout: SLOW_MS }, async () => {
+  const demo = await openDemo(browser, { query: "?device=cpu" });
+  const { page } = demo;
+  await page.click("#use-clip");
+  await page.waitForSelector("#measures:not([hidden])");
+  const told = await page.evaluate(async () => {
+    const told = [];
+    let figures = 0;
+    const live = [...document.querySelectorAll("#live :is([role=status], [role=alert], [aria-live])")];
+    const watch = (node, take) => new MutationObserver(take).observe(node, { childList: true, characterData: true, subtree: true });
+    for (const node of live) watch(node, () => told.push(node.textContent));
+    watch(document.querySelector("#state-text"), () => figures++);
+    await new Promise((resolve) => setTimeout(resolve, 8000));
+    return { told, figures };
+  });
+  assert.ok(told.figures >= 8, `${told.figures} changes for the eye`);
+  assert.ok(told.told.length <= 4, JSON.stringify(told.told));
+  assert.match(await page.textContent("#measures-said"), /away$/);
+  assert.equal(await page.textContent("#state-said"), "Found");
+  await demo.finish();
+});
+
+test("who wants less motion gets none that only decorates", { timeout: SLOW_MS }, async () => {
+  const moving = async (reducedMotion) => {
+    const demo = await openDemo(browser, { device: { ...PHONE, reducedMotion } });
+    // Its hero stands still on a machine without a GPU anyway.
+    const found = await demo.page.evaluate(() => {
+      document.querySelector("#live").hidden = false;
+      document.querySelector("#loading-bar").removeAttribute("value");
+      const styles = [...document.querySelectorAll("body *")].map((element) => getComputedStyle(element));
+      return styles.filter(({ animationName, transitionDuration }) => animationName !== "none" || transitionDuration !== "0s").length;
+    });
+    await demo.finish();
+    return found;
+  };
+  assert.equal(await moving("reduce"), 0);
+  assert.ok((await moving("no-preference")) > 3);
+});
