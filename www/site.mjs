@@ -25,7 +25,7 @@ const LIST_HEAD = "The files of this site. A folder that holds others is not rep
 
 /** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
 const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.(js|wasm)|models\/[^/]+\/model\.json)$/;
-const RUNS_NOT = /LICENSE|screenshot|^demo\/offline\/(version|service-worker)\.js$/;
+const RUNS_NOT = /LICENSE|screenshot|\.mjs$|^demo\/offline\/(version|service-worker)\.js$/;
 const VERSION = "demo/offline/version.js";
 const SERVICE_WORKER = "service-worker.js";
 const SERVICE_WORKER_SOURCE = `demo/offline/${SERVICE_WORKER}`;

@@ -1,0 +1,37 @@
+// Makes the pictures of the examples' list: each example before the demo page's clip. After `cargo xtask web`:
+//
+//     node pictures.mjs
+
+import { readdirSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+
+import { serve } from "../serve.mjs";
+import { launch } from "../tests/support/browser.mjs";
+
+const POSTER = fileURLToPath(new URL("../../models/poster-a4/template/texture.png", import.meta.url));
+/** So far the clip has played, seconds. */
+const SECONDS = 4;
+
+const names = readdirSync(new URL(".", import.meta.url)).filter((name) => name.endsWith(".html") && name !== "index.html");
+const server = await serve();
+const browser = await launch({ webgpu: false });
+try {
+  for (const name of names) {
+    const page = await browser.newPage({ viewport: { width: 640, height: 360 }, deviceScaleFactor: 0.75 });
+    page.on("pageerror", (error) => console.error(name, error));
+    await page.goto(`${server.origin}/examples/${name}?clip`);
+    if (name === "own-picture.html") {
+      await page.waitForSelector("input[type=file]:enabled");
+      await page.locator("input[type=number]").fill("297");
+      await page.setInputFiles("input[type=file]", POSTER);
+      await page.waitForFunction(() => document.querySelector("p > span").textContent.endsWith("is there"));
+    }
+    if (name === "still.html") await page.waitForFunction(() => document.querySelector("p > span").textContent.startsWith("There"));
+    else await page.waitForFunction((least) => document.querySelector("video").currentTime > least, SECONDS);
+    await page.screenshot({ path: fileURLToPath(new URL(`pictures/${name.replace("html", "jpg")}`, import.meta.url)), type: "jpeg", quality: 82 });
+    await page.close();
+  }
+} finally {
+  await browser.close();
+  await server.close();
+}
