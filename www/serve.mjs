@@ -11,13 +11,14 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import sirv from "sirv";
 
-import { offlineFiles } from "./site.mjs";
+import { docsPageNamed, offlineFiles } from "./site.mjs";
 
 export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
 const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
 const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
+const DOCS = /^\/docs\/[\w-]+\.html$/;
 const LOOPBACK = "127.0.0.1";
 
 /** The first port that is tried when none is asked for, and how many are. */
@@ -46,6 +47,10 @@ export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, head
       // Each time, for what is being worked on changes.
       const text = (await offlineFiles())[request.url.slice(1)];
       return response.writeHead(200, { "content-type": "text/javascript", "cache-control": "no-cache" }).end(text);
+    }
+    if (folders === FOLDERS && DOCS.test(request.url)) {
+      const text = await docsPageNamed(request.url.slice(1));
+      return response.writeHead(text === undefined ? 404 : 200, { "content-type": "text/html" }).end(text);
     }
     const place = places.find(({ prefix }) => request.url.startsWith(prefix));
     if (!place || /\/\./.test(decoded(request.url))) return response.writeHead(404).end();

@@ -8,6 +8,8 @@ import { copyFile, mkdir, readFile, readdir, realpath, rename, rm, stat, writeFi
 import { basename, dirname, join, relative, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { docsPage } from "./docs-page.mjs";
+
 const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 /** What a site is made of, files and folders. */
@@ -26,6 +28,7 @@ const LIST_HEAD = "The files of this site. A folder that holds others is not rep
 /** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
 const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.(js|wasm)|models\/[^/]+\/model\.json)$/;
 const RUNS_NOT = /LICENSE|screenshot|\.mjs$|^demo\/offline\/(version|service-worker)\.js$/;
+const DOCS = /^docs\/[^/]+\.md$/;
 const VERSION = "demo/offline/version.js";
 const SERVICE_WORKER = "service-worker.js";
 const SERVICE_WORKER_SOURCE = `demo/offline/${SERVICE_WORKER}`;
@@ -43,7 +46,7 @@ const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
  */
 export async function writeSite(out, parts = PARTS) {
   const sources = await sourcesOf(parts);
-  const written = sources.has(SERVICE_WORKER_SOURCE) ? await offlineFiles(sources) : {};
+  const written = { ...(await docsPages(sources)), ...(sources.has(SERVICE_WORKER_SOURCE) ? await offlineFiles(sources) : {}) };
   const folder = await realpath(out).catch(() => resolve(out));
   const [partial, old] = [`${folder}.partial`, `${folder}.old`];
   for (const replaced of [folder, partial, old]) {
@@ -73,6 +76,18 @@ async function sourcesOf(parts) {
     for (const [file, path] of await filesOf(source)) sources.set(file ? `${name}/${file}` : name, path);
   }
   return sources;
+}
+
+/** Pages of the documentation by their names. @param {Map<string, string>} sources where each file lies */
+async function docsPages(sources) {
+  const names = [...sources.keys()].filter((name) => DOCS.test(name));
+  const page = async (name) => [name.replace(/md$/, "html"), await docsPage(sources.get(name), (other) => sources.has(other))];
+  return Object.fromEntries(await Promise.all(names.map(page)));
+}
+
+/** A page of the documentation as the site has it; undefined where there is none. @param {string} name such as "docs/index.html" */
+export async function docsPageNamed(name) {
+  return DOCS.test(name.replace(/html$/, "md")) ? (await docsPages(await sourcesOf(PARTS)))[name] : undefined;
 }
 
 /**

@@ -44,8 +44,19 @@ async function violations(page) {
     .map(({ id, nodes }) => `${id}: ${nodes.map(({ target, failureSummary }) => `${target} ${failureSummary}`).join("; ")}`);
 }
 
+/** Pages of the site that are only read. */
+const READ = { documentation: "/docs/draw.html", examples: "/examples/index.html" };
+
 for (const [deviceName, device] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
   for (const colorScheme of ["light", "dark"]) {
+    for (const [name, path] of Object.entries(READ)) {
+      test(`${name}, ${deviceName}, ${colorScheme}: nothing serious`, { timeout: SLOW_MS }, async () => {
+        const demo = await openDemo(browser, { device: { ...device, colorScheme }, path });
+        await demo.screenshot(`accessible-${name}-${deviceName}-${colorScheme}`);
+        assert.deepEqual(await violations(demo.page), []);
+        await demo.context.close();
+      });
+    }
     for (const [screen, go] of Object.entries(SCREENS)) {
       test(`${screen}, ${deviceName}, ${colorScheme}: nothing serious`, { timeout: SLOW_MS }, async () => {
         const demo = await openDemo(browser, { device: { ...device, colorScheme, reducedMotion: "reduce" }, query: "?device=cpu" });
