@@ -39,7 +39,7 @@ const CLIP_ENGINES = (process.env.DEEPSFT_CLIP_ENGINES ?? ENGINES.join(",")).spl
 const CLIP_ATTEMPTS = 4;
 const CLIP_ATTEMPT_MS = 60_000;
 
-const TITLES = { camera: "camera", clip: "clip", image: "image", own: "own picture", errors: "errors", fps: "frames/s", answers: "answers/s" };
+const TITLES = { camera: "camera", clip: "clip", image: "image", own: "own picture", errors: "errors", keeps: "keeps", fps: "frames/s", answers: "answers/s" };
 /** By engine, what is known of it. @type {Map<string, Record<string, string>>} */
 const table = new Map();
 
@@ -242,6 +242,43 @@ for (const name of ENGINES) {
       await page.until(() => tracked.length > 0);
       const apart = meshDistance(await meshInFrame(page), clipTruth).medianPx;
       assert.ok(apart < MOST_PX, `${apart} px from the truth`);
+    });
+
+    test("a picture and a recording of what is seen are handed over to be shared", { timeout: TEST_MS }, async () => {
+      await openPage(page);
+      await feedCamera(page, clipPng);
+      await page.run(() => {
+        globalThis.shared = [];
+        navigator.canShare = () => true;
+        navigator.share = async ({ files: [file] }) => void shared.push(file);
+      });
+      await page.click("#use-camera");
+      await page.until(isFollowed);
+      await page.click("#shots button:first-child");
+      await page.until(() => shared.length === 1);
+      const picture = await page.run(async () => {
+        const { width, height } = await createImageBitmap(shared[0]);
+        const even = (length) => 2 * Math.round((length * devicePixelRatio) / 2);
+        return { type: shared[0].type, is: [width, height], wanted: [even(innerWidth), even(innerHeight)] };
+      });
+      assert.equal(picture.type, "image/png");
+      assert.deepEqual(picture.is, picture.wanted);
+      const records = await page.run(() => document.querySelector("#shots button:last-child").checkVisibility?.() ?? typeof MediaRecorder === "function");
+      row.keeps = "picture";
+      if (!records) return;
+      await page.click("#shots button:last-child");
+      await page.until(() => document.querySelector("#shots .time").textContent >= "0:03");
+      await page.click("#shots button:last-child");
+      await page.until(() => shared.length === 2);
+      const recording = await page.run(async () => {
+        const video = Object.assign(document.createElement("video"), { muted: true, src: URL.createObjectURL(shared[1]) });
+        await video.play();
+        await new Promise((resolve) => video.addEventListener("ended", resolve));
+        return { is: [video.videoWidth, video.videoHeight], seconds: video.currentTime, type: shared[1].type };
+      });
+      assert.deepEqual(recording.is, picture.wanted);
+      assert.ok(recording.seconds > 2, `${recording.seconds} s`);
+      row.keeps = `picture, ${recording.type.slice(6)}`;
     });
 
     test("the browser's own camera is opened, and shows no poster", { timeout: TEST_MS }, async () => {
