@@ -1,24 +1,34 @@
 //! The `deepsft` command: from a picture of a flat object, or a scan of any, to a trained model and to reconstructions.
-//! It is a library for its binary and for `deepsft-lab`, which reads inputs and draws pictures the same way.
+//!
+//! The library has no stable interface: it is there for the program and for our own measurements.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 // First: its macros are for all that follow.
 #[macro_use]
+#[doc(hidden)]
 pub mod printing;
 
 mod camera_choice;
 mod commands;
+#[doc(hidden)]
 pub mod failure;
+#[doc(hidden)]
 pub mod input;
 mod interruption;
 mod mesh_choice;
+#[doc(hidden)]
 pub mod network_choice;
 mod numbers;
+#[doc(hidden)]
 pub mod object_choice;
+#[doc(hidden)]
 pub mod output;
+#[doc(hidden)]
 pub mod paths;
+#[doc(hidden)]
 pub mod progress;
+#[doc(hidden)]
 pub mod synthesis;
 mod truth;
 mod video;

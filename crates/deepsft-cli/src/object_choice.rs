@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 const MOST_STRETCH: f64 = 0.05;
 
 /// An object by its model, by its picture and size, or by its template.
-#[derive(Args)]
+#[derive(Debug, Args)]
 pub struct ObjectChoice {
     #[command(flatten)]
     source: ObjectSource,
@@ -24,7 +24,7 @@ pub struct ObjectChoice {
     size_mm: Option<SizeMm>,
 }
 
-#[derive(Args)]
+#[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 struct ObjectSource {
     /// Model bundle of the object
@@ -39,6 +39,7 @@ struct ObjectSource {
 }
 
 /// An object to look for.
+#[derive(Debug)]
 pub struct ChosenTarget {
     /// Its template, and its network on the device.
     pub target: Target,
@@ -49,7 +50,7 @@ pub struct ChosenTarget {
 }
 
 /// The network that describes any picture.
-#[derive(Args)]
+#[derive(Debug, Args)]
 pub struct DescriptorChoice {
     /// Weights of the network that describes any picture (models/any-picture/weights.bpk): it is asked where corners are
     /// not enough

@@ -79,6 +79,14 @@ pub struct FeatureFinder {
     matching: Matching,
 }
 
+impl std::fmt::Debug for FeatureFinder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FeatureFinder")
+            .field("target", &self.target)
+            .finish_non_exhaustive()
+    }
+}
+
 impl FeatureFinder {
     /// Prepares everything that does not depend on the image.
     ///

@@ -44,6 +44,7 @@ const LEAST_PART: f64 = 0.12;
 
 /// How well a print will be found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum GradeLevel {
     /// Do not expect it to be found.
     Hopeless,
@@ -55,8 +56,21 @@ pub enum GradeLevel {
     Good,
 }
 
+impl GradeLevel {
+    /// `hopeless`, `poor`, `fair` or `good`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hopeless => "hopeless",
+            Self::Poor => "poor",
+            Self::Fair => "fair",
+            Self::Good => "good",
+        }
+    }
+}
+
 /// What features can make of a print: see [`PictureTarget::grade`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PictureGrade {
     /// The verdict.
     pub level: GradeLevel,

@@ -68,6 +68,17 @@ pub enum FormatError {
         /// What the decoder met.
         reason: String,
     },
+    /// An array does not have as many values as its shape says.
+    #[error("{actual} values for an array of the shape {shape:?}")]
+    ValueCount {
+        /// Values met.
+        actual: usize,
+        /// The shape.
+        shape: Vec<usize>,
+    },
+    /// A part of a data set is none.
+    #[error("expected I/N with I from 1 to N, like 2/8")]
+    DatasetPart,
     /// A shard could not be read or written.
     #[error("shard: {0}")]
     Io(#[from] std::io::Error),
@@ -205,6 +216,7 @@ impl FormatError {
 #[cfg(feature = "fs")]
 impl FormatError {
     /// The error of an input, a `what` ("camera file").
+    #[doc(hidden)]
     pub fn unusable(what: &'static str, path: &Path, reason: impl ToString) -> Self {
         Self::Unusable {
             what,

@@ -35,7 +35,7 @@ pub use folder::{
     write_file, write_folder,
 };
 pub use glb::textured_glb;
-pub use npy::{bool_npy, f32_npy};
+pub use npy::{bool_npy, f32_npy, f32_npy_header};
 pub use obj::{mesh_from_obj, mesh_to_obj};
 pub use packing::pack_rectangles;
 pub use picture::{LONGEST_SIDE, decode_picture, encode_png};

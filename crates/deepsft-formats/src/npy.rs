@@ -1,16 +1,55 @@
 //! NumPy's `.npy` format, version 1.0, little endian, C order.
 
+use crate::error::FormatError;
+
+/// NumPy's names of the kinds of values.
+const F32: &str = "<f4";
+const BOOL: &str = "|b1";
+
 /// The bytes of an `.npy` file of f32 values.
-pub fn f32_npy(shape: &[usize], values: impl IntoIterator<Item = f32>) -> Vec<u8> {
-    npy("<f4", shape, values.into_iter().flat_map(f32::to_le_bytes))
+///
+/// # Errors
+/// [`FormatError::ValueCount`] when there are more or fewer values than an array of this shape has.
+pub fn f32_npy(shape: &[usize], values: impl IntoIterator<Item = f32>) -> Result<Vec<u8>, FormatError> {
+    npy(F32, shape, values.into_iter().map(f32::to_le_bytes))
 }
 
 /// The bytes of an `.npy` file of booleans.
-pub fn bool_npy(shape: &[usize], values: impl IntoIterator<Item = bool>) -> Vec<u8> {
-    npy("|b1", shape, values.into_iter().map(u8::from))
+///
+/// # Errors
+/// As [`f32_npy`].
+pub fn bool_npy(shape: &[usize], values: impl IntoIterator<Item = bool>) -> Result<Vec<u8>, FormatError> {
+    npy(BOOL, shape, values.into_iter().map(|value| [u8::from(value)]))
 }
 
-fn npy(descr: &str, shape: &[usize], content: impl Iterator<Item = u8>) -> Vec<u8> {
+/// What comes before the values in an `.npy` file of f32 values, for who writes those one after another (little endian).
+pub fn f32_npy_header(shape: &[usize]) -> Vec<u8> {
+    header(F32, shape)
+}
+
+fn npy<const N: usize>(
+    descr: &str,
+    shape: &[usize],
+    values: impl Iterator<Item = [u8; N]>,
+) -> Result<Vec<u8>, FormatError> {
+    let mut bytes = header(descr, shape);
+    let start = bytes.len();
+    bytes.extend(values.flatten());
+    let actual = (bytes.len() - start) / N;
+    if shape
+        .iter()
+        .try_fold(1, |product: usize, &side| product.checked_mul(side))
+        != Some(actual)
+    {
+        return Err(FormatError::ValueCount {
+            actual,
+            shape: shape.to_vec(),
+        });
+    }
+    Ok(bytes)
+}
+
+fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     let mut sides = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
     if shape.len() == 1 {
         sides.push(','); // Python's way to tell a tuple of one from a number in brackets.
@@ -24,6 +63,5 @@ fn npy(descr: &str, shape: &[usize], content: impl Iterator<Item = u8>) -> Vec<u
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend((padded as u16).to_le_bytes());
     bytes.extend(header.into_bytes());
-    bytes.extend(content);
     bytes
 }

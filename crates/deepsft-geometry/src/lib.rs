@@ -41,13 +41,23 @@ pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,
 };
-pub use error::{GeometryError, check_size};
+pub use error::GeometryError;
 pub use fitting::tracking;
 pub use glam;
-pub use image::{GreyLevel, GreyMipmap, MipLevel, Picture, luma, turned_clockwise};
+pub use image::{MipLevel, Picture};
 pub use maps::{
-    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
+    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, photo_consistency_error, raster,
     relit_photo_consistency_error, remove_islands, visible_surface,
 };
-pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
+pub use mesh::{RigidMotion, Template, Topology, TriangleMesh, Welding};
 pub use recovery::{MeshRecovery, RecoveredMesh};
+
+// What our other crates share; no stable interface.
+#[doc(hidden)]
+pub use error::check_size;
+#[doc(hidden)]
+pub use image::{GreyLevel, GreyMipmap, luma, turned_clockwise};
+#[doc(hidden)]
+pub use maps::mipmap_level;
+#[doc(hidden)]
+pub use mesh::{DisjointSets, catmull_rom};

@@ -9,6 +9,7 @@ use crate::maps::Maps;
 use glam::DVec3;
 
 /// What is done with a network's maps, prepared for one template.
+#[derive(Debug)]
 pub enum MeshRecovery {
     /// The mesh is fitted to the maps and to the image under isometry.
     Fit(Box<FrameFitter>),
@@ -18,6 +19,7 @@ pub enum MeshRecovery {
 
 /// A frame's mesh, and the maps of it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RecoveredMesh {
     /// Depth and registration: of the mesh where it is accepted, the network's otherwise.
     pub maps: Maps,

@@ -24,13 +24,8 @@ mod residual;
 mod stage;
 mod weights;
 
-#[cfg(feature = "gpu")]
-pub use compact::CompactGpuExecutor;
-pub use compact::{CompactExecutor, DESCRIPTOR_LENGTH, DescriptorExecutor, Similarities};
-pub use config::{
-    Architecture, CompactConfig, DepthRange, ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, PaperConfig,
-    R50FConfig,
-};
+pub use compact::{DESCRIPTOR_LENGTH, DescriptorExecutor};
+pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
 pub use cpu::{CpuPlan, available_threads};
 pub use device_kind::{DeviceDescription, DeviceKind, UnknownDevice};
 pub use executor::Executor;
@@ -40,13 +35,25 @@ pub use folded::FoldedNetwork;
 #[cfg(feature = "gpu")]
 pub use gpu::{Gpu, GpuError, GpuPlan};
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
-pub use residual::ResidualExecutor;
-#[cfg(feature = "gpu")]
-pub use residual::ResidualGpuExecutor;
 pub use stage::Stage;
 pub use weights::{WeightArray, Weights};
 
+// What our other crates and tests share; no stable interface.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use compact::CompactGpuExecutor;
+#[doc(hidden)]
+pub use compact::{CompactExecutor, Similarities};
+#[doc(hidden)]
+pub use config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};
+#[doc(hidden)]
+pub use residual::ResidualExecutor;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use residual::ResidualGpuExecutor;
+
 /// Products of matrices in the processor's vectors: what the convolutions of [`CpuPlan`] are made of, and those of training.
+#[doc(hidden)]
 pub mod product {
     pub use crate::cpu::{
         Buffer, Lanes, Packed, Products, Rows, Sink, multiply, odd_lines, padded, to_places, to_points,

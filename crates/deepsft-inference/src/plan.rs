@@ -167,6 +167,7 @@ impl Step {
 
 /// Why something cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlanError {
     /// A network of another architecture.
     #[error("no plan is made of a network of the architecture {0}")]

@@ -5,6 +5,7 @@ use deepsft_inference::Stage;
 
 /// A block of the network (paper, section 3.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Block {
     /// Main Block: image -> depth and registration. For the compact network with its mask head, for R50F everything.
     Main,

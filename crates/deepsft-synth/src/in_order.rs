@@ -11,6 +11,9 @@ use std::ops::Range;
 const AHEAD: u64 = 32;
 
 /// The samples `indices` of `seed` in order, made some at a time on all cores.
+///
+/// # Errors
+/// Items are [`SynthError`]s where a photograph of the backgrounds cannot be read, see [`Synthesizer::check_photographs`].
 pub fn samples(
     synthesizer: Synthesizer,
     seed: u64,
@@ -32,6 +35,9 @@ pub fn in_order<T: Send>(indices: Range<u64>, make: impl Fn(u64) -> T + Sync) ->
 }
 
 /// The frames of a clip in order, made some at a time on all cores.
+///
+/// # Errors
+/// Items are the errors of [`ClipStory::render`].
 pub fn clip_frames(story: &ClipStory<'_>, frames: Range<usize>) -> impl Iterator<Item = Result<Sample, SynthError>> {
     in_order(frames.start as u64..frames.end as u64, |frame| {
         story.render(frame as usize)

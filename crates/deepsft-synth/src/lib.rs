@@ -7,6 +7,7 @@ mod dataset;
 mod deform;
 mod error;
 mod in_order;
+#[doc(hidden)]
 pub mod random;
 mod recording;
 mod render;
@@ -25,8 +26,11 @@ pub use deepsft_formats::{
 };
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    capsule, deform, edge_length_change,
+    deform, edge_length_change,
 };
+// For our own measurements; no stable interface.
+#[doc(hidden)]
+pub use deform::capsule;
 pub use error::SynthError;
 pub use in_order::{clip_frames, in_order, samples};
 pub use recording::{
@@ -40,6 +44,7 @@ pub use scene::{
 };
 
 /// Colours and smooth noise, for painting.
+#[doc(hidden)]
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};

@@ -11,27 +11,32 @@ mod run;
 mod supervised;
 mod tuning;
 
-/// What a training computes on, see `deepsft::start_device`.
+/// What a training computes on, see `deepsft_network::start_device`.
 pub use burn::tensor::Device;
 
 pub use config::{Budget, LearningRate, Optimizer, Schedule, TrainConfig, TuningSettings, TuningStep};
-pub use data::{Batch, BatchShape, BatchTensors, MapBatch, MapTensors, SampleSource, StoredSamples};
+pub use data::{BatchShape, SampleSource, StoredSamples};
 pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
     Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitOutcome, FitSummary, FrameReport, FrameResult,
     FrameTruth, MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
-pub use loss::{
-    DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid, squared_total_variation,
-    step_one_loss, supervised_maps_loss,
-};
+pub use loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
 pub use run::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Fingerprint, Progress, TrainingCourse, curve_csv,
-    existing_checkpoints, model_card,
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
+    model_card,
 };
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
     tuning_json, tuning_table,
 };
+
+// What our own tests and measurements use; no stable interface.
+#[doc(hidden)]
+pub use data::{Batch, BatchTensors, MapBatch, MapTensors};
+#[doc(hidden)]
+pub use loss::{TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss};
+#[doc(hidden)]
+pub use run::Fingerprint;

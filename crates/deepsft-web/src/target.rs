@@ -158,18 +158,12 @@ impl EngineTarget {
 }
 
 fn grade_object(grade: &PictureGrade) -> JsValue {
-    let level = match grade.level {
-        GradeLevel::Hopeless => "hopeless",
-        GradeLevel::Poor => "poor",
-        GradeLevel::Fair => "fair",
-        GradeLevel::Good => "good",
-    };
     let reasons: Array = grade
         .advice
         .iter()
         .map(|sentence| JsValue::from(sentence.as_str()))
         .collect();
-    object([("level", level.into()), ("reasons", reasons.into())]).into()
+    object([("level", grade.level.name().into()), ("reasons", reasons.into())]).into()
 }
 
 /// The maps of a network, judged. The times are those of the canonical warp and of the network, milliseconds.

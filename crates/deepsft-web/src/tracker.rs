@@ -300,13 +300,7 @@ impl Track {
         if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (update, &mut self.smoothing) {
             filter.reset();
         }
-        Ok(match update {
-            TrackUpdate::Started => "started",
-            TrackUpdate::Confirmed => "confirmed",
-            TrackUpdate::Restarted => "restarted",
-            TrackUpdate::Dropped => "dropped",
-            TrackUpdate::Ignored => "ignored",
-        })
+        Ok(update.name())
     }
 }
 

@@ -38,5 +38,7 @@ pub use finding::{
     DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetEstimate, TargetFinder,
     View, is_found,
 };
+// For our own tests; no stable interface.
+#[doc(hidden)]
 pub use photo_consistency::TemplateLuminance;
 pub use weights_file::{weights_from_burnpack, weights_to_burnpack};

@@ -288,15 +288,15 @@ impl Object {
         let mut files = BTreeMap::from([
             (
                 "depth.npy".to_owned(),
-                deepsft_formats::f32_npy(&[rows, columns], maps.depth().iter().copied()),
+                deepsft_formats::f32_npy(&[rows, columns], maps.depth().iter().copied())?,
             ),
             (
                 "registration.npy".to_owned(),
-                deepsft_formats::f32_npy(&[rows, columns, 2], registration),
+                deepsft_formats::f32_npy(&[rows, columns, 2], registration)?,
             ),
             (
                 "mask.npy".to_owned(),
-                deepsft_formats::bool_npy(&[rows, columns], maps.mask()),
+                deepsft_formats::bool_npy(&[rows, columns], maps.mask())?,
             ),
             ("sheet.png".to_owned(), encode_png(&sheet)?),
             (

@@ -151,7 +151,9 @@ fn write_frame(
 ) -> Result<deepsft_synth::Sample> {
     let sensor = simulator.sensor();
     let write = |name: String, bytes: &[u8]| write_file(&folder.join(name), bytes);
-    let SimulatedFrame { color, depth, truth } = frame;
+    let SimulatedFrame {
+        color, depth, truth, ..
+    } = frame;
     write(
         format!("{RGB_FOLDER}/{index:06}.jpg"),
         &encode_jpeg(&color.image, JPEG_QUALITY)?,

@@ -116,13 +116,13 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
                 let whole = whole.description();
                 println!(
                     "all {} parts are there, {} samples: {}",
-                    part.of,
+                    part.of(),
                     whole.samples,
                     arguments.out.display()
                 );
                 print_deformations(whole);
             }
-            Err(_) => println!("these figures are of part {} of {} only", part.number, part.of),
+            Err(_) => println!("these figures are of part {} of {} only", part.number(), part.of()),
         }
     }
     Ok(())
@@ -160,11 +160,11 @@ fn check_parts(folder: &Path, part: DatasetPart) -> Result<()> {
         );
     }
     match dataset_parts(folder) {
-        Some(of) if of != part.of => {
+        Some(of) if of != part.of() => {
             bail!(
                 "{} holds parts of {of}: choose another folder for parts of {}, or remove it",
                 folder.display(),
-                part.of
+                part.of()
             )
         }
         _ => Ok(()),

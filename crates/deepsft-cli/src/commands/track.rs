@@ -185,6 +185,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let (delay, every) = match pace {
         FindingPace::Delayed(frames) => (Some(frames), None),
         FindingPace::Every(frames) => (None, Some(frames)),
+        _ => (None, None),
     };
     let report = Report {
         video: arguments.video.display().to_string(),
@@ -311,6 +312,7 @@ impl Track<'_> {
             tracked,
             detection,
             times,
+            ..
         } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
         if let Some(calibration) = &mut self.calibration {
             if tracked.found && tracked.agreement >= TELLING_AGREEMENT {

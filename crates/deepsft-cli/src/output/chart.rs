@@ -24,6 +24,7 @@ const MARGINS: [usize; 4] = [64, 24, 40, 50];
 const NUMBERS_APART: f64 = 15.0;
 
 /// Points of one colour, joined by lines: (x, y) in order.
+#[derive(Debug)]
 pub struct Curve {
     /// Colour of line and dots.
     pub color: [u8; 3],
@@ -32,6 +33,7 @@ pub struct Curve {
 }
 
 /// One chart. x begins at 0.
+#[derive(Debug)]
 pub struct Chart {
     /// Above the chart.
     pub title: String,

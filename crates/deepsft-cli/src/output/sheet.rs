@@ -68,6 +68,7 @@ impl ColorBar {
 }
 
 /// One picture of a sheet.
+#[derive(Debug)]
 pub struct Panel {
     /// What it shows: a line above the picture.
     pub title: String,
@@ -89,6 +90,7 @@ impl Panel {
 }
 
 /// A row of panels under a line of text.
+#[derive(Debug)]
 pub struct Row {
     /// The line of text; none when empty.
     pub caption: String,

@@ -17,6 +17,7 @@ const ROUNDING: f64 = 1e-4;
 
 /// A template made of a scan, and what its maker should know.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ScannedTemplate {
     /// The template.
     pub template: Template,
@@ -26,13 +27,16 @@ pub struct ScannedTemplate {
     pub notes: Vec<String>,
 }
 
-/// Makes a template of a scan. Its axes become ours, its unit `mm_per_unit` millimetres, its middle the origin.
+/// Makes a template of a scan. Its axes become ours, its unit [`Scan::mm_per_unit`] millimetres, its middle the origin.
 ///
 /// # Errors
 /// [`FormatError::Scan`] says what keeps it from being a template; [`FormatError::Geometry`].
-pub fn assemble_scan(scan: Scan, mm_per_unit: f64) -> Result<ScannedTemplate, FormatError> {
+pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     let Scan {
-        mut parts, textures, ..
+        mut parts,
+        textures,
+        mm_per_unit,
+        ..
     } = scan;
     parts.retain(|part| !part.faces.is_empty());
     if parts.is_empty() {

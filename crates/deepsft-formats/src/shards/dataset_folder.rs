@@ -183,7 +183,7 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
     let mut changes = EdgeLengthHistogram::default();
     let mut shapes = Some(ShapeCounts::default());
     for number in 1..=of {
-        let name = DatasetPart { number, of }.folder_name();
+        let name = DatasetPart::new(number, of)?.folder_name();
         if !folder.join(&name).join(DATASET_FILE).exists() {
             return Err(format!("{name} is not there yet").into());
         }

@@ -24,7 +24,7 @@ fn square(low: [f64; 2], high: [f64; 2]) -> Scan {
 
 /// The texture coordinates of the square as a template: least and greatest.
 fn bounds(scan: Scan) -> ([f64; 2], [f64; 2], usize) {
-    let imported = assemble_scan(scan, 100.0).unwrap();
+    let imported = assemble_scan(scan).unwrap();
     let uv = imported.template.mesh().texture_coordinates();
     let low = uv.iter().copied().reduce(DVec2::min).unwrap();
     let high = uv.iter().copied().reduce(DVec2::max).unwrap();
@@ -56,7 +56,7 @@ fn a_texture_that_repeats_is_refused_with_what_to_do() {
         ([0.5, 0.0], [1.5, 1.0]),
         ([0.0, -0.5], [1.0, 1.5]),
     ] {
-        let error = assemble_scan(square(low, high), 100.0).unwrap_err().to_string();
+        let error = assemble_scan(square(low, high)).unwrap_err().to_string();
         assert!(error.contains("repeated") && error.contains("unwrap"), "{error}");
     }
 }

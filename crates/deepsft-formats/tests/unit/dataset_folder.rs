@@ -75,7 +75,7 @@ fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
             let mut part = DatasetDescription::new(&template(), Value::Null, 3, samples, Vec::new());
             (part.first, part.handle_shapes) = (first, handle_shapes);
             first += samples;
-            let place = folder.path().join(DatasetPart { number, of: 2 }.folder_name());
+            let place = folder.path().join(DatasetPart::new(number, 2).unwrap().folder_name());
             fs::create_dir(&place).unwrap();
             fs::write(place.join(DATASET_FILE), part.to_json().unwrap()).unwrap();
         }

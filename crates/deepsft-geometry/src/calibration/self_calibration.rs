@@ -60,6 +60,7 @@ impl Default for SelfCalibrationOptions {
 
 /// A camera that was solved for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CalibratedCamera {
     /// The camera of the images that were given.
     pub camera: Camera,
@@ -103,6 +104,16 @@ pub struct SelfCalibration {
     /// The next view to be fitted for the next update, and what those before it say.
     next: usize,
     sum: Reduced,
+}
+
+impl std::fmt::Debug for SelfCalibration {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SelfCalibration")
+            .field("options", &self.options)
+            .field("cameras", &self.cameras)
+            .field("updates", &self.updates)
+            .finish_non_exhaustive()
+    }
 }
 
 impl SelfCalibration {

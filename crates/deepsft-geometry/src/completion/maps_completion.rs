@@ -27,6 +27,7 @@ pub struct MapsCompletion {
 
 /// A completed object.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct CompletedMaps {
     /// All vertices of the template, camera frame, in the template's unit.
     pub vertices_camera: Vec<DVec3>,

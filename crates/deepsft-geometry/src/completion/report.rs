@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// The terms of the completion's energy, without their weights, in the template's unit of length squared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CompletionEnergy {
     /// E_data: sum of w |p_i - x_i|^2 over visible vertices.
     pub data: f64,
@@ -15,6 +16,7 @@ pub struct CompletionEnergy {
 
 /// How a completion went.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CompletionReport {
     /// Whether the last step was within the tolerance.
     pub converged: bool,
@@ -39,6 +41,7 @@ pub struct CompletionReport {
 
 /// A completed mesh.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Completion {
     /// All vertices, camera frame, in the template's unit.
     pub vertices: Vec<DVec3>,

@@ -81,6 +81,14 @@ pub struct FrameFitter {
     pub(super) lookalikes: Option<Vec<Lookalike>>,
 }
 
+impl std::fmt::Debug for FrameFitter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FrameFitter")
+            .field("options", &self.options)
+            .finish_non_exhaustive()
+    }
+}
+
 impl FrameFitter {
     /// Prepares everything that does not depend on the frame.
     ///

@@ -26,6 +26,12 @@ pub struct IsometricMesh {
     pub(crate) halving: bool,
 }
 
+impl std::fmt::Debug for IsometricMesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("IsometricMesh").finish_non_exhaustive()
+    }
+}
+
 impl IsometricMesh {
     /// Prepares a mesh of the sheet. `isometry` is the weight on `reference`, the template's own mesh: strain costs the
     /// same on both. `bending` is the weight of bending.

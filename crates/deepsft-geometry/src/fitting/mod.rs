@@ -25,7 +25,10 @@ pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
 pub use frame_fitter::{FrameFit, FrameFitter};
+// For our other crates and tests; no stable interface.
+#[doc(hidden)]
 pub use level::IsometricMesh;
+#[doc(hidden)]
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
 pub use slips::has_lookalikes;

@@ -27,7 +27,8 @@ impl Picture {
         if width == 0 || height == 0 {
             return Err(GeometryError::PictureEmpty { width, height });
         }
-        let expected = 3 * width * height;
+        // More pixels than any memory has do not wrap around to a small number.
+        let expected = width.saturating_mul(height).saturating_mul(3);
         if rgb.len() != expected {
             return Err(GeometryError::PictureSize {
                 width,

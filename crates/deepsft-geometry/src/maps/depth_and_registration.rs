@@ -40,7 +40,7 @@ impl Maps {
         registration: Vec<[f32; 2]>,
     ) -> Result<Self, GeometryError> {
         for length in [depth.len(), registration.len()] {
-            if length != width * height {
+            if length != width.saturating_mul(height) {
                 return Err(GeometryError::MapSize {
                     actual: (length, 1),
                     expected: (width, height),

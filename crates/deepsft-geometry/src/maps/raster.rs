@@ -193,6 +193,12 @@ pub struct Visibility {
     inverse_depth: Vec<f32>,
 }
 
+impl std::fmt::Debug for Visibility {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Visibility").finish_non_exhaustive()
+    }
+}
+
 impl Visibility {
     /// No triangle.
     const NONE: u32 = u32::MAX;
@@ -262,6 +268,14 @@ pub struct VisibleSurface {
     window: Window,
     centres: Visibility,
     camera: Camera,
+}
+
+impl std::fmt::Debug for VisibleSurface {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("VisibleSurface")
+            .field("camera", &self.camera)
+            .finish_non_exhaustive()
+    }
 }
 
 impl VisibleSurface {

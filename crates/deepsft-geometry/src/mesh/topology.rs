@@ -26,6 +26,7 @@ const INSIDE: f64 = 1e-6;
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Topology {
     /// Connected pieces of the surface.
     pub pieces: usize,

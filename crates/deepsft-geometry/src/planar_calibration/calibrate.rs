@@ -31,6 +31,7 @@ pub struct PlanarView {
 
 /// How well a view agrees with the calibration.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlanarViewReport {
     /// Root mean square of the distances between seen and computed places, pixels.
     pub rms_px: f64,
@@ -40,6 +41,7 @@ pub struct PlanarViewReport {
 
 /// A camera as [`calibrate`] finds it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlanarCalibration {
     /// The camera.
     pub camera: Camera,

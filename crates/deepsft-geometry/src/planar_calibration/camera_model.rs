@@ -6,6 +6,7 @@ use glam::DVec2;
 
 /// What is unknown of a camera. All but [`CameraModel::Fisheye`] are cases of the last before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum CameraModel {
     /// One focal length; the principal point is the image's centre.
     Focal,

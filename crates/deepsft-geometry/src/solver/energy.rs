@@ -45,6 +45,7 @@ pub trait ResidualSink {
 /// How much a large residual counts (an M-estimator). The scale has the residual's unit and is where a
 /// residual starts to count as an outlier.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Robust {
     /// Squares: rho(s) = s.
     #[default]

@@ -64,6 +64,7 @@ impl Default for SolveOptions {
 
 /// One term's energy before and after.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TermEnergy {
     /// The term's name.
     pub name: &'static str,
@@ -75,6 +76,7 @@ pub struct TermEnergy {
 
 /// How a solve went.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SolveReport {
     /// Whether a tolerance was met. Otherwise the iterations ran out, or no damping gave a step that
     /// lowers the energy.
@@ -103,6 +105,7 @@ impl SolveReport {
 
 /// What a solve gives.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Solution {
     /// Vertex positions, in the frame and unit of the start.
     pub vertices: Vec<DVec3>,

@@ -103,7 +103,7 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
         (0.28..0.75).contains(&hidden_fraction),
         "{name}: {hidden_fraction} hidden"
     );
-    let Completion { vertices, report } = complete(mesh, &points);
+    let Completion { vertices, report, .. } = complete(mesh, &points);
     let least = minimum(mesh, &points);
     let [reached, start, bottom] =
         [report.final_energy, report.initial_energy, least.report.final_energy].map(weighted);
@@ -185,7 +185,7 @@ fn the_back_of_a_closed_mesh_is_completed_better_than_by_rigid_motion_or_laplaci
 fn a_rigidly_moved_shape_is_recovered_exactly_from_any_part_of_it() {
     for mesh in [sheet(), closed_tube()] {
         let truth: Vec<DVec3> = mesh.vertices().iter().map(|&v| pose(v)).collect();
-        let Completion { vertices, report } = complete(&mesh, &points(&truth, |i| i % 7 == 0));
+        let Completion { vertices, report, .. } = complete(&mesh, &points(&truth, |i| i % 7 == 0));
         assert!(report.converged && report.iterations == 1, "{report:?}");
         // Rounding of coordinates around 500 in a system of condition 1e4.
         assert!(rmse(&vertices, &truth, |_| true) < 1e-9);
@@ -255,7 +255,7 @@ fn one_visible_vertex_carries_the_rest_shape_along_without_turning_it() {
         p_camera: to,
         weight: 1.0,
     }];
-    let Completion { vertices, report } = complete(&mesh, &one);
+    let Completion { vertices, report, .. } = complete(&mesh, &one);
     assert_eq!((report.visible_vertices, report.unoriented_components), (1, 1));
     assert!(report.converged);
     let moved: Vec<DVec3> = mesh.vertices().iter().map(|p| p + to - mesh.vertices()[10]).collect();
@@ -280,11 +280,11 @@ fn each_component_follows_its_own_points_and_one_without_points_follows_the_othe
     let truth: Vec<DVec3> = (0..2 * n)
         .map(|i| mesh.vertices()[i] + if i < n { left } else { right })
         .collect();
-    let Completion { vertices, report } = complete(&mesh, &points(&truth, |i| i % 3 == 0));
+    let Completion { vertices, report, .. } = complete(&mesh, &points(&truth, |i| i % 3 == 0));
     assert_eq!((report.components, report.unseen_components), (2, 0));
     assert!(rmse(&vertices, &truth, |_| true) < 1e-8);
 
-    let Completion { vertices, report } = complete(&mesh, &points(&truth, |i| i < n && i % 3 == 0));
+    let Completion { vertices, report, .. } = complete(&mesh, &points(&truth, |i| i < n && i % 3 == 0));
     assert_eq!(
         (
             report.components,
@@ -309,7 +309,7 @@ fn faces_without_area_and_loose_vertices_do_no_harm() {
     faces.extend([[0, n, 1], [5, n + 1, 5], [0, 1, 2], [7, 7, 7]]);
     let broken = TriangleMesh::new(vertices, vec![DVec2::ZERO; n + 3], faces).unwrap();
     let truth: Vec<DVec3> = broken.vertices().iter().map(|&v| pose(v)).collect();
-    let Completion { vertices, report } = complete(&broken, &points(&truth, |i| i < n && i % 4 == 0));
+    let Completion { vertices, report, .. } = complete(&broken, &points(&truth, |i| i < n && i % 4 == 0));
     assert!(report.converged, "{report:?}");
     assert_eq!(
         (report.components, report.unseen_components),

@@ -3,7 +3,7 @@
 use crate::sheet::{bent, image, template};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
 
 const FRAME_S: f64 = 1.0 / 30.0;
@@ -48,6 +48,13 @@ impl Video {
 }
 
 /// A phone that is turned shows other frames: the old track ends, answers to the old frames count no more, and a new track starts.
+#[test]
+fn trackers_and_their_images_may_move_between_threads() {
+    fn is_send<T: Send>() {}
+    is_send::<Tracker>();
+    is_send::<TrackerImage>();
+}
+
 #[test]
 fn a_camera_that_is_turned_starts_the_video_afresh() {
     let mut video = Video::new();

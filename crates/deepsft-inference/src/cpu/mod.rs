@@ -49,6 +49,14 @@ pub struct CpuPlan {
     shared: Scratch,
 }
 
+impl std::fmt::Debug for CpuPlan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("CpuPlan")
+            .field("shapes", &self.shapes)
+            .finish_non_exhaustive()
+    }
+}
+
 impl CpuPlan {
     /// Gets `plan` ready for this processor and `threads` threads (at most 8). The maps `kept` can be read after the last step,
     /// as can those that the caller writes; the others may be overwritten by then.
@@ -182,6 +190,7 @@ impl CpuPlan {
 }
 
 /// Numbers in a vector of this processor.
+#[derive(Debug)]
 pub struct Lanes;
 
 impl WithSimd for Lanes {

@@ -26,6 +26,15 @@ pub struct Packed {
     group: usize,
 }
 
+impl std::fmt::Debug for Packed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Packed")
+            .field("inner", &self.inner)
+            .field("outputs", &self.outputs)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Packed {
     /// A matrix of zeros; `outputs` is a multiple of 16.
     pub fn new(inner: usize, outputs: usize, lanes: usize) -> Self {
@@ -72,6 +81,14 @@ pub struct Rows<'a> {
     pub parts: usize,
     /// From one part to the next.
     pub pitch: usize,
+}
+
+impl std::fmt::Debug for Rows<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rows")
+            .field("count", &self.count)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Rows<'_> {

@@ -21,6 +21,7 @@ use wgpu::util::DeviceExt;
 
 /// Why a GPU does not do what it should.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is none, or it cannot be started.
     #[error("no GPU can be used: {0}")]

@@ -264,7 +264,7 @@ fn track(
         ClipEvent::Still => (both(&|motion| motion.jitter_px()), None),
         // Where the sheet comes and goes or jumps, smoothing starts again and the lag is of the events.
         ClipEvent::Motion | ClipEvent::Occlusion => (None, both(&|motion| motion.lag_frames(&counts))),
-        ClipEvent::JumpCut | ClipEvent::Leaving => (None, None),
+        _ => (None, None),
     };
     let mut record = ClipRecord {
         seed: story.seed(),

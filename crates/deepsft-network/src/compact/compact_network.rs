@@ -25,6 +25,7 @@ use deepsft_inference::{CompactConfig, DepthRange, NetworkConfig};
 const LARGEST_LOG_DEPTH: f64 = 2.0;
 
 /// Everything the compact network says of N images of H x W pixels.
+#[derive(Debug)]
 pub struct NetworkOutput {
     /// Bin logits of u, v and d, [N, K, H/16, W/16] each.
     pub bins: [Tensor<4>; 3],

@@ -7,7 +7,7 @@ use deepsft::{
 };
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_network::{Network, start_device};
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A bundle of a network that was never trained.
 fn bundle() -> ModelBundle {
@@ -37,11 +37,8 @@ fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     let target = Target::model(&bundle, &Device::Cpu).unwrap();
     let network = Finder::Network(Box::new(target.network().unwrap().clone()));
     let mut finder = TargetFinder::with_finders(target, vec![network]);
-    let ticks = Cell::new(0.0);
-    let clock = || {
-        ticks.set(ticks.get() + 1.0);
-        ticks.get()
-    };
+    let ticks = AtomicU32::new(0);
+    let clock = || f64::from(ticks.fetch_add(1, Ordering::Relaxed) + 1);
     let options = VideoOptions {
         pace,
         ..VideoOptions::default()

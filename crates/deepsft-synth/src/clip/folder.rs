@@ -108,6 +108,9 @@ impl ClipFolder {
     }
 
     /// The truth of the frames in order.
+    ///
+    /// # Errors
+    /// Items are the errors of [`DatasetFolder::samples`].
     pub fn truth(&self) -> impl Iterator<Item = Result<Sample, FormatError>> + use<> {
         self.truth.samples(self.camera)
     }

@@ -44,6 +44,7 @@ const MOST_INSTANTS: usize = 13;
 
 /// What happens in a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum ClipEvent {
     /// The sheet moves and bends, nearly always all of it in view.
     Motion,

@@ -106,6 +106,14 @@ pub struct UnfinishedDataset {
     _alone: FolderLock,
 }
 
+impl std::fmt::Debug for UnfinishedDataset {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("UnfinishedDataset")
+            .field("place", &self.place)
+            .finish_non_exhaustive()
+    }
+}
+
 impl UnfinishedDataset {
     /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
     ///
@@ -175,7 +183,7 @@ impl UnfinishedDataset {
         description.shard_bytes = self.state.shards.iter().map(|shard| shard.bytes).collect();
         description.shard_sha256 = self.shard_sha256();
         description.first = plan.first;
-        description.part = part.map(|part| (part.number, part.of));
+        description.part = part.map(|part| (part.number(), part.of()));
         description.fingerprint = plan.fingerprint;
         description.edge_length_change = Some(EdgeLengthSummary::new(self.edge_lengths()));
         description.handle_shapes = self.handle_shapes();

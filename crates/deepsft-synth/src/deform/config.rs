@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// The kinds of shapes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DeformationFamily {
     /// Nearly flat with slight waves.
     Wavy,

@@ -92,6 +92,7 @@ impl ControlPointConfig {
 
 /// A shape of a mesh that control points made.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ControlPointShape {
     /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
     pub vertices: Vec<DVec3>,

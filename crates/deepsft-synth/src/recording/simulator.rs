@@ -129,6 +129,7 @@ pub struct RecordingSimulator {
 
 /// A frame of a simulated recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SimulatedFrame {
     /// The colour camera's picture with the truth in its image: [`SimulatedFrame::truth`] is in the canonical one.
     pub color: Sample,
@@ -145,6 +146,14 @@ pub struct Take<'a> {
     scene: Scene<'a>,
     motion: ClipMotion<'a>,
     room: Vec<SeenDepth>,
+}
+
+impl std::fmt::Debug for Take<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Take")
+            .field("number", &self.number)
+            .finish_non_exhaustive()
+    }
 }
 
 impl RecordingSimulator {

@@ -55,6 +55,7 @@ pub struct SynthConfig {
 
 /// How the user's photographs are shown as backgrounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub enum PhotographUse {
     /// Cut out, turned, mirrored and recoloured at random, seldom with things strewn over it: no two samples share one.
     Varied,

@@ -173,6 +173,7 @@ impl Synthesizer {
     }
 
     /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
+    #[doc(hidden)]
     pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
     }

@@ -10,6 +10,7 @@ const KERAS_EPSILON: f32 = 1e-7;
 
 /// An optimiser.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub enum Optimizer {
     /// Adam without weight decay or clipping. The paper's step 1 has both betas at 0.9.
     Adam {
@@ -33,6 +34,7 @@ pub enum Optimizer {
 
 impl Optimizer {
     /// The optimiser in its first state.
+    #[doc(hidden)]
     pub fn init(&self) -> ModuleOptimizer {
         match *self {
             Self::Adam { betas: [first, second] } => AdamConfig::new()

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 /// When step 1 ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Budget {
     /// After this many seconds of training (of all its runs together).
     Seconds(f64),

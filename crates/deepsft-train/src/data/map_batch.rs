@@ -12,6 +12,14 @@ pub struct MapBatch {
     frames: Vec<Frame>,
 }
 
+impl std::fmt::Debug for MapBatch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MapBatch")
+            .field("range", &self.range)
+            .finish_non_exhaustive()
+    }
+}
+
 /// A frame and its labels, row-major; outside the object these are [`OUTSIDE`].
 struct Frame {
     /// [3, 270, 480], 0..=1.
@@ -23,6 +31,7 @@ struct Frame {
 }
 
 /// A batch on a device.
+#[derive(Debug)]
 pub struct MapTensors {
     /// [N, 3, 270, 480], 0..=1.
     pub images: Tensor<4>,

@@ -68,6 +68,15 @@ pub struct Batch {
     windows: Vec<Window>,
 }
 
+impl std::fmt::Debug for Batch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Batch")
+            .field("shape", &self.shape)
+            .field("targets", &self.targets)
+            .finish_non_exhaustive()
+    }
+}
+
 /// A window and its targets, row-major.
 struct Window {
     /// [3, H, W], 0..=1.
@@ -87,6 +96,7 @@ struct Window {
 }
 
 /// A batch on a device.
+#[derive(Debug)]
 pub struct BatchTensors {
     /// [N, 3, H, W], 0..=1.
     pub images: Tensor<4>,

@@ -15,6 +15,7 @@ use std::{fmt, str::FromStr};
 /// Floating-point format of a network's layers while it is trained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Precision {
     /// Single precision throughout.
     #[default]

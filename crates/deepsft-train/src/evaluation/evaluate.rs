@@ -61,6 +61,7 @@ pub struct Evaluation {
 
 /// The metrics of a set: of each the mean or the median over the frames that have it.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct SetMetrics {
     /// RMSE of depth, mm.
     pub depth_rmse_mm: Option<f64>,
@@ -83,6 +84,7 @@ pub struct SetMetrics {
 /// The summary that `deepsft eval` prints and writes as JSON: means over the frames that show the
 /// template at the top, medians beside them.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct EvaluationSummary {
     /// Frames evaluated.
     pub frames: usize,

@@ -20,6 +20,7 @@ pub struct EvaluationFrame {
 
 /// What is known of a frame.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum FrameTruth {
     /// Depth and registration of every pixel.
     Exact {

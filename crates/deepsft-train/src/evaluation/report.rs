@@ -5,7 +5,8 @@ use deepsft::Stage;
 use serde::Serialize;
 
 /// A row of the table: a model, or a stage of it, on a data set.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct EvaluationReport {
     /// Name of the model.
     pub model: String,
@@ -32,7 +33,7 @@ struct Reports<'a> {
 }
 
 /// A frame's line of an [`EvaluationReport`].
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct FrameReport {
     index: u64,
     has_template: bool,
@@ -51,7 +52,7 @@ pub struct FrameReport {
     fit: Option<FitReport>,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 struct FitReport {
     mesh_taken: bool,
     network_depth_rmse_mm: Option<f64>,

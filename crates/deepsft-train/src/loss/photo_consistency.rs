@@ -16,6 +16,7 @@ const GAINS: [f64; 2] = [0.1, 3.0];
 
 /// What the M-estimator is applied to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub enum Residual {
     /// The squared difference of the intensities, as the paper prints it: chi((I' - I)^2). With c = 4 the estimator bends
     /// at a difference of two grey levels.
@@ -26,6 +27,7 @@ pub enum Residual {
 
 /// What is done about light before the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub enum Light {
     /// Nothing: as the paper, which leaves it to the M-estimator.
     Ignored,

@@ -11,6 +11,7 @@ pub const CARD_FILE: &str = "CARD.md";
 pub const CURVE_FILE: &str = "curve.csv";
 
 /// How a bundle came about, beside what it says itself.
+#[derive(Debug)]
 pub struct TrainingCourse<'a> {
     /// What computed.
     pub device: &'a DeviceDescription,

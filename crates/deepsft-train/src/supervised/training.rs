@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A finished training.
+#[derive(Debug)]
 pub struct Trained {
     /// The averaged network, on a plain device, folded for inference.
     pub network: Network,

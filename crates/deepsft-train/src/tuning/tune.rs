@@ -20,6 +20,8 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
 /// A tuned network.
+#[derive(Debug)]
+#[non_exhaustive]
 pub struct Tuned {
     /// On the plain device; all weights but those of the step's block are bit for bit what they were.
     pub network: Network,

@@ -11,6 +11,7 @@ use serde::Serialize;
 /// The ways of finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum FinderKind {
     /// The network that was trained for the target.
     Network,
@@ -33,6 +34,7 @@ impl FinderKind {
 
 /// Where a finder sees a target: what a mesh fit starts from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Sighting {
     /// Who says so.
     pub by: FinderKind,
@@ -44,6 +46,8 @@ pub struct Sighting {
 }
 
 /// One way to find one target.
+#[derive(Debug)]
+#[non_exhaustive]
 pub enum Finder {
     /// The target's own network.
     Network(Box<Estimator>),
@@ -58,6 +62,12 @@ pub struct DescriptorFinder {
     network: SharedDescriptorNetwork,
     picture: PictureDescriptors,
     features: FeatureFinder,
+}
+
+impl std::fmt::Debug for DescriptorFinder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DescriptorFinder").finish_non_exhaustive()
+    }
 }
 
 impl DescriptorFinder {

@@ -6,10 +6,9 @@ use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, MipLevel, Picture, Template};
 use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, PlanError, Similarities, Weights, available_threads};
-use std::cell::RefCell;
 use std::collections::{BTreeMap, btree_map::Entry};
 use std::f32::consts::TAU;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Pixels along a cell's side.
 const CELL: usize = 8;
@@ -46,13 +45,13 @@ const FILE: &str = "the weights of the descriptor network";
 
 /// The network that describes any picture, shared by all targets.
 #[derive(Clone, Debug)]
-pub struct SharedDescriptorNetwork(Rc<Shared>);
+pub struct SharedDescriptorNetwork(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
     weights: Weights,
     /// For canonical images, upright or across as the last one was.
-    canonical: RefCell<DescriptorExecutor>,
+    canonical: Mutex<DescriptorExecutor>,
 }
 
 impl SharedDescriptorNetwork {
@@ -63,15 +62,16 @@ impl SharedDescriptorNetwork {
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
         let weights = weights_from_burnpack(file).map_err(refused)?;
         let canonical = executor([CANONICAL_WIDTH, CANONICAL_HEIGHT], &weights)?;
-        Ok(Self(Rc::new(Shared {
+        Ok(Self(Arc::new(Shared {
             weights,
-            canonical: RefCell::new(canonical),
+            canonical: Mutex::new(canonical),
         })))
     }
 
     /// Descriptors of a canonical image.
     pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
-        let mut network = self.0.canonical.borrow_mut();
+        // A panic in another thread leaves it half run: every run begins from the image.
+        let mut network = self.0.canonical.lock().unwrap_or_else(PoisonError::into_inner);
         let size = [image.width(), image.height()];
         if network.size() != size {
             *network = executor(size, &self.0.weights)?;
@@ -86,7 +86,7 @@ impl SharedDescriptorNetwork {
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] for a picture without pixels.
-    pub fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
+    pub(super) fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
         PictureDescriptors::new(&self.0.weights, template)
     }
 }

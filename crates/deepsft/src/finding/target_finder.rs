@@ -46,8 +46,18 @@ pub struct TargetFinder {
     can_slip: Option<bool>,
 }
 
+impl std::fmt::Debug for TargetFinder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TargetFinder")
+            .field("target", &self.target)
+            .field("finders", &self.finders)
+            .finish_non_exhaustive()
+    }
+}
+
 /// One target in one image.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct TargetEstimate {
     /// Who saw it.
     pub by: Option<FinderKind>,

@@ -2,6 +2,7 @@
 
 /// Which frames the finders see, and when their detections arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FindingPace {
     /// As on a device that follows a camera: a detection arrives this many frames after the frame that it is about. Then
     /// the finders start on the newest frame.

@@ -37,12 +37,13 @@ impl Detection {
 
     /// The name of its effect: `started`, `confirmed`, `restarted`, `dropped` or `ignored`.
     pub fn effect_name(&self) -> &'static str {
-        name(self.effect)
+        self.effect.name()
     }
 }
 
 /// Milliseconds that the stages of a frame took, by the clock that [`VideoTracker::new`] was given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FrameTimes {
     /// The finders on this frame, if they started on it. A device runs them beside the tracker.
     pub finding: Option<f64>,
@@ -54,6 +55,7 @@ pub struct FrameTimes {
 
 /// A frame that was followed.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct TrackedFrame {
     /// Mesh (mm, camera frame) and state of the track, smoothed if [`VideoOptions::smoothing`] asks for it.
     pub tracked: Tracked,
@@ -66,12 +68,22 @@ pub struct TrackedFrame {
 /// Follows one object through one video: give it every frame in order.
 pub struct VideoTracker<'a> {
     finder: &'a mut TargetFinder,
-    clock_ms: Box<dyn Fn() -> f64 + 'a>,
+    clock_ms: Box<dyn Fn() -> f64 + Send + 'a>,
     tracker: Tracker,
     pace: FindingPace,
     smoothing: Option<OneEuro>,
     pending: Option<PendingDetection>,
     frame: u64,
+}
+
+impl std::fmt::Debug for VideoTracker<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("VideoTracker")
+            .field("finder", &self.finder)
+            .field("pace", &self.pace)
+            .field("frame", &self.frame)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What the finders make of a frame, and the frame from which on it is known.
@@ -90,7 +102,7 @@ impl<'a> VideoTracker<'a> {
     pub fn new(
         finder: &'a mut TargetFinder,
         options: VideoOptions,
-        clock_ms: impl Fn() -> f64 + 'a,
+        clock_ms: impl Fn() -> f64 + Send + 'a,
     ) -> Result<Self, DeepSftError> {
         Ok(Self {
             clock_ms: Box::new(clock_ms),
@@ -176,16 +188,6 @@ impl<'a> VideoTracker<'a> {
     }
 }
 
-fn name(effect: TrackUpdate) -> &'static str {
-    match effect {
-        TrackUpdate::Started => "started",
-        TrackUpdate::Confirmed => "confirmed",
-        TrackUpdate::Restarted => "restarted",
-        TrackUpdate::Dropped => "dropped",
-        TrackUpdate::Ignored => "ignored",
-    }
-}
-
 fn lower_case<S: Serializer>(effect: &TrackUpdate, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(name(*effect))
+    serializer.serialize_str(effect.name())
 }

@@ -1,6 +1,7 @@
 //! Targets and their finders, by features and by descriptors.
 
 use deepsft::features::GradeLevel;
+use deepsft::video::VideoTracker;
 use deepsft::{
     DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View, is_found,
 };
@@ -53,6 +54,18 @@ fn photograph(template: &Template) -> (Camera, Picture, Maps) {
         }
     });
     (camera, image, truth)
+}
+
+/// Servers hold finders and trackers in one task and run it on many threads.
+#[test]
+fn finders_trackers_and_their_futures_may_move_between_threads() {
+    fn is_send<T: Send>() {}
+    fn of_value<T: Send>(_: &T) {}
+    is_send::<TargetFinder>();
+    is_send::<SharedDescriptorNetwork>();
+    is_send::<VideoTracker<'_>>();
+    let _: fn(&mut TargetFinder, &mut View<'_>) = |finder, view| of_value(&finder.estimate(view));
+    let _: fn(&mut VideoTracker<'_>, &mut View<'_>) = |tracker, view| of_value(&tracker.follow(0.0, view));
 }
 
 #[test]

@@ -43,14 +43,15 @@ pub struct ImportArguments {
 pub fn run(arguments: &ImportArguments) -> Result<()> {
     deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
     let read = || {
-        let scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
-        let mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
-        assemble_scan(scan, mm_per_unit)
+        let mut scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
+        scan.mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
+        assemble_scan(scan)
     };
     let ScannedTemplate {
         template,
         topology,
         notes,
+        ..
     } = read().blame("scan", &arguments.scan)?;
     for note in notes.iter().chain(size_warning(template.extent_mm()).as_ref()) {
         eprintln!("note: {note}");

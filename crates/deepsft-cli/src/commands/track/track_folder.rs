@@ -52,7 +52,7 @@ impl TrackFolder {
         };
         let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
         table.write_all(report::TABLE_HEADER.as_bytes())?;
-        vertices.write_all(&deepsft_formats::f32_npy(&[0, vertices_per_frame, 3], []))?;
+        vertices.write_all(&deepsft_formats::f32_npy_header(&[0, vertices_per_frame, 3]))?;
         Ok(Self {
             place: path.to_path_buf(),
             folder,
@@ -104,7 +104,7 @@ impl TrackFolder {
             self.table.get_ref().sync_all()?;
             // The number of frames is known only now; the header has the same length whatever it is.
             self.vertices.seek(SeekFrom::Start(0))?;
-            let header = deepsft_formats::f32_npy(&[self.frames, self.vertices_per_frame, 3], []);
+            let header = deepsft_formats::f32_npy_header(&[self.frames, self.vertices_per_frame, 3]);
             self.vertices.write_all(&header)?;
             self.vertices.flush()?;
             Ok(self.vertices.get_ref().sync_all()?)
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn the_header_of_the_vertices_has_one_length_for_any_number_of_frames() {
         for vertices in [4, 1271, 10_000_000] {
-            let length = |frames| deepsft_formats::f32_npy(&[frames, vertices, 3], []).len();
+            let length = |frames| deepsft_formats::f32_npy_header(&[frames, vertices, 3]).len();
             assert_eq!(length(0), length(usize::MAX));
         }
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// The object in the newest frame.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Tracked {
     /// Number of the frame.
     pub frame: u64,
@@ -22,6 +23,7 @@ pub struct Tracked {
 
 /// What the network's maps did to the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TrackUpdate {
     /// There was no track, now there is.
     Started,
@@ -34,4 +36,17 @@ pub enum TrackUpdate {
     Dropped,
     /// The maps changed nothing: their frame is forgotten, or they show too little to start from.
     Ignored,
+}
+
+impl TrackUpdate {
+    /// `started`, `confirmed`, `restarted`, `dropped` or `ignored`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Started => "started",
+            Self::Confirmed => "confirmed",
+            Self::Restarted => "restarted",
+            Self::Dropped => "dropped",
+            Self::Ignored => "ignored",
+        }
+    }
 }

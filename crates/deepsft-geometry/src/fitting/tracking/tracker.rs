@@ -15,13 +15,13 @@ use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template};
 use glam::DVec3;
 use std::collections::VecDeque;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// A frame and the mesh in it, if it was followed there.
 struct Remembered {
     frame: u64,
     time_s: f64,
-    image: Rc<Sizes>,
+    image: Arc<Sizes>,
     mesh: Option<Mesh>,
 }
 
@@ -47,13 +47,19 @@ struct Mesh {
 /// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
 /// [`memory`](TrackingOptions::memory) images.
 #[derive(Clone)]
-pub struct TrackerImage(Rc<Sizes>);
+pub struct TrackerImage(Arc<Sizes>);
+
+impl std::fmt::Debug for TrackerImage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TrackerImage").finish_non_exhaustive()
+    }
+}
 
 impl TrackerImage {
     /// Of a canonical image.
     pub fn of(image: &Picture) -> Self {
         let whole = GreyImage::of(image);
-        Self(Rc::new(Sizes {
+        Self(Arc::new(Sizes {
             half: whole.halved(),
             whole,
         }))
@@ -75,6 +81,16 @@ pub struct Tracker {
     /// or on something else.
     searched: Option<u64>,
     current: Tracked,
+}
+
+impl std::fmt::Debug for Tracker {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tracker")
+            .field("options", &self.options)
+            .field("camera", &self.camera)
+            .field("current", &self.current)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Tracker {
@@ -159,7 +175,7 @@ impl Tracker {
         self.frames.push_back(Remembered {
             frame,
             time_s,
-            image: Rc::clone(image),
+            image: Arc::clone(image),
             mesh: None,
         });
         while self.frames.len() > self.options.memory.max(2) {
@@ -280,7 +296,7 @@ impl Tracker {
 
     /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
     fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
-        let image = Rc::clone(&self.frames[index].image);
+        let image = Arc::clone(&self.frames[index].image);
         let Some(start) = self.fitter.coarse_start(&image.whole, camera, maps)? else {
             return Ok(None);
         };
@@ -376,7 +392,7 @@ impl Tracker {
         let Some(camera) = self.camera else {
             return Ok(last.clone());
         };
-        let image = Rc::clone(&self.frames[index].image);
+        let image = Arc::clone(&self.frames[index].image);
         let half_camera = camera.halved()?;
         let mut mesh = Mesh {
             confidence: vec![0.0; start.len()],

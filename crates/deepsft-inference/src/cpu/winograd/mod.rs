@@ -339,6 +339,14 @@ pub struct Products<'a> {
     pub outputs: usize,
 }
 
+impl std::fmt::Debug for Products<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Products")
+            .field("outputs", &self.outputs)
+            .finish_non_exhaustive()
+    }
+}
+
 impl<S: Simd> Sink<S> for Products<'_> {
     #[inline(always)]
     fn begin(&mut self, _: S, _: Range<usize>) {}

@@ -137,7 +137,7 @@ impl Finder for NetworkFinding {
         let start = Stopwatch::start();
         match self.kind {
             FinderKind::Network => drop(seen.canonical(view.canonical)?),
-            FinderKind::Features | FinderKind::Descriptors => drop(seen.features()?),
+            _ => drop(seen.features()?),
         }
         let features_ms = start.ms();
         let start = Stopwatch::start();

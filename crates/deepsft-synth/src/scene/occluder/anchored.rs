@@ -9,6 +9,7 @@ use serde::Serialize;
 
 /// What hides parts of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub enum OccluderKind {
     /// Hands that hold the sheet, things before it, and discs of 1 to 10 pixels in radius.
     HandsAndThings,
