@@ -3,7 +3,7 @@
 use crate::failure::BlameInput;
 use anyhow::{Result, bail};
 use deepsft_formats::CameraFile;
-use deepsft_geometry::{Camera, PAPER_CAMERAS, Picture};
+use deepsft_geometry::{Camera, Picture};
 use serde::Serialize;
 use std::path::Path;
 
@@ -29,9 +29,9 @@ impl CameraReport {
 
 /// The camera of `--camera`: that of a file, or one of the paper's by name where there is no such file.
 pub fn read(path: &Path) -> Result<Camera> {
-    let preset = PAPER_CAMERAS.iter().find(|(name, ..)| path.as_os_str() == *name);
+    let preset = path.to_str().and_then(Camera::preset);
     match preset.filter(|_| !path.exists()) {
-        Some(&(_, width, height, [fx, fy, cx, cy])) => Ok(Camera::pinhole(width, height, fx, fy, cx, cy)?),
+        Some(camera) => Ok(camera),
         None => Ok(deepsft_formats::read_camera(path)?),
     }
 }
@@ -45,34 +45,35 @@ pub fn camera_of(
     match (file, exif) {
         (Some((camera, path)), _) => camera_for(image, camera).blame("camera file", path),
         (None, Some(camera)) if camera.size() == image.size() => Ok((camera, "exif")),
-        _ => Ok((Camera::typical(image.width() as u32, image.height() as u32)?, "assumed")),
+        _ => Ok((Camera::typical(image.size())?, "assumed")),
     }
 }
 
 /// The camera of a file, for an image of this size.
 fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
-    let (width, height) = (image.width() as u32, image.height() as u32);
-    if (width, height) == (camera.width(), camera.height()) {
+    let (width, height) = image.size();
+    if image.size() == camera.size() {
         return Ok((*camera, "file"));
     }
-    let expected_height = f64::from(width) * f64::from(camera.height()) / f64::from(camera.width());
-    if (expected_height - f64::from(height)).abs() > ROUNDING_PX {
+    let expected_height = width as f64 * camera.height() as f64 / camera.width() as f64;
+    if (expected_height - height as f64).abs() > ROUNDING_PX {
         bail!(
             "it is for images of {} x {} pixels, this one has {width} x {height}",
             camera.width(),
             camera.height()
         );
     }
-    Ok((camera.resized(width, height)?, "file, resized"))
+    Ok((camera.resized(image.size())?, "file, resized"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deepsft_geometry::glam::DVec2;
 
     #[test]
     fn reports_say_of_a_lens_without_distortion_that_it_has_none() {
-        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
+        let camera = Camera::pinhole((1920, 1080), DVec2::new(1400.0, 1410.0), DVec2::new(950.0, 545.0)).unwrap();
         let report = serde_json::to_value(CameraReport::new(&camera, "file")).unwrap();
         let expected = serde_json::json!({
             "width": 1920, "height": 1080, "fx": 1400.0, "fy": 1410.0, "cx": 950.0, "cy": 545.0,
@@ -86,7 +87,7 @@ mod tests {
         let image = Picture::from_fn(1920, 1080, |_, _| [0; 3]);
         let file = read(Path::new("kinect-v2")).unwrap();
         assert_eq!((file.focal().x, file.size()), (1057.8, (1920, 1080)));
-        let exif = Camera::pinhole(1920, 1080, 1500.0, 1500.0, 960.0, 540.0).unwrap();
+        let exif = Camera::pinhole((1920, 1080), DVec2::splat(1500.0), DVec2::new(960.0, 540.0)).unwrap();
         let path = Path::new("kinect-v2");
         assert_eq!(
             camera_of(&image, Some((&file, path)), Some(exif)).unwrap(),
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_camera_serves_images_of_its_aspect_ratio_only() {
-        let camera = Camera::pinhole(1920, 1080, 1400.0, 1410.0, 950.0, 545.0).unwrap();
+        let camera = Camera::pinhole((1920, 1080), DVec2::new(1400.0, 1410.0), DVec2::new(950.0, 545.0)).unwrap();
         let image = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
         assert_eq!(camera_for(&image(1920, 1080), &camera).unwrap(), (camera, "file"));
         let (half, source) = camera_for(&image(960, 540), &camera).unwrap();

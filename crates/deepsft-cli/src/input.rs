@@ -20,7 +20,7 @@ pub fn picture(path: &Path) -> Result<Picture> {
 pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
     let read = || -> Result<(Picture, Option<Camera>)> {
         let bytes = fs::read(path)?;
-        Ok((decode_picture(&bytes)?, deepsft_formats::exif_camera(&bytes)))
+        Ok((decode_picture(&bytes)?, deepsft_formats::camera_from_exif(&bytes)))
     };
     read().blame("image", path)
 }

@@ -86,7 +86,7 @@ impl DescriptorChoice {
 
 /// Says what will make the picture on a sheet hard to find. Says nothing of one that features cannot look for at all.
 pub fn warn_of_print(template: &Template) {
-    if let Ok(target) = PictureTarget::new(template.clone()) {
+    if let Ok(target) = PictureTarget::from_template(template.clone()) {
         warn_of(&target.grade());
     }
 }
@@ -139,7 +139,7 @@ impl ObjectChoice {
                 return Err(no_sheet).blame("template", Path::new(&name));
             }
             return Ok(ChosenTarget {
-                target: Target::mesh(template),
+                target: Target::from_template(template),
                 name,
                 device: None,
             });
@@ -147,7 +147,7 @@ impl ObjectChoice {
         let bundle = input::bundle(folder)?;
         let (device, description) = pollster::block_on(start_device(device))?;
         Ok(ChosenTarget {
-            target: Target::model(&bundle, &device)?,
+            target: Target::from_model(&bundle, &device)?,
             name: bundle.name().to_owned(),
             device: Some(description),
         })

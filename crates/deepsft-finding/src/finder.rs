@@ -68,7 +68,7 @@ pub struct FoundSheet {
 /// [`GeometryError::CameraParameter`] for a camera without pixels.
 pub fn feature_image<'a>(image: &'a Picture, camera: &Camera) -> Result<(Cow<'a, Picture>, Camera), GeometryError> {
     let image = resized(image, LONGEST_SIDE);
-    let camera = camera.resized(image.width() as u32, image.height() as u32)?;
+    let camera = camera.resized(image.size())?;
     Ok((image, camera))
 }
 

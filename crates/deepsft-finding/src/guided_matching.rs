@@ -19,7 +19,7 @@ const TURN: f32 = 0.5;
 const SCALING: f32 = 2.2;
 
 /// How much coarser than the image the surface is drawn: it only has to name the face that a feature lies on.
-const COARSER: u32 = 4;
+const COARSER: usize = 4;
 
 /// For each feature of the image on the surface of `mesh` with its vertices at `vertices`: the most similar feature of the target
 /// whose place is within `search_px` pixels. Without features: those of `candidates` that lie so near.
@@ -77,12 +77,11 @@ struct Surface {
 
 impl Surface {
     fn new(mesh: &TriangleMesh, vertices: &[DVec3], camera: &Camera, size_mm: DVec2) -> Result<Self, GeometryError> {
-        let [width, height] = [camera.width(), camera.height()];
-        let coarse = camera.resized(width.div_ceil(COARSER), height.div_ceil(COARSER))?;
+        let (width, height) = camera.size();
+        let coarse = camera.resized((width.div_ceil(COARSER), height.div_ceil(COARSER)))?;
         Ok(Self {
             coarse: VisibleSurface::new(mesh, vertices, &coarse),
-            scale: DVec2::new(f64::from(coarse.width()), f64::from(coarse.height()))
-                / DVec2::new(f64::from(width), f64::from(height)),
+            scale: DVec2::new(coarse.width() as f64, coarse.height() as f64) / DVec2::new(width as f64, height as f64),
             size_mm,
             focal: camera.focal().x,
         })

@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn a_print_turned_by_a_quarter_is_matched_with_angle_scale_and_place() {
         let print = print();
-        let target = PictureTarget::picture(print.clone(), 400.0).unwrap();
+        let target = PictureTarget::from_picture(print.clone(), 400.0).unwrap();
         // Column x of the print is row x of the image, from right to left: turned clockwise.
         let turned = Picture::from_fn(300, 400, |x, y| print.pixel(y, 299 - x));
         let features = Features::of(&turned, &FeatureOptions::default());
@@ -140,7 +140,7 @@ mod tests {
         });
         let features = Features::of(&shown, &FeatureOptions::default());
         let found = [30.0, 300.0, 5000.0].map(|width_mm| {
-            let target = PictureTarget::picture(print.clone(), width_mm).unwrap();
+            let target = PictureTarget::from_picture(print.clone(), width_mm).unwrap();
             let relative = |m: &Match| (m.pixel, m.place / width_mm as f32);
             Matching::default()
                 .matches(&features, &target)
@@ -160,7 +160,7 @@ mod tests {
     fn a_print_of_equal_motifs_gives_no_match_inside() {
         let motif = print();
         let print = Picture::from_fn(400, 300, |x, y| motif.pixel(100 + x % 100, 100 + y % 100));
-        let target = PictureTarget::picture(print.clone(), 400.0).unwrap();
+        let target = PictureTarget::from_picture(print.clone(), 400.0).unwrap();
         let finest = FeatureOptions {
             levels: 1,
             ..FeatureOptions::default()

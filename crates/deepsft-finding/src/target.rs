@@ -36,10 +36,10 @@ impl PictureTarget {
     /// Prepares a picture that is printed `width_mm` wide.
     ///
     /// # Errors
-    /// [`GeometryError::TemplateSize`] when the width is not positive and finite, and as [`Self::new`].
-    pub fn picture(picture: Picture, width_mm: f64) -> Result<Self, GeometryError> {
+    /// [`GeometryError::TemplateSize`] when the width is not positive and finite, and as [`Self::from_template`].
+    pub fn from_picture(picture: Picture, width_mm: f64) -> Result<Self, GeometryError> {
         let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
-        Self::new(Template::thin_shell(picture, width_mm, height_mm)?)
+        Self::from_template(Template::thin_shell(picture, width_mm, height_mm)?)
     }
 
     /// Prepares `template`, a sheet.
@@ -47,7 +47,7 @@ impl PictureTarget {
     /// # Errors
     /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::PrintSize`] when a side is shorter than 5 mm or
     /// longer than 20 m.
-    pub fn new(template: Template) -> Result<Self, GeometryError> {
+    pub fn from_template(template: Template) -> Result<Self, GeometryError> {
         if !template.is_sheet() {
             return Err(GeometryError::NotASheet {
                 operation: "finding by features",
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn features_are_looked_up_by_place() {
         let picture = Picture::from_fn(300, 200, |x, y| [((x / 9 * 37 + y / 7 * 91) % 251) as u8; 3]);
-        let target = PictureTarget::picture(picture, 150.0).unwrap();
+        let target = PictureTarget::from_picture(picture, 150.0).unwrap();
         assert!(target.places.len() > 100, "{}", target.places.len());
         for (place, reach) in [(Vec2::new(40.0, 30.0), 13.0), (Vec2::new(149.0, 1.0), 30.0)] {
             let mut near: Vec<usize> = target.near(place, reach).collect();
@@ -172,13 +172,13 @@ mod tests {
     fn a_blank_or_tiny_picture_has_no_features() {
         for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (300, 200)] {
             let blank = Picture::from_fn(width, height, |_, _| [200; 3]);
-            assert!(PictureTarget::picture(blank, 300.0).unwrap().features().is_empty());
+            assert!(PictureTarget::from_picture(blank, 300.0).unwrap().features().is_empty());
         }
     }
 
     #[test]
     fn a_size_that_no_print_has_is_refused_with_the_sizes_that_are_taken() {
-        let print = |width_mm: f64| PictureTarget::picture(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
+        let print = |width_mm: f64| PictureTarget::from_picture(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
         for width_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(
                 matches!(print(width_mm), Err(GeometryError::TemplateSize { .. })),
@@ -195,7 +195,7 @@ mod tests {
         // The other side counts too: one pixel wide and 400 high.
         let line = Picture::from_fn(1, 400, |_, _| [0; 3]);
         assert!(matches!(
-            PictureTarget::picture(line, 100.0),
+            PictureTarget::from_picture(line, 100.0),
             Err(GeometryError::PrintSize { .. })
         ));
     }

@@ -62,9 +62,9 @@ fn image(picture: &Picture) -> Picture {
 #[test]
 fn renewed_features_allocate_nothing_and_a_search_the_same_every_time() {
     let options = FeatureOptions::default();
-    let camera = Camera::typical(960, 540).unwrap();
+    let camera = Camera::typical((960, 540)).unwrap();
     let images = [image(&print(1)), image(&print(2))];
-    let mut finder = FeatureFinder::new(PictureTarget::picture(print(1), 200.0).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(PictureTarget::from_picture(print(1), 200.0).unwrap()).unwrap();
     let mut features = Features::default();
     let mut frame = |image: &Picture| {
         let made = allocated(|| features.renew(image, &options));

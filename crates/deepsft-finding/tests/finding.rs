@@ -20,7 +20,7 @@ fn print(seed: u64) -> Template {
 /// Frames as a camera of 960 x 540 pixels takes them.
 fn synthesizer(template: &Template) -> Synthesizer {
     let config = SynthConfig {
-        camera: training_camera().resized(960, 540).unwrap(),
+        camera: training_camera().resized((960, 540)).unwrap(),
         empty_probability: 0.0,
         least_visible_px: 6000,
         ..SynthConfig::default()
@@ -30,7 +30,7 @@ fn synthesizer(template: &Template) -> Synthesizer {
 
 /// The maps that the finder has of an image, for a camera of the image's size.
 fn found(finder: &mut FeatureFinder, image: &Picture) -> Option<Maps> {
-    let camera = training_camera().resized(960, 540).unwrap();
+    let camera = training_camera().resized((960, 540)).unwrap();
     let (image, camera) = feature_image(image, &camera).unwrap();
     let features = Features::of(&image, &FeatureOptions::default());
     finder
@@ -43,7 +43,7 @@ fn found(finder: &mut FeatureFinder, image: &Picture) -> Option<Maps> {
 fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
     let template = print(1);
     let synthesizer = synthesizer(&template);
-    let mut finder = FeatureFinder::new(PictureTarget::new(template.clone()).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(PictureTarget::from_template(template.clone()).unwrap()).unwrap();
     let within: Vec<bool> = (0..8)
         .map(|index| {
             let sample = synthesizer.sample(77, index);
@@ -67,9 +67,9 @@ fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
 fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
     let (shown, sought) = (print(1), print(2));
     let synthesizer = synthesizer(&shown);
-    let mut finder = FeatureFinder::new(PictureTarget::new(sought.clone()).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(PictureTarget::from_template(sought.clone()).unwrap()).unwrap();
     let mut fitter = FrameFitter::new(&sought, FitOptions::default()).unwrap();
-    let large = training_camera().resized(960, 540).unwrap();
+    let large = training_camera().resized((960, 540)).unwrap();
     let warp = CanonicalWarp::new(&large, &training_camera());
     for index in 0..8 {
         let image = synthesizer.sample(77, index).image;
@@ -87,16 +87,16 @@ fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
 
 #[test]
 fn nothing_is_found_in_images_without_corners_or_for_prints_without_any() {
-    let mut finder = FeatureFinder::new(PictureTarget::new(print(1)).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(PictureTarget::from_template(print(1)).unwrap()).unwrap();
     assert!(found(&mut finder, &Picture::from_fn(960, 540, |x, _| [(x / 4) as u8; 3])).is_none());
-    let blank = PictureTarget::picture(Picture::from_fn(300, 200, |_, _| [230; 3]), 200.0).unwrap();
+    let blank = PictureTarget::from_picture(Picture::from_fn(300, 200, |_, _| [230; 3]), 200.0).unwrap();
     let mut finder = FeatureFinder::new(blank).unwrap();
     assert!(found(&mut finder, &synthesizer(&print(1)).sample(77, 0).image).is_none());
 }
 
 /// The grade of a picture printed 200 mm wide.
 fn grade(picture: Picture) -> PictureGrade {
-    PictureTarget::picture(picture, 200.0).unwrap().grade()
+    PictureTarget::from_picture(picture, 200.0).unwrap().grade()
 }
 
 /// Whether exactly one sentence of the advice has these words.
@@ -213,8 +213,8 @@ fn a_picture_of_a_hundred_megapixels_is_prepared_like_its_small_copy() {
     let (width, height) = (12_000, 12_000 * rich.height() / rich.width());
     let row = |y: usize| (0..width).flat_map(move |x| rich.pixel(x * rich.width() / width, y * rich.height() / height));
     let pixels = (0..height).flat_map(row).collect();
-    let large = PictureTarget::picture(Picture::new(width, height, pixels).unwrap(), 200.0).unwrap();
-    let small = PictureTarget::picture(rich.clone(), 200.0).unwrap();
+    let large = PictureTarget::from_picture(Picture::new(width, height, pixels).unwrap(), 200.0).unwrap();
+    let small = PictureTarget::from_picture(rich.clone(), 200.0).unwrap();
     let (large, small) = (large.grade(), small.grade());
     assert!(
         large.corners * 10 > small.corners * 9 && large.level == GradeLevel::Good,

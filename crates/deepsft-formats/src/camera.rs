@@ -1,6 +1,7 @@
 //! `camera.json`: a camera's intrinsics as a file.
 
 use crate::error::FormatError;
+use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Lens};
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +11,8 @@ pub const CAMERA_FILE: &str = "camera.json";
 /// The fields of a `camera.json`. Unknown ones are passed over: recordings keep more about their sensors there.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct CameraFile {
-    width: u32,
-    height: u32,
+    width: usize,
+    height: usize,
     fx: f64,
     fy: f64,
     cx: f64,
@@ -75,7 +76,11 @@ impl CameraFile {
             PixelCenters::Integer => 0.5,
         };
         let (cx, cy) = (self.cx + corner, self.cy + corner);
-        let camera = Camera::pinhole(self.width, self.height, self.fx, self.fy, cx, cy)?;
+        let camera = Camera::pinhole(
+            (self.width, self.height),
+            DVec2::new(self.fx, self.fy),
+            DVec2::new(cx, cy),
+        )?;
         match (self.distortion, self.fisheye) {
             (Some(_), Some(_)) => Err(FormatError::CameraFile {
                 reason: "it has distortion and fisheye, of which a lens has one".to_owned(),
@@ -93,7 +98,7 @@ impl CameraFile {
 /// ```
 /// let json = br#"{"width": 1280, "height": 720, "fx": 1010.5, "fy": 1008.0, "cx": 639.7, "cy": 358.6,
 ///     "pixel_centers": "integer"}"#;
-/// let camera = deepsft_formats::parse_camera(json)?;
+/// let camera = deepsft_formats::camera_from_json(json)?;
 /// assert_eq!((camera.focal().x, camera.principal_point().x), (1010.5, 640.2));
 /// # Ok::<(), deepsft_formats::FormatError>(())
 /// ```
@@ -101,14 +106,14 @@ impl CameraFile {
 /// # Errors
 /// [`FormatError::CameraFile`] when it is not JSON, lacks a field (NaN is not JSON) or has two lenses,
 /// [`FormatError::Geometry`] when a value is none a camera can have.
-pub fn parse_camera(json: &[u8]) -> Result<Camera, FormatError> {
+pub fn camera_from_json(json: &[u8]) -> Result<Camera, FormatError> {
     let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile {
         reason: error.to_string(),
     })?;
     file.camera()
 }
 
-/// The content of a `camera.json` that [`parse_camera`] reads as `camera`; `distortion` is left out for
+/// The content of a `camera.json` that [`camera_from_json`] reads as `camera`; `distortion` is left out for
 /// a lens without.
 pub fn camera_to_json(camera: &Camera) -> String {
     let mut file = CameraFile::new(camera);

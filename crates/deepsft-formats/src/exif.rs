@@ -2,6 +2,7 @@
 
 use ::exif::{Exif, In, Reader, Tag, Value};
 use deepsft_geometry::Camera;
+use deepsft_geometry::glam::DVec2;
 use image::{ImageDecoder, ImageReader};
 use std::io::Cursor;
 
@@ -19,7 +20,7 @@ const SAME_SHAPE: f64 = 0.01;
 /// [`crate::decode_picture`] gives it, turned upright.
 ///
 /// `None` where the file says nothing of it, nothing possible, or another shape than the image has: it was cropped.
-pub fn exif_camera(bytes: &[u8]) -> Option<Camera> {
+pub fn camera_from_exif(bytes: &[u8]) -> Option<Camera> {
     let mut decoder = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .ok()?
@@ -32,8 +33,8 @@ pub fn exif_camera(bytes: &[u8]) -> Option<Camera> {
     // EXIF counts orientations 5 to 8 as those that exchange the sides.
     let lies = number(&exif, Tag::Orientation).is_some_and(|orientation| (5.0..=8.0).contains(&orientation));
     let (width, height) = if lies { (height, width) } else { (width, height) };
-    let centre = (f64::from(width) / 2.0, f64::from(height) / 2.0);
-    Camera::pinhole(width, height, focal, focal, centre.0, centre.1).ok()
+    let centre = DVec2::new(width.into(), height.into()) / 2.0;
+    Camera::pinhole((width as usize, height as usize), DVec2::splat(focal), centre).ok()
 }
 
 fn focal_px(exif: &Exif, [width, height]: [f64; 2]) -> Option<f64> {

@@ -15,7 +15,7 @@ const UNSIGNED_INT: u32 = 5125;
 
 /// The bytes of a `.glb` file: `mesh` (mm, camera frame) with smooth normals and `texture_png` on both
 /// sides. A mesh without faces gives a valid file with an empty scene.
-pub fn textured_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
+pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
     let mut chunk = BinaryChunk::default();
     let image = chunk.view(texture_png, None);
     if mesh.faces().is_empty() {

@@ -20,10 +20,10 @@ mod scan;
 mod shards;
 mod template;
 
-pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_to_json, parse_camera};
+pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_from_json, camera_to_json};
 pub use error::FormatError;
 #[cfg(feature = "exif")]
-pub use exif::exif_camera;
+pub use exif::camera_from_exif;
 #[cfg(feature = "fs")]
 pub use fingerprint::sha256_file;
 pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerprint};
@@ -34,11 +34,11 @@ pub use folder::{
     FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, replace_folder, sync_folder,
     write_file, write_folder,
 };
-pub use glb::textured_glb;
+pub use glb::mesh_to_glb;
 pub use npy::{bool_npy, f32_npy, f32_npy_header};
 pub use obj::{mesh_from_obj, mesh_to_obj};
 pub use packing::pack_rectangles;
-pub use picture::{LONGEST_SIDE, decode_picture, encode_png};
+pub use picture::{MAX_PICTURE_SIDE_PX, decode_picture, encode_png};
 pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode_jpeg, encode_mask_png};
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};

@@ -7,7 +7,7 @@ use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageReader, Limits, 
 use std::io::Cursor;
 
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
-pub const LONGEST_SIDE: u32 = 16_384;
+pub const MAX_PICTURE_SIDE_PX: u32 = 16_384;
 
 /// Most memory the pixels of a picture may take, MiB, as the file has them and as 8-bit RGB: 178 megapixels.
 const MOST_MIB: u64 = 512;
@@ -17,7 +17,7 @@ const MOST_MIB: u64 = 512;
 ///
 /// # Errors
 /// * [`FormatError::PictureFileEmpty`] for a file of 0 bytes.
-/// * [`FormatError::PictureTooLarge`] above [`LONGEST_SIDE`] or 512 MiB of pixels; nothing of that
+/// * [`FormatError::PictureTooLarge`] above [`MAX_PICTURE_SIDE_PX`] or 512 MiB of pixels; nothing of that
 ///   size is allocated.
 /// * [`FormatError::PictureFile`] when the file is of another kind, cut short or corrupt.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
@@ -40,8 +40,8 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     let rgb_bytes = 3 * u64::from(width) * u64::from(height);
     let mib = decoder.total_bytes().max(rgb_bytes).div_ceil(1 << 20);
     let too_large = |limit: String| FormatError::PictureTooLarge { width, height, limit };
-    if width.max(height) > LONGEST_SIDE {
-        return Err(too_large(format!("a side has at most {LONGEST_SIDE} pixels")));
+    if width.max(height) > MAX_PICTURE_SIDE_PX {
+        return Err(too_large(format!("a side has at most {MAX_PICTURE_SIDE_PX} pixels")));
     }
     if mib > MOST_MIB {
         return Err(too_large(format!(

@@ -34,9 +34,7 @@ mod recovery;
 pub mod solver;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
-pub use camera::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, PAPER_CAMERAS, canonical_camera, training_camera,
-};
+pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,

@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::completion::MapsCompletion;
 use crate::error::GeometryError;
-use crate::fitting::FrameFitter;
+use crate::fitting::{FrameFitter, PhotoConsistencyCost};
 use crate::image::Picture;
 use crate::maps::Maps;
 use glam::DVec3;
@@ -28,7 +28,7 @@ pub struct RecoveredMesh {
     /// Whether the mesh is to be used. A fit that explains the image worse than the maps do is refused.
     pub accepted: bool,
     /// Of a fit: mean robust photo-consistency cost of the network's maps and of the mesh's.
-    pub photo_consistency_cost: Option<[f64; 2]>,
+    pub photo_consistency_cost: Option<PhotoConsistencyCost>,
 }
 
 impl MeshRecovery {

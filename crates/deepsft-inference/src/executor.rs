@@ -1,14 +1,14 @@
 //! A network of any architecture.
 
 use crate::compact::CompactExecutor;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 use crate::compact::CompactGpuExecutor;
 use crate::config::{Architecture, NetworkConfig};
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 use crate::gpu::{Gpu, GpuError};
 use crate::plan::PlanError;
 use crate::residual::ResidualExecutor;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 use crate::residual::ResidualGpuExecutor;
 use crate::stage::Stage;
 use crate::weights::Weights;
@@ -31,7 +31,7 @@ impl Executor {
     /// network and R50F are for 480 x 270 pixels, the compact network for any.
     pub fn new(
         config: &NetworkConfig,
-        image: [usize; 2],
+        image: (usize, usize),
         weights: &Weights,
         threads: usize,
     ) -> Result<Self, PlanError> {
@@ -39,12 +39,12 @@ impl Executor {
             let executor = CompactExecutor::new(config, image, weights, threads)?;
             return Ok(Self::Compact(Box::new(executor)));
         }
-        let expected = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+        let expected = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
         if image != expected {
             return Err(PlanError::Shape {
                 what: "the image".to_owned(),
-                actual: image.to_vec(),
-                expected: expected.to_vec(),
+                actual: vec![image.0, image.1],
+                expected: vec![expected.0, expected.1],
             });
         }
         let executor = ResidualExecutor::new(config, weights, threads)?;
@@ -89,7 +89,7 @@ impl Executor {
 }
 
 /// A network on a GPU, for images of one size.
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 #[derive(Debug)]
 pub enum GpuExecutor {
     /// The compact network.
@@ -98,7 +98,7 @@ pub enum GpuExecutor {
     Residual(Box<ResidualGpuExecutor>),
 }
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 impl GpuExecutor {
     /// Gets a network ready for images of 480 x 270 pixels. What the GPU refuses, the first run reports.
     ///
@@ -108,7 +108,7 @@ impl GpuExecutor {
     pub fn new(gpu: &Gpu, config: &NetworkConfig, weights: &Weights) -> Result<Self, GpuError> {
         match config.architecture {
             Architecture::Compact(_) => {
-                let image = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+                let image = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
                 let executor = CompactGpuExecutor::new(gpu, config, image, weights)?;
                 Ok(Self::Compact(Box::new(executor)))
             }

@@ -27,7 +27,7 @@ impl FoldedNetwork {
     ///
     /// # Errors
     /// As [`Executor::new`].
-    pub fn executor(&self, image: [usize; 2]) -> Result<Executor, PlanError> {
+    pub fn executor(&self, image: (usize, usize)) -> Result<Executor, PlanError> {
         Executor::new(&self.config, image, &self.weights, available_threads())
     }
 

@@ -17,7 +17,7 @@ mod cpu;
 mod device_kind;
 mod executor;
 mod folded;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 mod gpu;
 mod plan;
 mod residual;
@@ -29,17 +29,17 @@ pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperCo
 pub use cpu::{CpuPlan, available_threads};
 pub use device_kind::{DeviceDescription, DeviceKind, UnknownDevice};
 pub use executor::Executor;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub use executor::GpuExecutor;
 pub use folded::FoldedNetwork;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub use gpu::{Gpu, GpuError, GpuPlan};
 pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
 pub use stage::Stage;
 pub use weights::{WeightArray, Weights};
 
 // What our other crates and tests share; no stable interface.
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 #[doc(hidden)]
 pub use compact::CompactGpuExecutor;
 #[doc(hidden)]
@@ -48,7 +48,7 @@ pub use compact::{CompactExecutor, Similarities};
 pub use config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};
 #[doc(hidden)]
 pub use residual::ResidualExecutor;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 #[doc(hidden)]
 pub use residual::ResidualGpuExecutor;
 

@@ -172,6 +172,9 @@ pub enum PlanError {
     /// A network of another architecture.
     #[error("no plan is made of a network of the architecture {0}")]
     Architecture(&'static str),
+    /// A network's description has a number that no network has, or is for another template or camera.
+    #[error("{0}")]
+    Config(String),
     /// Weights are absent.
     #[error("the network has no weights {0}")]
     Missing(String),

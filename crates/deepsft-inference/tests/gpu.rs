@@ -4,7 +4,7 @@
 //! a Vulkan driver that plays one does: lavapipe (Debian: `mesa-vulkan-drivers`), which has numbers of 16 bits, or that of Debian's
 //! Chromium with `VK_ICD_FILENAMES=/usr/lib/chromium/vk_swiftshader_icd.json`, which has none. Both need `libvulkan1`.
 
-#![cfg(feature = "gpu")]
+#![cfg(feature = "webgpu")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_geometry::{Maps, Picture, training_camera};
@@ -238,7 +238,7 @@ fn a_lost_gpu_says_so() {
 }
 
 /// Numbers for a network, as many as the executor asks for.
-fn weights(config: &NetworkConfig, image: [usize; 2], numbers: &mut Numbers) -> Weights {
+fn weights(config: &NetworkConfig, image: (usize, usize), numbers: &mut Numbers) -> Weights {
     let mut weights = Weights::new();
     loop {
         let (name, shape) = match Executor::new(config, image, &weights, 1) {
@@ -313,7 +313,7 @@ fn a_gpu_and_the_processor_say_the_same_of_an_image() {
 /// With `half`, the bound of numbers of 16 bits, only a sheet is compared: what nothing was taught multiplies rounding errors.
 fn run_compact(gpu: &Gpu, half: Option<f32>) {
     let mut numbers = Numbers(9);
-    let ([small, odd], flat) = ([[100, 70], [129, 97]], compact(false));
+    let ([small, odd], flat) = ([(100, 70), (129, 97)], compact(false));
     let some = weights(&flat, small, &mut numbers);
     let cases = [
         (small, &flat, sheet(&some, [8, 12]), 1e-4),
@@ -325,7 +325,7 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
     for (image, config, weights, bound) in cases.into_iter().take(count) {
         let mut cpu = CompactExecutor::new(config, image, &weights, 1).unwrap();
         let mut on_gpu = CompactGpuExecutor::new(gpu, config, image, &weights).unwrap();
-        let [width, height] = image;
+        let (width, height) = image;
         // The second image leaves nothing of the first.
         for frame in 0..2 {
             let picture = Picture::from_fn(width, height, |x, y| {
@@ -371,7 +371,7 @@ fn the_papers_network_says_the_same_on_a_gpu() {
         [200.0, 150.0],
         &training_camera(),
     );
-    let (image, mut numbers) = ([480, 270], Numbers(4));
+    let (image, mut numbers) = ((480, 270), Numbers(4));
     let weights = weights(&config, image, &mut numbers);
     let picture = Picture::from_fn(480, 270, |x, y| [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]);
     let mut cpu = Executor::new(&config, image, &weights, 1).unwrap();

@@ -25,7 +25,7 @@ fn compact() -> NetworkConfig {
 }
 
 /// Small numbers without a pattern, as many as the executor asks for.
-fn weights(config: &NetworkConfig, image: [usize; 2]) -> Weights {
+fn weights(config: &NetworkConfig, image: (usize, usize)) -> Weights {
     let (mut weights, mut state) = (Weights::new(), 1_u64);
     loop {
         let (name, shape) = match Executor::new(config, image, &weights, 1) {
@@ -50,8 +50,8 @@ fn weights(config: &NetworkConfig, image: [usize; 2]) -> Weights {
 fn a_frame_allocates_nothing() {
     let paper = config(Architecture::Paper(PaperConfig::narrow(32)));
     let r50f = config(Architecture::R50F(R50FConfig::narrow(64)));
-    for (config, image) in [(compact(), [100, 70]), (paper, [480, 270]), (r50f, [480, 270])] {
-        let [width, height] = image;
+    for (config, image) in [(compact(), (100, 70)), (paper, (480, 270)), (r50f, (480, 270))] {
+        let (width, height) = image;
         let picture = Picture::from_fn(width, height, |x, y| {
             [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]
         });
@@ -75,11 +75,11 @@ fn a_frame_allocates_nothing() {
 
 #[test]
 fn weights_that_are_absent_or_of_another_shape_are_refused_by_name() {
-    let all = weights(&compact(), [100, 70]);
+    let all = weights(&compact(), (100, 70));
     let made = |change: &dyn Fn(&mut Weights)| {
         let mut weights = all.clone();
         change(&mut weights);
-        Executor::new(&compact(), [100, 70], &weights, 1).err().unwrap()
+        Executor::new(&compact(), (100, 70), &weights, 1).err().unwrap()
     };
     let absent = made(&|weights| drop(weights.remove("mask_mix.bias")));
     assert_eq!(absent, PlanError::Missing("mask_mix.bias".to_owned()));
@@ -95,6 +95,6 @@ fn weights_that_are_absent_or_of_another_shape_are_refused_by_name() {
 #[test]
 fn images_of_another_size_are_refused_where_the_network_knows_one() {
     let config = config(Architecture::R50F(R50FConfig::narrow(64)));
-    let error = Executor::new(&config, [480, 272], &Weights::new(), 1).err().unwrap();
+    let error = Executor::new(&config, (480, 272), &Weights::new(), 1).err().unwrap();
     assert_eq!(error.to_string(), "the image: [480, 272] does not fit [480, 270]");
 }

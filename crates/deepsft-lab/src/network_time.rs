@@ -120,7 +120,7 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
             Ok(())
         })?;
     }
-    let mut executor = network.folded().executor([CANONICAL_WIDTH, CANONICAL_HEIGHT])?;
+    let mut executor = network.folded().executor((CANONICAL_WIDTH, CANONICAL_HEIGHT))?;
     let mut maps = Maps::empty(CANONICAL_WIDTH, CANONICAL_HEIGHT);
     measured("our executor", &mut || {
         executor.run_to(stage, &image)?;
@@ -144,7 +144,7 @@ fn image() -> Picture {
 fn export(network: &FoldedNetwork, stage: Stage, folder: &Path) -> Result<()> {
     let image = image();
     let (width, height) = image.size();
-    let mut executor = network.executor([width, height])?;
+    let mut executor = network.executor((width, height))?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     executor.run_to(stage, &image)?;
     executor.read(stage, Some(&all), &mut maps)?;

@@ -105,7 +105,7 @@ impl Network {
 
     /// The same network with only `blocks` trained (paper, section 4: step 2 trains the depth refinement, step 3 the
     /// registration refinement): the weights of the others get no gradients, and their batch normalisation uses and
-    /// keeps its running statistics. `train_only(&Block::ALL)` trains everything again.
+    /// keeps its running statistics. `train_only(Block::ALL)` trains everything again.
     pub fn train_only(self, blocks: &[Block]) -> Self {
         same_kind!(self, network => network.train_only(blocks))
     }

@@ -17,7 +17,7 @@ pub enum Block {
 
 impl Block {
     /// All of them, in the order of the network.
-    pub const ALL: [Self; 3] = [Self::Main, Self::DepthRefinement, Self::RegistrationRefinement];
+    pub const ALL: &[Self] = &[Self::Main, Self::DepthRefinement, Self::RegistrationRefinement];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {

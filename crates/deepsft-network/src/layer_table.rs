@@ -13,7 +13,7 @@ pub fn layer_table(name: &str, layers: &[LayerDescription]) -> String {
         text,
         "{name}, one image of 480 x 270 pixels (sizes: channels x rows x columns)"
     );
-    for block in Block::ALL {
+    for &block in Block::ALL {
         let of_block: Vec<_> = layers.iter().filter(|layer| layer.block == block).collect();
         if of_block.is_empty() {
             continue;

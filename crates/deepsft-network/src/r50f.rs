@@ -68,7 +68,7 @@ impl R50FNetwork {
             encode3: stack(256, [128, 128, 512], Stride(2), 3),
             encode4: stack(512, [256, 256, 1024], Stride(2), 5),
             encode5: stack(1024, [512, 512, ENCODED_WIDTH], Stride(2), 2),
-            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED[0] * ENCODED[1], neurons, init),
+            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED.0 * ENCODED.1, neurons, init),
             maps: Dense::new(neurons, MAP_VALUES, init),
             config: config.clone(),
         }

@@ -40,6 +40,18 @@ pub enum SynthError {
         /// Where it is.
         folder: PathBuf,
     },
+    /// A recording's `camera.json` cannot be used.
+    #[error("{reason}")]
+    Sensor {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Nothing of this name happens in clips.
+    #[error("expected one of {expected}")]
+    ClipEvent {
+        /// The names there are.
+        expected: String,
+    },
     /// A file was refused: one of a recording ([`FormatError::File`]), a photograph ([`FormatError::Unusable`]), or a data
     /// set's.
     #[error(transparent)]

@@ -66,6 +66,12 @@ pub enum TrainError {
         /// What it computes in.
         there_are: String,
     },
+    /// A precision's name is none of those there are.
+    #[error("there is no precision {name:?}, only f32, f16 and bf16")]
+    PrecisionUnknown {
+        /// The name met.
+        name: String,
+    },
     /// Data sets are too small to hold a part out.
     #[error("{actual} samples are too few to train on: {expected} at least, as the last tenth is held out")]
     TooFewSamples {

@@ -239,16 +239,19 @@ fn step_three_can_compare_with_the_template_in_the_cameras_colours() {
     };
     let of = |figure: Option<MeanMedian>| figure.unwrap().mean;
     let (ignored, recorded) = (tuned(Light::Ignored), tuned(Light::Recorded));
-    assert!(of(recorded.recorded_colors_photometric_error) < 0.01, "{recorded:?}");
-    assert!(of(recorded.photometric_error) > 0.03, "{recorded:?}");
+    assert!(
+        of(recorded.recorded_colors_photo_consistency_error) < 0.01,
+        "{recorded:?}"
+    );
+    assert!(of(recorded.photo_consistency_error) > 0.03, "{recorded:?}");
     // In the template's own colours a wrong registration is nearest, that of duller texels.
     assert!(
-        of(ignored.photometric_error) < 0.5 * of(recorded.photometric_error),
+        of(ignored.photo_consistency_error) < 0.5 * of(recorded.photo_consistency_error),
         "{ignored:?}"
     );
-    let missed = of(ignored.recorded_colors_photometric_error);
+    let missed = of(ignored.recorded_colors_photo_consistency_error);
     assert!(
-        missed > 5.0 * of(recorded.recorded_colors_photometric_error),
+        missed > 5.0 * of(recorded.recorded_colors_photo_consistency_error),
         "{ignored:?}"
     );
 }
@@ -316,7 +319,7 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
     let [before, after] = [before, after].map(|figures| mean(figures.measured_depth_rmse_mm));
     assert!(after < before / 4.0, "depth RMSE {before} -> {after} mm");
     let Tuned { before, after, .. } = tuned(TuningStep::Registration);
-    let [before, after] = [before, after].map(|figures| mean(figures.photometric_error));
+    let [before, after] = [before, after].map(|figures| mean(figures.photo_consistency_error));
     assert!(after < before / 4.0, "E_pr {before} -> {after}");
     // The one registration that is in the middle of all frames does not do that.
     let middle = plane(0.15, [0; 2]);
@@ -390,7 +393,10 @@ fn the_papers_preset_has_its_numbers_and_learns_with_them() {
         assert!(decrease < 0.9, "{step:?}: {losses:?}");
         let (before, after) = match step {
             TuningStep::Depth => (tuned.before.measured_depth_rmse_mm, tuned.after.measured_depth_rmse_mm),
-            TuningStep::Registration => (tuned.before.photometric_error, tuned.after.photometric_error),
+            TuningStep::Registration => (
+                tuned.before.photo_consistency_error,
+                tuned.after.photo_consistency_error,
+            ),
         };
         assert!(mean(after) < 0.95 * mean(before), "{step:?}: {before:?} -> {after:?}");
     }

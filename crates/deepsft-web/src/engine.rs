@@ -65,7 +65,7 @@ impl Engine {
             }
             let mut targets = BTreeMap::new();
             if let Some(bundle) = &bundle {
-                let target = Target::model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
+                let target = Target::from_model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
                 targets.insert(MODEL_TARGET, Rc::new(EngineTarget::of_model(target)));
             }
             Ok(Self {
@@ -208,7 +208,7 @@ impl Engine {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let maps = maps_from(width, depth, &registration)?;
-            let canonical = picture_from(&canonical, width, maps.height() as u32)?;
+            let canonical = picture_from(&canonical, maps.size())?;
             let fitted = core.target(id)?.fit(&canonical, &maps)?;
             Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
@@ -244,12 +244,12 @@ impl Core {
         &self,
         id: u32,
         rgba: &[u8],
-        (width, height): (u32, u32),
+        size: (usize, usize),
         camera: &[f64],
     ) -> Result<RawEstimate, Failure> {
         let target = self.target(id)?;
-        let camera = camera_from(width, height, camera)?;
-        let picture = picture_from(rgba, width, height)?;
+        let camera = camera_from(size, camera)?;
+        let picture = picture_from(rgba, size)?;
         let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
         estimate.map_err(|error| self.failed(&error))
     }
@@ -259,11 +259,11 @@ impl Core {
         ids: &[u32],
         estimated: bool,
         rgba: &[u8],
-        (width, height): (u32, u32),
+        size: (usize, usize),
         camera: &[f64],
     ) -> Result<Object, Failure> {
-        let camera = camera_from(width, height, camera)?;
-        let picture = picture_from(rgba, width, height)?;
+        let camera = camera_from(size, camera)?;
+        let picture = picture_from(rgba, size)?;
         let mut view = View::new(&picture, &camera);
         let mut estimate = JsValue::UNDEFINED;
         let answers = Array::new();

@@ -1,6 +1,7 @@
 //! What JavaScript hands over, checked.
 
 use crate::failure::{Code, Failure};
+use deepsft::geometry::glam::DVec2;
 use deepsft::geometry::{Camera, Maps, Picture, Template};
 use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
@@ -26,8 +27,8 @@ pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure>
 
 /// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, or with a fisheye's
 /// `[fx, fy, cx, cy, k1, k2, k3, k4]`.
-pub fn camera_from(width: u32, height: u32, numbers: &[f64]) -> Result<Camera, Failure> {
-    let pinhole = |fx, fy, cx, cy| Camera::pinhole(width, height, fx, fy, cx, cy);
+pub fn camera_from(size: (usize, usize), numbers: &[f64]) -> Result<Camera, Failure> {
+    let pinhole = |fx, fy, cx, cy| Camera::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy));
     match *numbers {
         [fx, fy, cx, cy, k1, k2, p1, p2, k3] => Ok(pinhole(fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?),
         [fx, fy, cx, cy, k1, k2, k3, k4] => Ok(pinhole(fx, fy, cx, cy)?.with_fisheye([k1, k2, k3, k4])?),
@@ -42,8 +43,7 @@ pub fn camera_from(width: u32, height: u32, numbers: &[f64]) -> Result<Camera, F
 }
 
 /// The picture of RGBA bytes, alpha left out.
-pub fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Failure> {
-    let (width, height) = (width as usize, height as usize);
+pub fn picture_from(rgba: &[u8], (width, height): (usize, usize)) -> Result<Picture, Failure> {
     let expected = width.saturating_mul(height).saturating_mul(4);
     if rgba.len() != expected {
         let message = format!(
@@ -63,10 +63,10 @@ pub fn picture_from(rgba: &[u8], width: u32, height: u32) -> Result<Picture, Fai
 /// The sheet that carries the picture of RGBA bytes.
 pub fn printed_sheet(
     rgba: &[u8],
-    (width, height): (u32, u32),
+    size: (usize, usize),
     (width_mm, height_mm): (f64, f64),
 ) -> Result<Template, Failure> {
-    let picture = picture_from(rgba, width, height)?;
+    let picture = picture_from(rgba, size)?;
     Template::thin_shell(picture, width_mm, height_mm).map_err(|error| Failure::of_target(&error.into()))
 }
 

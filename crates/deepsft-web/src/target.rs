@@ -48,14 +48,14 @@ impl EngineTarget {
     /// A sheet that nothing was trained for.
     pub fn of_sheet(template: Template) -> Result<Self, Failure> {
         let unusable = |error: DeepSftError| Failure::of_target(&error);
-        let picture = PictureTarget::new(template.clone()).map_err(|error| unusable(error.into()))?;
+        let picture = PictureTarget::from_template(template.clone()).map_err(|error| unusable(error.into()))?;
         if picture.features().len() < FEWEST_CORNERS {
             return Err(Failure::new(
                 Code::TargetUnusable,
                 "The picture is blank, or nearly so, or too small: there is nothing in it to recognise it by.",
             ));
         }
-        let target = Target::mesh(template);
+        let target = Target::from_template(template);
         let grade = Some(picture.grade());
         let features = FeatureFinder::new(picture).map_err(|error| unusable(error.into()))?;
         let finder = TargetFinder::with_finders(target.clone(), vec![Finder::Features(Box::new(features))]);

@@ -227,7 +227,7 @@ impl Core {
         calibrate: bool,
     ) -> Result<Object, Failure> {
         let (mut whole, mut stopwatch) = (Stopwatch::start(), Stopwatch::start());
-        let picture = picture_from(rgba, camera.width(), camera.height())?;
+        let picture = picture_from(rgba, camera.size())?;
         let mut view = View::new(&picture, camera);
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         // Targets share the canonical image.

@@ -5,7 +5,7 @@
 
 use crate::error::DeepSftError;
 use crate::weights_file::{weights_from_burnpack, weights_to_burnpack};
-use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_to_json, parse_camera, template_to_files};
+use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_from_json, camera_to_json, template_to_files};
 use deepsft_geometry::{Camera, Template};
 use deepsft_inference::{FoldedNetwork, NetworkConfig};
 use serde::{Deserialize, Serialize};
@@ -139,20 +139,14 @@ impl ModelBundle {
     pub fn from_files(files: &BTreeMap<String, Vec<u8>>) -> Result<Self, DeepSftError> {
         let manifest = read_manifest(file(files, MODEL_FILE)?)?;
         manifest.check(files, "")?;
-        let content = |file: &str, reason: String| DeepSftError::BundleContent {
-            file: file.to_owned(),
-            reason,
-        };
-        manifest.network.check().map_err(|reason| content(MODEL_FILE, reason))?;
+        manifest.network.check().map_err(|error| content(MODEL_FILE, &error))?;
         let (template, camera) = manifest.template(files)?;
         let weights = manifest.listed(files, WEIGHTS_FILE)?;
         let network = FoldedNetwork {
-            weights: weights_from_burnpack(weights).map_err(|reason| content(WEIGHTS_FILE, reason))?,
+            weights: weights_from_burnpack(weights).map_err(|error| content(WEIGHTS_FILE, &error))?,
             config: manifest.network,
         };
-        network
-            .check()
-            .map_err(|error| content(WEIGHTS_FILE, error.to_string()))?;
+        network.check().map_err(|error| content(WEIGHTS_FILE, &error))?;
         let Manifest {
             name,
             licence,
@@ -207,12 +201,8 @@ impl ModelBundle {
     /// # Errors
     /// [`DeepSftError::BundleContent`] when something cannot be encoded.
     pub fn to_files(&self) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
-        let content = |file: &str, reason: String| DeepSftError::BundleContent {
-            file: file.to_owned(),
-            reason,
-        };
         let mut files = BTreeMap::new();
-        let weights = weights_to_burnpack(&self.network.weights).map_err(|reason| content(WEIGHTS_FILE, reason))?;
+        let weights = weights_to_burnpack(&self.network.weights).map_err(|error| content(WEIGHTS_FILE, &error))?;
         files.insert(WEIGHTS_FILE.to_owned(), weights);
         for (name, bytes) in template_to_files(&self.template)? {
             files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
@@ -227,13 +217,13 @@ impl ModelBundle {
             name: self.card.name.clone(),
             licence: self.card.licence.clone(),
             network: self.network.config.clone(),
-            training_camera: training_camera.map_err(|e| content(MODEL_FILE, e.to_string()))?,
+            training_camera: training_camera.map_err(|e| content(MODEL_FILE, &e))?,
             found: self.card.found,
             provenance: self.card.provenance.clone(),
             accuracy: self.card.accuracy.clone(),
             files: entries,
         };
-        let mut json = serde_json::to_vec_pretty(&manifest).map_err(|e| content(MODEL_FILE, e.to_string()))?;
+        let mut json = serde_json::to_vec_pretty(&manifest).map_err(|e| content(MODEL_FILE, &e))?;
         json.push(b'\n');
         files.insert(MODEL_FILE.to_owned(), json);
         Ok(files)
@@ -290,7 +280,7 @@ impl Manifest {
 
     /// The template and the camera that the maps are for.
     fn template(&self, files: &BTreeMap<String, Vec<u8>>) -> Result<(Template, Camera), DeepSftError> {
-        let camera = parse_camera(self.training_camera.to_string().as_bytes())?;
+        let camera = camera_from_json(self.training_camera.to_string().as_bytes())?;
         let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
         let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
         let mesh = match description.mesh() {
@@ -299,11 +289,15 @@ impl Manifest {
         };
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
-        fits.map_err(|reason| DeepSftError::BundleContent {
-            file: MODEL_FILE.to_owned(),
-            reason,
-        })?;
+        fits.map_err(|error| content(MODEL_FILE, &error))?;
         Ok((template, camera))
+    }
+}
+
+fn content(file: &str, error: &impl ToString) -> DeepSftError {
+    DeepSftError::BundleContent {
+        file: file.to_owned(),
+        reason: error.to_string(),
     }
 }
 

@@ -53,6 +53,12 @@ pub enum DeepSftError {
         /// What does not fit.
         reason: String,
     },
+    /// A file of weights cannot be read, or weights cannot be written as one.
+    #[error("{reason}")]
+    Weights {
+        /// What is wrong with which array.
+        reason: String,
+    },
     /// The device failed while computing or reading back.
     #[error("the device failed while computing: {reason}")]
     Execution {

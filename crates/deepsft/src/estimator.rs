@@ -65,7 +65,7 @@ enum Runner {
 
 impl Runner {
     fn new(network: &FoldedNetwork, device: &Device) -> Result<Self, DeepSftError> {
-        let image = [CANONICAL_WIDTH, CANONICAL_HEIGHT];
+        let image = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
         let refused = |error: PlanError| DeepSftError::BundleContent {
             file: WEIGHTS_FILE.to_owned(),
             reason: error.to_string(),
@@ -165,7 +165,7 @@ impl Estimator {
     /// [`DeepSftError::DeviceUnavailable`] for R50F on a GPU, [`DeepSftError::Execution`]
     /// when the GPU is lost.
     pub fn new(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
-        let size = (bundle.camera().width() as usize, bundle.camera().height() as usize);
+        let size = (bundle.camera().width(), bundle.camera().height());
         if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
             let reason = format!("the training camera's image has {size:?} pixels, expected 480 x 270");
             return Err(DeepSftError::BundleContent {

@@ -21,8 +21,8 @@ pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Proven
 pub use deepsft_finding as features;
 pub use deepsft_formats as formats;
 pub use deepsft_formats::{
-    FormatError, LONGEST_SIDE, TEMPLATE_FILE, TemplateFile, camera_to_json, decode_picture, encode_png, mesh_from_obj,
-    mesh_to_obj, parse_camera, template_to_files,
+    FormatError, MAX_PICTURE_SIDE_PX, TEMPLATE_FILE, TemplateFile, camera_from_json, camera_to_json, decode_picture,
+    encode_png, mesh_from_obj, mesh_to_obj, template_to_files,
 };
 pub use deepsft_geometry as geometry;
 #[cfg(feature = "webgpu")]

@@ -1,5 +1,6 @@
 //! Files of weights: burnpack. Filters are integers of 8 bits times a step of each filter's own, all else is in half precision.
 
+use crate::error::DeepSftError;
 use burn_pack::{Bytes, DType, Reader, Tensor, Writer};
 use deepsft_inference::{WeightArray, Weights};
 use half::{bf16, f16};
@@ -25,8 +26,12 @@ enum Stored {
 /// beside them, one for each part along their first axis.
 ///
 /// # Errors
-/// A sentence that says what is wrong with the file.
-pub fn weights_from_burnpack(file: &[u8]) -> Result<Weights, String> {
+/// [`DeepSftError::Weights`] says what is wrong with the file.
+pub fn weights_from_burnpack(file: &[u8]) -> Result<Weights, DeepSftError> {
+    decoded(file).map_err(|reason| DeepSftError::Weights { reason })
+}
+
+fn decoded(file: &[u8]) -> Result<Weights, String> {
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(file.to_vec())).map_err(|e| e.to_string())?;
     let tensors = reader.into_tensors().map_err(|e| e.to_string())?;
     let mut stored = tensors
@@ -88,8 +93,12 @@ fn read(tensor: Tensor) -> Result<(String, Stored), String> {
 /// first axis needs; arrays of one axis are rounded to half precision.
 ///
 /// # Errors
-/// A sentence that says what cannot be encoded, such as a weight that is not finite, or a bias beyond 65,504.
-pub fn weights_to_burnpack(weights: &Weights) -> Result<Vec<u8>, String> {
+/// [`DeepSftError::Weights`] says what cannot be encoded, such as a weight that is not finite, or a bias beyond 65,504.
+pub fn weights_to_burnpack(weights: &Weights) -> Result<Vec<u8>, DeepSftError> {
+    encoded(weights).map_err(|reason| DeepSftError::Weights { reason })
+}
+
+fn encoded(weights: &Weights) -> Result<Vec<u8>, String> {
     let mut tensors = Vec::new();
     let mut push = |name: String, kind, shape: &[usize], bytes: Vec<u8>| {
         let bytes = Bytes::from_bytes_vec(bytes);

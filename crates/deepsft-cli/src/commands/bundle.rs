@@ -38,9 +38,7 @@ pub fn run(command: &BundleCommand) -> Result<()> {
 fn try_out(bundle: &ModelBundle) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let camera = estimator.training_camera();
-    let image = Picture::from_fn(camera.width() as usize, camera.height() as usize, |x, y| {
-        [x as u8, y as u8, 128]
-    });
+    let image = Picture::from_fn(camera.width(), camera.height(), |x, y| [x as u8, y as u8, 128]);
     let maps = pollster::block_on(estimator.infer(&image))?;
     if !is_finite(&maps) {
         bail!("the network's maps hold values that are no numbers");

@@ -86,7 +86,8 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let template = arguments.object.template_to_show()?;
     let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
-    let across = base.resized(base.width() * arguments.scale, base.height() * arguments.scale)?;
+    let scale = arguments.scale as usize;
+    let across = base.resized((base.width() * scale, base.height() * scale))?;
     let camera = if arguments.upright {
         across.turned_anticlockwise()
     } else {

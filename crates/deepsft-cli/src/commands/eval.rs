@@ -26,7 +26,7 @@ both the true and the predicted mask, and prints mean and median over the frames
   depth_rmse_mm          depth, mm
   registration_rmse_px   how far an overlay is displaced, pixels of the 480 x 270 image
   registration_rmse_mm   the same on the object, mm
-  photometric_error      the paper's E_pr, intensities 0 to 1, not corrected for light
+  photo_consistency_error      the paper's E_pr, intensities 0 to 1, not corrected for light
   mask_iou, coverage     overlap of the masks; fraction of the true mask that was found
   rmse_3d_mm             3D points, mm
   frames_per_second      how many frames the model answers per second, one after the other

@@ -111,7 +111,7 @@ struct Report {
     /// Least, median and greatest depth, mm.
     depth_mm: Option<[f32; 3]>,
     /// The paper's E_pr, intensities 0 to 1, not corrected for light.
-    photometric_error: Option<f64>,
+    photo_consistency_error: Option<f64>,
     /// The camera that the image was taken for.
     camera: CameraReport,
     /// The camera of the maps.
@@ -237,7 +237,7 @@ impl Object {
             mask_area: judgement.area,
             mesh_taken: outcome.mesh_taken,
             depth_mm: depth_range(&maps),
-            photometric_error: photo_consistency_error(&canonical, template.texture(), &maps),
+            photo_consistency_error: photo_consistency_error(&canonical, template.texture(), &maps),
             camera: CameraReport::new(&camera, source),
             canonical_camera: CameraReport::new(&canonical_camera, "model"),
             device: self.device.clone(),
@@ -301,11 +301,11 @@ impl Object {
             ("sheet.png".to_owned(), encode_png(&sheet)?),
             (
                 "mesh.glb".to_owned(),
-                deepsft_formats::textured_glb(&mesh, &self.texture_png),
+                deepsft_formats::mesh_to_glb(&mesh, &self.texture_png),
             ),
         ]);
         if let Some(whole) = whole {
-            let glb = deepsft_formats::textured_glb(whole, &self.texture_png);
+            let glb = deepsft_formats::mesh_to_glb(whole, &self.texture_png);
             files.insert("whole-mesh.glb".to_owned(), glb);
         }
         Ok(files)

@@ -337,7 +337,7 @@ impl Track<'_> {
         if let Some(texture) = self.texture_png.as_ref().filter(|_| tracked.found) {
             let mesh = self.template.mesh().with_vertices(tracked.vertices_camera.clone())?;
             self.folder
-                .write("meshes", number, "glb", &deepsft_formats::textured_glb(&mesh, texture))?;
+                .write("meshes", number, "glb", &deepsft_formats::mesh_to_glb(&mesh, texture))?;
         }
         let report = FrameReport {
             frame: number,
@@ -357,13 +357,13 @@ impl Track<'_> {
 
     fn compare(&self, sample: &Sample, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
         let (template, camera) = (self.template, &self.canonical_camera);
-        let truth = tracking_errors::canonical_truth(sample, template, camera)?;
+        let truth = tracking_errors::truth_maps(sample, template, camera)?;
         let metrics = match vertices_camera {
             [] => None,
             vertices => Some(tracking_errors::mesh_errors(template, vertices, &truth, camera)?),
         };
         Ok(FrameTruth {
-            print_in_view: tracking_errors::fraction_in_view(&truth),
+            print_in_view: tracking_errors::print_in_view(&truth),
             registration_rmse_px: metrics.and_then(|m| m.registration_rmse_px),
             points_rmse_mm: metrics.and_then(|m| m.points_rmse_mm),
         })

@@ -37,7 +37,7 @@ pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
         }),
         chart("depth RMSE, mm (median)", true, |p| p.depth_rmse_mm),
         chart("mask IoU (mean)", false, |p| p.mask_iou),
-        chart("E_pr, photometric error (median)", false, |p| p.photometric_error),
+        chart("E_pr, photometric error (median)", false, |p| p.photo_consistency_error),
         chart("training loss (mean since the last point)", true, |p| {
             Some(p.loss).filter(|&loss| loss > 0.0)
         }),

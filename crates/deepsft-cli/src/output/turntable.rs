@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 use super::lettering::{Align, Lettering};
 use anyhow::Result;
 use deepsft::{encode_png, template_to_files};
-use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -28,7 +28,7 @@ pub fn turntable(template: &Template) -> Result<Picture> {
     let distance = RADII * radius + NEAR_MM;
     let side = SIDE as f64;
     let focal = 0.47 * side * distance / radius;
-    let camera = Camera::pinhole(SIDE as u32, SIDE as u32, focal, focal, side / 2.0, side / 2.0)?;
+    let camera = Camera::pinhole((SIDE, SIDE), DVec2::splat(focal), DVec2::splat(side / 2.0))?;
     let config = SynthConfig {
         camera,
         ..SynthConfig::default()

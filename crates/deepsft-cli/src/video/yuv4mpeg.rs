@@ -1,7 +1,7 @@
 //! Uncompressed video, YUV4MPEG2 (`.y4m`): 8 bits a sample, grey or with colours of any of its subsamplings.
 
 use anyhow::{Result, bail};
-use deepsft::LONGEST_SIDE;
+use deepsft::MAX_PICTURE_SIDE_PX;
 use deepsft_geometry::Picture;
 use std::cell::Cell;
 use std::io::{BufRead, BufReader, Chain, Cursor, Read};
@@ -116,8 +116,8 @@ fn check_size(header: &[u8]) -> Result<()> {
             .ok()
             .and_then(|digits| digits.parse::<u64>().ok());
         // What is no number is for the decoder to refuse.
-        if let Some(side) = side.filter(|&side| side > LONGEST_SIDE.into()) {
-            bail!("its frames have {side} pixels along a side, at most {LONGEST_SIDE} can be read");
+        if let Some(side) = side.filter(|&side| side > MAX_PICTURE_SIDE_PX.into()) {
+            bail!("its frames have {side} pixels along a side, at most {MAX_PICTURE_SIDE_PX} can be read");
         }
     }
     Ok(())

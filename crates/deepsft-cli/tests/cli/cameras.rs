@@ -21,7 +21,7 @@ const POSES: [([f64; 3], [f64; 3]); 8] = [
 ];
 
 fn camera() -> Camera {
-    Camera::pinhole(960, 720, 820.0, 824.0, 487.0, 353.0)
+    Camera::pinhole((960, 720), DVec2::new(820.0, 824.0), DVec2::new(487.0, 353.0))
         .unwrap()
         .with_distortion([-0.13, 0.05, 0.0, 0.0, 0.0])
         .unwrap()
@@ -59,7 +59,7 @@ fn photograph(camera: &Camera, print: &Picture, size_mm: DVec2, (turn, middle): 
         }
     };
     let mut state = 1_u32;
-    Picture::from_fn(camera.width() as usize, camera.height() as usize, |x, y| {
+    Picture::from_fn(camera.width(), camera.height(), |x, y| {
         let samples = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
         let mut sum = [0.0_f32; 3];
         for [dx, dy] in samples {

@@ -65,7 +65,7 @@ fn two_models_on_two_data_sets_are_four_rows_that_are_what_each_is_alone() {
         "mask_iou",
         "depth_rmse_mm",
         "registration_rmse_px",
-        "photometric_error",
+        "photo_consistency_error",
         "per_frame",
     ] {
         assert_eq!(rows[3][key], alone[key], "{key}");
@@ -104,7 +104,7 @@ fn a_recording_without_truth_has_the_figures_that_its_depth_camera_allows() {
         assert!(exact[key].is_number() && measured[key].is_null(), "{key}");
     }
     // The same maps: what needs no truth is the same, the masks nearly, and the sensor errs by some millimetres.
-    assert_eq!(exact["photometric_error"], measured["photometric_error"]);
+    assert_eq!(exact["photo_consistency_error"], measured["photo_consistency_error"]);
     let difference = |key: &str| (exact[key].as_f64().unwrap() - measured[key].as_f64().unwrap()).abs();
     assert!(difference("mask_iou") < 0.02 && difference("coverage") < 0.02);
     assert!(difference("depth_rmse_mm") > 0.0 && difference("depth_rmse_mm") < 20.0);

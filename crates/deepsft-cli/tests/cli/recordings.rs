@@ -72,11 +72,11 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
         assert!((0.2..0.9).contains(&gain.as_f64().unwrap()), "{gain}");
     }
     for row in [0, 3] {
-        assert!(median(row, "recorded_colors_photometric_error") < 0.9 * median(row, "photometric_error"));
+        assert!(median(row, "recorded_colors_photo_consistency_error") < 0.9 * median(row, "photo_consistency_error"));
     }
     // The truth is measured over the same pixels: its registration draws the template nearer to the image.
     assert!(median(3, "depth_rmse_mm") == 0.0 && median(3, "registration_rmse_px") == 0.0);
-    assert!(median(3, "relit_photometric_error") < 0.9 * median(0, "relit_photometric_error"));
+    assert!(median(3, "relit_photo_consistency_error") < 0.9 * median(0, "relit_photo_consistency_error"));
     let card = fs::read_to_string(tuned.join("CARD.md")).unwrap();
     assert!(card.contains("Held-out end of the simulated recording") && !card.contains("synthetic images alone"));
     for file in ["step-2.csv", "step-2.png", "step-3.csv", "step-3.png"] {

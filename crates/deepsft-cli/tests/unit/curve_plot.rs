@@ -13,7 +13,7 @@ fn a_falling_error_is_drawn_as_a_falling_line() {
         registration_rmse_px: Some(px),
         depth_rmse_mm: None,
         mask_iou: None,
-        photometric_error: None,
+        photo_consistency_error: None,
     };
     let plot = curve_plot(&[point(0, 40.0), point(1000, 2.0)]).unwrap();
     let row_of = |x: usize| (0..plot.height()).find(|&y| plot.pixel(x, y)[1] < 120).unwrap();

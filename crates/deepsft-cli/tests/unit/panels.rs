@@ -79,7 +79,7 @@ fn error_panels_show_the_error_in_millimetres() {
 #[test]
 fn the_registration_error_in_pixels_is_that_of_the_metrics() {
     // At 380 mm a pixel is 1 mm for f = 380, so 200 x 100 mm fill 200 x 100 pixels; 3 px and 4 px off.
-    let camera = Camera::pinhole(200, 100, 380.0, 380.0, 100.0, 50.0).unwrap();
+    let camera = Camera::pinhole((200, 100), DVec2::splat(380.0), DVec2::new(100.0, 50.0)).unwrap();
     let (mut truth, mut predicted) = (Maps::empty(200, 100), Maps::empty(200, 100));
     for pixel in 0..200 * 100 {
         let uv = [(pixel % 200) as f32 + 0.5, (pixel / 200) as f32 + 0.5];

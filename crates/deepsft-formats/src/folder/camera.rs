@@ -1,6 +1,6 @@
 //! Cameras of the disk.
 
-use crate::camera::parse_camera;
+use crate::camera::camera_from_json;
 use crate::error::FormatError;
 use deepsft_geometry::Camera;
 use std::fs;
@@ -12,5 +12,5 @@ use std::path::Path;
 /// [`FormatError::Unusable`] when it is missing, corrupt or unfit.
 pub fn read_camera(path: &Path) -> Result<Camera, FormatError> {
     let bytes = fs::read(path).map_err(|error| FormatError::unusable("camera file", path, error))?;
-    parse_camera(&bytes).map_err(|error| FormatError::unusable("camera file", path, error))
+    camera_from_json(&bytes).map_err(|error| FormatError::unusable("camera file", path, error))
 }

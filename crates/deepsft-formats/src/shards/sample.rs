@@ -151,9 +151,9 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
                 name: name(part),
                 source,
             })?;
-        let (actual, expected) = ([image.width(), image.height()], [camera.width(), camera.height()]);
+        let (actual, expected) = ((image.width() as usize, image.height() as usize), camera.size());
         if actual != expected {
-            let [[width, height], [expected_width, expected_height]] = [actual, expected];
+            let ((width, height), (expected_width, expected_height)) = (actual, expected);
             let reason =
                 format!("is {width} x {height} pixels, expected the camera's {expected_width} x {expected_height}");
             return Err(FormatError::entry(name(part), reason));
@@ -171,7 +171,7 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
         (DynamicImage::ImageRgb8(_), depth, _) => return Err(wrong(1, &depth, "16-bit grey")),
         (rgb, ..) => return Err(wrong(0, &rgb, "8-bit RGB")),
     };
-    let (width, height) = (camera.width() as usize, camera.height() as usize);
+    let (width, height) = (camera.width(), camera.height());
     let mut truth = Maps::empty(width, height);
     for (pixel, (depth, uv)) in depth.pixels().zip(uv.pixels()).enumerate() {
         if (depth.0[0] > 0) != (uv.0[2] > 0) {

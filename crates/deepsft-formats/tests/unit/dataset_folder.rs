@@ -16,7 +16,7 @@ fn template() -> Template {
 
 fn written(place: &Path, count: u64, described: u64) -> Vec<Sample> {
     let camera = training_camera();
-    let (width, height) = (camera.width() as usize, camera.height() as usize);
+    let (width, height) = (camera.width(), camera.height());
     // Pictures without the object, each of another colour.
     let samples: Vec<Sample> = (0..count)
         .map(|index| {
@@ -93,7 +93,7 @@ fn a_shard_that_is_cut_and_a_sample_that_is_missing_are_errors() {
     let set = DatasetFolder::open(&place).unwrap();
     let last = |camera| set.samples(camera).last().unwrap().err().unwrap().to_string();
     assert!(last(training_camera()).contains("hold 2 samples, its description says 3"));
-    let other = training_camera().resized(960, 540).unwrap();
+    let other = training_camera().resized((960, 540)).unwrap();
     assert!(last(other).contains("another camera"));
     let shard = place.join("shard-000000.tar");
     let bytes = fs::read(&shard).unwrap();

@@ -1,6 +1,6 @@
 //! Binary glTF, read back by the specification's layout.
 
-use deepsft_formats::textured_glb;
+use deepsft_formats::mesh_to_glb;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -50,7 +50,7 @@ fn a_triangle_is_turned_up_towards_the_viewer_and_into_metres() {
     let uv = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0)]
         .map(|(u, v)| DVec2::new(u, v))
         .to_vec();
-    let glb = textured_glb(&TriangleMesh::new(vertices, uv, vec![[0, 1, 2]]).unwrap(), b"not-a-png");
+    let glb = mesh_to_glb(&TriangleMesh::new(vertices, uv, vec![[0, 1, 2]]).unwrap(), b"not-a-png");
     let (document, binary) = halves(&glb);
     assert_eq!(
         read_floats(&document, binary, "POSITION"),
@@ -76,7 +76,7 @@ fn a_triangle_is_turned_up_towards_the_viewer_and_into_metres() {
 
 #[test]
 fn nothing_to_show_is_a_valid_empty_scene() {
-    let glb = textured_glb(&TriangleMesh::new(vec![], vec![], vec![]).unwrap(), b"png!");
+    let glb = mesh_to_glb(&TriangleMesh::new(vec![], vec![], vec![]).unwrap(), b"png!");
     let (document, _) = halves(&glb);
     assert_eq!(document["scenes"], json!([{}]));
     assert!(document.get("meshes").is_none() && document.get("accessors").is_none());

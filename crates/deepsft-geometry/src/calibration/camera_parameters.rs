@@ -34,7 +34,7 @@ pub(super) fn between(from: &Camera, camera: &Camera) -> DVec4 {
 pub(super) fn stepped(camera: &Camera, step: DVec4) -> Result<Camera, GeometryError> {
     let focal = camera.focal() * step.x.exp();
     let centre = camera.principal_point() + camera.focal() * DVec2::new(step.y, step.z);
-    let pinhole = Camera::pinhole(camera.width(), camera.height(), focal.x, focal.y, centre.x, centre.y)?;
+    let pinhole = Camera::pinhole(camera.size(), focal, centre)?;
     if let Lens::Fisheye(coefficients) = camera.lens() {
         return pinhole.with_fisheye(coefficients);
     }

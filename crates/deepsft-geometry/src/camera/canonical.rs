@@ -26,12 +26,9 @@ const MOST_TAPS: usize = 16;
 pub fn training_camera() -> Camera {
     #[expect(clippy::expect_used, reason = "constants, checked by a test")]
     Camera::pinhole(
-        CANONICAL_WIDTH as u32,
-        CANONICAL_HEIGHT as u32,
-        TRAINING_FOCAL,
-        TRAINING_FOCAL,
-        240.0,
-        135.0,
+        (CANONICAL_WIDTH, CANONICAL_HEIGHT),
+        DVec2::splat(TRAINING_FOCAL),
+        DVec2::new(240.0, 135.0),
     )
     .expect("constant intrinsics are valid")
 }
@@ -104,31 +101,27 @@ impl CanonicalWarp {
     fn apply_sampled(&self, picture: &Picture) -> Picture {
         let limit = DVec2::new(picture.width() as f64, picture.height() as f64);
         let step = 1.0 / self.taps as f64;
-        Picture::from_fn(
-            self.canonical.width() as usize,
-            self.canonical.height() as usize,
-            |x, y| {
-                let mut sum = [0.0_f32; 3];
-                for tap in 0..self.taps * self.taps {
-                    let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
-                    let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
-                    let color = at
-                        .filter(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
-                        .map_or([f32::from(OUTSIDE_IMAGE); 3], |at| picture.sample(at.x, at.y));
-                    for (s, c) in sum.iter_mut().zip(color) {
-                        *s += c;
-                    }
+        Picture::from_fn(self.canonical.width(), self.canonical.height(), |x, y| {
+            let mut sum = [0.0_f32; 3];
+            for tap in 0..self.taps * self.taps {
+                let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
+                let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
+                let color = at
+                    .filter(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
+                    .map_or([f32::from(OUTSIDE_IMAGE); 3], |at| picture.sample(at.x, at.y));
+                for (s, c) in sum.iter_mut().zip(color) {
+                    *s += c;
                 }
-                let taps = (self.taps * self.taps) as f32;
-                sum.map(|s| (s / taps + 0.5) as u8)
-            },
-        )
+            }
+            let taps = (self.taps * self.taps) as f32;
+            sum.map(|s| (s / taps + 0.5) as u8)
+        })
     }
 
     /// The same mean between cameras without distortion: columns lie above columns and rows above rows, so
     /// the weights of a pixel's samples are a product of a column's and a row's.
     fn apply_separable(&self, picture: &Picture) -> Picture {
-        let (width, height) = (self.canonical.width() as usize, self.canonical.height() as usize);
+        let (width, height) = (self.canonical.width(), self.canonical.height());
         let [(from, to), (from_focal, to_focal)] = [
             (self.canonical.principal_point(), self.source.principal_point()),
             (self.canonical.focal(), self.source.focal()),

@@ -6,4 +6,4 @@ mod pinhole;
 
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, canonical_camera, training_camera};
 pub use lens::Lens;
-pub use pinhole::{Camera, PAPER_CAMERAS};
+pub use pinhole::Camera;

@@ -2,26 +2,23 @@
 
 use super::lens::Lens;
 use crate::error::GeometryError;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2Swizzles};
 
 /// A camera: image size, intrinsics in pixels, and its [`Lens`]. The values have been checked: sides and focal
 /// lengths are positive, all numbers are finite.
 ///
 /// ```
-/// use deepsft_geometry::{Camera, glam::DVec3};
-/// let camera = Camera::pinhole(1280, 720, 1000.0, 1000.0, 640.0, 360.0)?;
+/// use deepsft_geometry::{Camera, glam::{DVec2, DVec3}};
+/// let camera = Camera::pinhole((1280, 720), DVec2::splat(1000.0), DVec2::new(640.0, 360.0))?;
 /// let pixel = camera.project(DVec3::new(10.0, 0.0, 500.0)).expect("in front of the camera");
 /// assert_eq!((pixel.x, pixel.y), (660.0, 360.0));
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    width: u32,
-    height: u32,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
+    size: (usize, usize),
+    focal: DVec2,
+    principal_point: DVec2,
     lens: Lens,
     /// [`Lens::reach`] of the lens.
     reach: f64,
@@ -31,34 +28,34 @@ pub struct Camera {
 /// of a public table of 98 phones (0.73 to 1.01 covers 80 % of them).
 const TYPICAL_FOCAL_FRACTION: f64 = 0.79;
 
-/// The cameras of the paper (its table of intrinsics) by name: (name, width, height, [fx, fy, cx, cy]) in
-/// pixels. The paper prints 1270 x 720 for the Realsense; the sensor's stream has 1280 x 720.
-pub const PAPER_CAMERAS: [(&str, u32, u32, [f64; 4]); 3] = [
-    ("kinect-v2", 1920, 1080, [1057.8, 1064.0, 947.6, 530.4]),
-    ("realsense-d435", 1280, 720, [915.5, 915.5, 645.5, 366.3]),
-    ("gopro-hero3", 1920, 1080, [1686.8, 1694.2, 952.8, 563.5]),
+/// The cameras of the paper (its table of intrinsics): name, size, focal lengths and principal point, pixels. The paper prints
+/// 1270 x 720 for the Realsense; the sensor's stream has 1280 x 720.
+const PRESETS: [(&str, (usize, usize), [f64; 2], [f64; 2]); 3] = [
+    ("kinect-v2", (1920, 1080), [1057.8, 1064.0], [947.6, 530.4]),
+    ("realsense-d435", (1280, 720), [915.5, 915.5], [645.5, 366.3]),
+    ("gopro-hero3", (1920, 1080), [1686.8, 1694.2], [952.8, 563.5]),
 ];
 
 impl Camera {
-    /// A camera without lens distortion. `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels, the
-    /// image's corner at (0, 0) (so the centre of a 480-pixel row is 240).
+    /// A camera without lens distortion. `size` is (columns, rows), `focal` (fx, fy), `principal_point` (cx, cy), all in pixels,
+    /// the image's corner at (0, 0) (so the centre of a 480-pixel row is 240).
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image, a focal length that is not positive,
     /// or a number that is not finite.
-    pub fn pinhole(width: u32, height: u32, fx: f64, fy: f64, cx: f64, cy: f64) -> Result<Self, GeometryError> {
-        let [side, focal, centre] = [
+    pub fn pinhole(size: (usize, usize), focal: DVec2, principal_point: DVec2) -> Result<Self, GeometryError> {
+        let [side, length, centre] = [
             "at least 1 pixel",
             "a positive finite focal length in pixels",
             "a finite principal point in pixels",
         ];
         let checks = [
-            ("width", f64::from(width), width > 0, side),
-            ("height", f64::from(height), height > 0, side),
-            ("fx", fx, fx.is_finite() && fx > 0.0, focal),
-            ("fy", fy, fy.is_finite() && fy > 0.0, focal),
-            ("cx", cx, cx.is_finite(), centre),
-            ("cy", cy, cy.is_finite(), centre),
+            ("width", size.0 as f64, size.0 > 0, side),
+            ("height", size.1 as f64, size.1 > 0, side),
+            ("fx", focal.x, focal.x.is_finite() && focal.x > 0.0, length),
+            ("fy", focal.y, focal.y.is_finite() && focal.y > 0.0, length),
+            ("cx", principal_point.x, principal_point.x.is_finite(), centre),
+            ("cy", principal_point.y, principal_point.y.is_finite(), centre),
         ];
         if let Some(&(parameter, actual, _, expected)) = checks.iter().find(|(_, _, valid, _)| !valid) {
             return Err(GeometryError::CameraParameter {
@@ -68,12 +65,9 @@ impl Camera {
             });
         }
         Ok(Self {
-            width,
-            height,
-            fx,
-            fy,
-            cx,
-            cy,
+            size,
+            focal,
+            principal_point,
             lens: Lens::Pinhole,
             reach: f64::INFINITY,
         })
@@ -100,29 +94,34 @@ impl Camera {
         Self { lens, reach, ..self }
     }
 
-    /// A guess for an image of unknown origin: principal point at the centre, focal length 0.79 of
+    /// A camera of the paper by its name: `kinect-v2`, `realsense-d435` or `gopro-hero3`.
+    pub fn preset(name: &str) -> Option<Self> {
+        let (_, size, focal, principal_point) = PRESETS.into_iter().find(|(known, ..)| *known == name)?;
+        Self::pinhole(size, focal.into(), principal_point.into()).ok()
+    }
+
+    /// A guess for an image of `size` (columns, rows) and unknown origin: principal point at the centre, focal length 0.79 of
     /// the long side (the median of 98 phones).
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
-    pub fn typical(width: u32, height: u32) -> Result<Self, GeometryError> {
-        let focal = TYPICAL_FOCAL_FRACTION * f64::from(width.max(height));
+    pub fn typical(size: (usize, usize)) -> Result<Self, GeometryError> {
+        let sides = sides(size);
+        let focal = TYPICAL_FOCAL_FRACTION * sides.max_element();
         let focal = if focal > 0.0 { focal } else { 1.0 };
-        let (cx, cy) = (f64::from(width) / 2.0, f64::from(height) / 2.0);
-        Self::pinhole(width, height, focal, focal, cx, cy)
+        Self::pinhole(size, DVec2::splat(focal), sides / 2.0)
     }
 
-    /// The same camera for an image resized to `width` x `height`: intrinsics scale with the sides.
+    /// The same camera for an image resized to `size` (columns, rows): intrinsics scale with the sides.
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
-    pub fn resized(&self, width: u32, height: u32) -> Result<Self, GeometryError> {
-        if width == 0 || height == 0 {
-            return Self::pinhole(width, height, self.fx, self.fy, self.cx, self.cy);
+    pub fn resized(&self, size: (usize, usize)) -> Result<Self, GeometryError> {
+        if size.0 == 0 || size.1 == 0 {
+            return Self::pinhole(size, self.focal, self.principal_point);
         }
-        let sx = f64::from(width) / f64::from(self.width);
-        let sy = f64::from(height) / f64::from(self.height);
-        let scaled = Self::pinhole(width, height, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)?;
+        let scale = sides(size) / sides(self.size);
+        let scaled = Self::pinhole(size, self.focal * scale, self.principal_point * scale)?;
         Ok(scaled.with_lens(self.lens))
     }
 
@@ -131,16 +130,8 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an image of one row or column.
     pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
-        let half = |number: f64| number / 2.0;
-        let (width, height) = (self.width / 2, self.height / 2);
-        let halved = Self::pinhole(
-            width,
-            height,
-            half(self.fx),
-            half(self.fy),
-            half(self.cx),
-            half(self.cy),
-        )?;
+        let size = (self.size.0 / 2, self.size.1 / 2);
+        let halved = Self::pinhole(size, self.focal / 2.0, self.principal_point / 2.0)?;
         Ok(halved.with_lens(self.lens))
     }
 
@@ -149,40 +140,37 @@ impl Camera {
     #[must_use]
     pub fn turned_anticlockwise(&self) -> Self {
         Self {
-            width: self.height,
-            height: self.width,
-            fx: self.fy,
-            fy: self.fx,
-            cx: self.cy,
-            cy: f64::from(self.width) - self.cx,
+            size: (self.size.1, self.size.0),
+            focal: self.focal.yx(),
+            principal_point: DVec2::new(self.principal_point.y, self.size.0 as f64 - self.principal_point.x),
             lens: self.lens.turned_anticlockwise(),
             reach: self.reach,
         }
     }
 
     /// Image width, pixels.
-    pub fn width(&self) -> u32 {
-        self.width
+    pub fn width(&self) -> usize {
+        self.size.0
     }
 
     /// Image height, pixels.
-    pub fn height(&self) -> u32 {
-        self.height
+    pub fn height(&self) -> usize {
+        self.size.1
     }
 
     /// Columns and rows of the image, pixels.
     pub fn size(&self) -> (usize, usize) {
-        (self.width as usize, self.height as usize)
+        self.size
     }
 
     /// Focal lengths (fx, fy), pixels.
     pub fn focal(&self) -> DVec2 {
-        DVec2::new(self.fx, self.fy)
+        self.focal
     }
 
     /// Principal point (cx, cy), pixels.
     pub fn principal_point(&self) -> DVec2 {
-        DVec2::new(self.cx, self.cy)
+        self.principal_point
     }
 
     /// What the lens does to rays.
@@ -207,7 +195,7 @@ impl Camera {
         let [x, y] = self.lens.gradients(ray);
         // d ray / d p = (1, 0, -x) / z and (0, 1, -y) / z.
         let chain = |row: DVec2, focal: f64| row.extend(-row.dot(ray)) * (focal / p_camera.z);
-        Some((pixel, [chain(x, self.fx), chain(y, self.fy)]))
+        Some((pixel, [chain(x, self.focal.x), chain(y, self.focal.y)]))
     }
 
     /// Image position in pixels of the ray (x, y, 1), distortion applied. `None` for a ray so far from the axis that
@@ -228,4 +216,9 @@ impl Camera {
     pub fn unproject(&self, pixel: DVec2, depth_mm: f64) -> DVec3 {
         self.ray_from_pixel(pixel).extend(1.0) * depth_mm
     }
+}
+
+/// The sides of an image, pixels.
+fn sides((width, height): (usize, usize)) -> DVec2 {
+    DVec2::new(width as f64, height as f64)
 }

@@ -37,6 +37,15 @@ const CONFIRMED: f64 = 0.8;
 /// Solver steps without the image, for each stiffness.
 const SETTLING_STEPS: usize = 12;
 
+/// How badly maps and mesh explain the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotoConsistencyCost {
+    /// Of the network's maps.
+    pub maps: f64,
+    /// Of the fitted mesh's.
+    pub mesh: f64,
+}
+
 /// The outcome for one frame.
 #[derive(Clone, Debug)]
 pub struct FrameFit {
@@ -61,7 +70,7 @@ pub struct FrameFit {
     /// Whether the mesh explains the image better than the network's maps do.
     pub accepted: bool,
     /// Mean robust photo-consistency cost of the network's maps and of the mesh's, over the pixels of both.
-    pub photo_consistency_cost: [f64; 2],
+    pub photo_consistency_cost: PhotoConsistencyCost,
     /// How each solve went: those without the image, then one per round.
     pub reports: Vec<SolveReport>,
 }
@@ -407,8 +416,11 @@ impl FrameFitter {
             }
             sum / count.max(1) as f64
         };
-        let photo_consistency_cost = [cost(maps), cost(&fitted)];
-        let accepted = photo_consistency_cost[1] < photo_consistency_cost[0];
+        let photo_consistency_cost = PhotoConsistencyCost {
+            maps: cost(maps),
+            mesh: cost(&fitted),
+        };
+        let accepted = photo_consistency_cost.mesh < photo_consistency_cost.maps;
         match mask {
             Mask::FromFit => clear_hidden(
                 &mut fitted,

@@ -24,7 +24,7 @@ mod slips;
 pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
-pub use frame_fitter::{FrameFit, FrameFitter};
+pub use frame_fitter::{FrameFit, FrameFitter, PhotoConsistencyCost};
 // For our other crates and tests; no stable interface.
 #[doc(hidden)]
 pub use level::IsometricMesh;

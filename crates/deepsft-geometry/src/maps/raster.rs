@@ -282,7 +282,7 @@ impl VisibleSurface {
     /// Projects `mesh` with its vertices at `vertices_camera` (mm) and finds what each pixel centre sees.
     pub fn new(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Self {
         let triangles = project_mesh(mesh, vertices_camera, camera);
-        let window = Window::of(&triangles, camera.width() as usize, camera.height() as usize);
+        let window = Window::of(&triangles, camera.width(), camera.height());
         let centres = Visibility::new(&triangles, &window, DVec2::splat(0.5));
         Self {
             triangles,
@@ -325,8 +325,8 @@ impl VisibleSurface {
 
     /// Exact depth and registration of the front at the pixel centres.
     pub fn maps(&self) -> Maps {
-        let width = self.camera.width() as usize;
-        let mut maps = Maps::empty(width, self.camera.height() as usize);
+        let width = self.camera.width();
+        let mut maps = Maps::empty(width, self.camera.height());
         for (column, row, _, triangle) in self.front() {
             let at = self.centres.position(column, row);
             let point = triangle.seen_point(at.x, at.y);

@@ -65,7 +65,7 @@ pub struct PlanarCalibration {
 /// * [`GeometryError::CameraParameter`] for an empty image.
 pub fn calibrate(
     views: &[PlanarView],
-    size: (u32, u32),
+    size: (usize, usize),
     model: Option<CameraModel>,
 ) -> Result<PlanarCalibration, GeometryError> {
     let enough = views.iter().filter(|view| view.points.len() >= FEWEST_POINTS).count();
@@ -118,7 +118,11 @@ fn criterion(found: &PlanarCalibration) -> f64 {
     count * ((kept + left_out * limit * limit) / count).ln() + unknowns * count.ln()
 }
 
-fn calibrated(views: &[PlanarView], size: (u32, u32), model: CameraModel) -> Result<PlanarCalibration, GeometryError> {
+fn calibrated(
+    views: &[PlanarView],
+    size: (usize, usize),
+    model: CameraModel,
+) -> Result<PlanarCalibration, GeometryError> {
     let undetermined = GeometryError::CalibrationUndetermined {
         deviation: f64::INFINITY,
     };
@@ -227,8 +231,8 @@ fn report(
 }
 
 /// Cameras to start from: Zhang's focal length, and some others.
-fn starts(views: &[PlanarView], size: (u32, u32), model: CameraModel) -> Result<Vec<Camera>, GeometryError> {
-    let (width, height) = (f64::from(size.0), f64::from(size.1));
+fn starts(views: &[PlanarView], size: (usize, usize), model: CameraModel) -> Result<Vec<Camera>, GeometryError> {
+    let (width, height) = (size.0 as f64, size.1 as f64);
     let (centre, side) = (DVec2::new(width, height) / 2.0, width.max(height));
     let centred = |view: &PlanarView| -> Option<DMat3> {
         let pairs: Vec<_> = view
@@ -245,7 +249,7 @@ fn starts(views: &[PlanarView], size: (u32, u32), model: CameraModel) -> Result<
         .chain(START_FOCALS);
     focals
         .map(|focal| {
-            let camera = Camera::pinhole(size.0, size.1, focal * side, focal * side, centre.x, centre.y)?;
+            let camera = Camera::pinhole((size.0, size.1), DVec2::splat(focal * side), centre)?;
             match model {
                 CameraModel::Fisheye => camera.with_fisheye([0.0; 4]),
                 _ => Ok(camera),

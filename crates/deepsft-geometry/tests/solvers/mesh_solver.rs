@@ -11,7 +11,7 @@ use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh
 
 /// The paper's Realsense at the canonical width, with a lens.
 fn camera() -> Camera {
-    Camera::pinhole(480, 270, 380.0, 380.0, 240.0, 135.0)
+    Camera::pinhole((480, 270), DVec2::splat(380.0), DVec2::new(240.0, 135.0))
         .unwrap()
         .with_distortion([-0.05, 0.01, 0.001, -0.001, 0.0])
         .unwrap()

@@ -144,7 +144,7 @@ fn rigidly_moved(mesh: &TriangleMesh) -> Vec<DVec3> {
 }
 
 fn camera() -> Camera {
-    Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0)
+    Camera::pinhole((640, 480), DVec2::new(500.0, 510.0), DVec2::new(322.0, 239.0))
         .unwrap()
         .with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01])
         .unwrap()
@@ -212,7 +212,7 @@ fn photo_consistency_has_its_derivatives() {
         // 1e-5 mm is 2e-5 px: no sample crosses from one pixel's bilinear patch into the next.
         finite_differences(&term, &deformed(&mesh), 1e-5, false);
     }
-    let other = Camera::pinhole(480, 270, 380.0, 380.0, 240.0, 135.0).unwrap();
+    let other = Camera::pinhole((480, 270), DVec2::splat(380.0), DVec2::new(240.0, 135.0)).unwrap();
     let error = PhotoConsistency::new(&mesh, &other, &image, &points, 2.0, Robust::Squares).unwrap_err();
     assert!(matches!(error, GeometryError::MapSize { .. }));
 }

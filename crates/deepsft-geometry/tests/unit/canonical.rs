@@ -23,7 +23,7 @@ fn the_training_camera_itself_copies_every_pixel() {
 #[test]
 fn a_camera_twice_as_fine_gives_the_mean_of_two_by_two_pixels() {
     let camera = training_camera();
-    let source = camera.resized(960, 540).unwrap();
+    let source = camera.resized((960, 540)).unwrap();
     let picture = noise(960, 540);
     let warped = CanonicalWarp::new(&source, &camera).apply(&picture).unwrap();
     for (x, y) in [(0, 0), (479, 269), (17, 200)] {
@@ -40,7 +40,7 @@ fn a_camera_twice_as_fine_gives_the_mean_of_two_by_two_pixels() {
 #[test]
 fn a_cropped_image_is_padded_and_keeps_its_pixels() {
     let camera = training_camera();
-    let source = Camera::pinhole(300, 200, 380.0, 380.0, 240.0 - 100.0, 135.0 - 30.0).unwrap();
+    let source = Camera::pinhole((300, 200), DVec2::splat(380.0), DVec2::new(240.0 - 100.0, 135.0 - 30.0)).unwrap();
     let picture = noise(300, 200);
     let warped = CanonicalWarp::new(&source, &camera).apply(&picture).unwrap();
     assert_eq!(warped.pixel(100, 30), picture.pixel(0, 0));
@@ -57,7 +57,7 @@ fn sums_over_columns_and_rows_are_the_mean_of_all_samples() {
         (200, 100, 700.0, -40.0, 60.0),
         (97, 1, 380.0, 40.0, 0.5),
     ] {
-        let source = Camera::pinhole(width, height, f, f * 1.1, cx, cy).unwrap();
+        let source = Camera::pinhole((width, height), DVec2::new(f, f * 1.1), DVec2::new(cx, cy)).unwrap();
         let picture = noise(width as usize, height as usize);
         let warped = |source| CanonicalWarp::new(source, &training_camera()).apply(&picture).unwrap();
         // A lens that distorts nothing, because 1 + 1e-300 is 1, but is not one without distortion.
@@ -95,7 +95,7 @@ fn upright_images_have_an_upright_canonical_image() {
 /// What a turned camera sees is the turned image of what the camera saw, its lens included.
 #[test]
 fn a_turned_camera_sees_a_turned_image() {
-    let camera = Camera::pinhole(640, 360, 500.0, 510.0, 300.0, 190.0)
+    let camera = Camera::pinhole((640, 360), DVec2::new(500.0, 510.0), DVec2::new(300.0, 190.0))
         .unwrap()
         .with_distortion([0.1, -0.05, 0.003, -0.002, 0.01])
         .unwrap();

@@ -5,7 +5,7 @@ use deepsft_geometry::{Camera, CanonicalWarp, Lens, Picture, training_camera};
 
 /// The camera that the numbers of OpenCV below were made with.
 fn pinhole() -> Camera {
-    Camera::pinhole(640, 480, 612.5, 608.75, 321.25, 242.5).unwrap()
+    Camera::pinhole((640, 480), DVec2::new(612.5, 608.75), DVec2::new(321.25, 242.5)).unwrap()
 }
 
 fn polynomial() -> Camera {
@@ -21,11 +21,11 @@ fn fisheye() -> Camera {
 /// A lens of 170 degrees from corner to corner, and an ordinary wide one whose polynomial just serves the corners.
 fn wide() -> [Camera; 2] {
     [
-        Camera::pinhole(1280, 960, 520.0, 521.0, 636.0, 482.0)
+        Camera::pinhole((1280, 960), DVec2::new(520.0, 521.0), DVec2::new(636.0, 482.0))
             .unwrap()
             .with_fisheye([0.02, -0.01, 0.004, -0.0012])
             .unwrap(),
-        Camera::pinhole(1280, 960, 700.0, 702.0, 645.0, 476.0)
+        Camera::pinhole((1280, 960), DVec2::new(700.0, 702.0), DVec2::new(645.0, 476.0))
             .unwrap()
             .with_distortion([-0.3, 0.11, 0.0008, -0.0006, -0.01])
             .unwrap(),
@@ -146,7 +146,7 @@ fn gradients_are_finite_differences_for_both_lenses() {
 /// r (1 - 0.3 r^2) is largest at r = sqrt(1 / 0.9): from there on the model would bring outer rays back into the image.
 #[test]
 fn rays_beyond_the_fold_of_the_model_have_no_pixel() {
-    let camera = Camera::pinhole(640, 480, 300.0, 300.0, 320.0, 240.0)
+    let camera = Camera::pinhole((640, 480), DVec2::splat(300.0), DVec2::new(320.0, 240.0))
         .unwrap()
         .with_distortion([-0.3, 0.0, 0.0, 0.0, 0.0])
         .unwrap();
@@ -165,7 +165,7 @@ fn rays_beyond_the_fold_of_the_model_have_no_pixel() {
         let from_centre = DVec2::new(x as f64 + 0.5 - 320.0, y as f64 + 0.5 - 240.0).length();
         [if from_centre > 190.0 { 255 } else { 60 }; 3]
     });
-    let narrow = Camera::pinhole(300, 300, 100.0, 100.0, 150.0, 150.0).unwrap();
+    let narrow = Camera::pinhole((300, 300), DVec2::splat(100.0), DVec2::splat(150.0)).unwrap();
     let warped = CanonicalWarp::new(&camera, &narrow).apply(&white_rim).unwrap();
     assert_eq!(warped.pixel(150, 150), [60; 3]);
     assert_eq!(warped.pixel(299, 150), [0; 3]);
@@ -180,7 +180,7 @@ fn a_fisheye_turns_and_shrinks_with_its_image() {
     let turned = camera.turned_anticlockwise();
     let seen = turned.project(DVec3::new(point.y, -point.x, point.z)).unwrap();
     assert!((seen - DVec2::new(pixel.y, 640.0 - pixel.x)).length() < 1e-9);
-    let half = camera.resized(320, 240).unwrap();
+    let half = camera.resized((320, 240)).unwrap();
     assert!((half.project(point).unwrap() - pixel / 2.0).length() < 1e-9);
     assert_eq!(half.lens(), camera.lens());
 }

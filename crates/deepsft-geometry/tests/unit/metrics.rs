@@ -141,13 +141,13 @@ fn a_believed_focal_length_moves_the_points_and_not_the_pixels() {
     // ray's slope: at 400 mm the points are 400 (190.5, 0.5) (1/380 - 1/760) apart.
     let mut truth = Maps::empty(480, 270);
     truth.set(134 * 480 + 430, 400.0, [0.5; 2]);
-    let believed = Camera::pinhole(480, 270, 760.0, 760.0, 240.0, 135.0).unwrap();
+    let believed = Camera::pinhole((480, 270), DVec2::splat(760.0), DVec2::new(240.0, 135.0)).unwrap();
     let camera = training_camera();
     let metrics = frame_metrics_between((&truth, &believed), (&truth, &camera), SHEET_MM).unwrap();
     let expected = 400.0 * 190.5_f64.hypot(0.5) / 760.0;
     assert!((metrics.points_rmse_mm.unwrap() - expected).abs() < 1e-9);
     assert_eq!(metrics.depth_rmse_mm, Some(0.0));
-    let small = Camera::pinhole(48, 27, 76.0, 76.0, 24.0, 13.5).unwrap();
+    let small = Camera::pinhole((48, 27), DVec2::splat(76.0), DVec2::new(24.0, 13.5)).unwrap();
     assert!(frame_metrics_between((&truth, &small), (&truth, &camera), SHEET_MM).is_err());
 }
 

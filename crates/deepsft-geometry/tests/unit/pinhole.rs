@@ -6,10 +6,10 @@ use deepsft_geometry::glam::{DVec2, DVec3};
 #[test]
 fn a_focal_length_of_zero_or_nan_is_refused_by_name() {
     for fx in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = Camera::pinhole(640, 480, fx, 500.0, 320.0, 240.0).unwrap_err();
+        let error = Camera::pinhole((640, 480), DVec2::new(fx, 500.0), DVec2::new(320.0, 240.0)).unwrap_err();
         assert!(error.to_string().starts_with("camera fx is"), "{error}");
     }
-    let camera = Camera::pinhole(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap();
+    let camera = Camera::pinhole((640, 480), DVec2::splat(500.0), DVec2::new(320.0, 240.0)).unwrap();
     assert!(
         camera
             .with_distortion([0.0, f64::NAN, 0.0, 0.0, 0.0])
@@ -21,7 +21,7 @@ fn a_focal_length_of_zero_or_nan_is_refused_by_name() {
 
 #[test]
 fn undistorting_a_distorted_ray_gives_it_back() {
-    let camera = Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0)
+    let camera = Camera::pinhole((640, 480), DVec2::new(500.0, 510.0), DVec2::new(322.0, 239.0))
         .unwrap()
         .with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01])
         .unwrap();
@@ -33,7 +33,7 @@ fn undistorting_a_distorted_ray_gives_it_back() {
 
 #[test]
 fn the_gradients_of_the_projection_are_its_finite_differences() {
-    let camera = Camera::pinhole(640, 480, 500.0, 510.0, 322.0, 239.0)
+    let camera = Camera::pinhole((640, 480), DVec2::new(500.0, 510.0), DVec2::new(322.0, 239.0))
         .unwrap()
         .with_distortion([-0.2, 0.05, 0.001, -0.002, 0.01])
         .unwrap();
@@ -56,7 +56,7 @@ fn distortion_agrees_with_a_hand_computed_opencv_value() {
     // r2 = 0.04 + 0.01 = 0.05; radial = 1 + 0.1 * 0.05 = 1.005;
     // x' = 0.2 * 1.005 + 2 * 0.01 * 0.02 + 0.02 * (0.05 + 0.08) = 0.204
     // y' = 0.1 * 1.005 + 0.01 * (0.05 + 0.02) + 2 * 0.02 * 0.02 = 0.102
-    let camera = Camera::pinhole(100, 100, 100.0, 100.0, 50.0, 50.0)
+    let camera = Camera::pinhole((100, 100), DVec2::splat(100.0), DVec2::splat(50.0))
         .unwrap()
         .with_distortion([0.1, 0.0, 0.01, 0.02, 0.0])
         .unwrap();

@@ -1,4 +1,4 @@
-use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{
     Camera, Picture, SelfCalibration, SelfCalibrationOptions, Template, draw_template, training_camera,
@@ -49,7 +49,7 @@ fn a_sheet_that_bends_tells_the_focal_length_and_with_it_how_far_it_is() {
     let (template, assumed) = (template(), training_camera());
     for ratio in [0.8, 1.25] {
         let focal = ratio * assumed.focal().x;
-        let truth = Camera::pinhole(480, 270, focal, focal, 243.0, 131.0).unwrap();
+        let truth = Camera::pinhole((480, 270), DVec2::splat(focal), DVec2::new(243.0, 131.0)).unwrap();
         let mut calibration = SelfCalibration::new(&template, SelfCalibrationOptions::default()).unwrap();
         let poses = [[0.5, 0.1], [-0.4, 0.3], [0.1, 0.6], [-0.2, -0.5], [0.45, -0.35]];
         let meshes: Vec<_> = (poses.iter().enumerate())
@@ -79,7 +79,7 @@ fn a_sheet_that_bends_tells_the_focal_length_and_with_it_how_far_it_is() {
             assert!(after < 0.1 * before, "{ratio}: {after} mm, {before} before");
         }
         // The same change for an image of twice the size.
-        let source = found.of_source(&assumed.resized(960, 540).unwrap()).unwrap();
+        let source = found.of_source(&assumed.resized((960, 540)).unwrap()).unwrap();
         assert!((source.focal().x / (2.0 * found.camera.focal().x) - 1.0).abs() < 1e-12);
         assert!((source.principal_point() - 2.0 * found.camera.principal_point()).length() < 1e-9);
     }
@@ -118,7 +118,7 @@ fn views_that_say_the_same_are_not_taken_and_another_camera_starts_afresh() {
     assert!(calibration.offer(&picture, &camera, &mesh).unwrap());
     assert!(!calibration.offer(&picture, &camera, &mesh).unwrap());
     assert!(calibration.solve(20).unwrap().is_none(), "one view is too few");
-    let other = Camera::pinhole(480, 270, 400.0, 400.0, 240.0, 135.0).unwrap();
+    let other = Camera::pinhole((480, 270), DVec2::splat(400.0), DVec2::new(240.0, 135.0)).unwrap();
     assert!(calibration.offer(&picture, &other, &mesh).unwrap());
     assert_eq!(calibration.meshes().count(), 1);
     assert!(calibration.offer(&picture, &other, &mesh[1..]).is_err());

@@ -20,7 +20,7 @@ pub struct DescriptorExecutor {
     cpu: CpuPlan,
     image: MapId,
     descriptors: MapId,
-    size: [usize; 2],
+    size: (usize, usize),
 }
 
 impl fmt::Debug for DescriptorExecutor {
@@ -36,9 +36,9 @@ impl DescriptorExecutor {
     ///
     /// # Errors
     /// [`PlanError`] when `weights` are not those of such a network.
-    pub fn new(size: [usize; 2], weights: &Weights, threads: usize) -> Result<Self, PlanError> {
+    pub fn new(size: (usize, usize), weights: &Weights, threads: usize) -> Result<Self, PlanError> {
         let mut builder = Builder::new(weights, RELU_GAIN);
-        let trunk = Trunk::new(&mut builder, size, &CompactConfig::default())?;
+        let trunk = Trunk::new(&mut builder, [size.0, size.1], &CompactConfig::default())?;
         let descriptors = builder.layer(&[relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
         Ok(Self {
             // Its file also has the heads of a main block, which nothing reads.
@@ -50,13 +50,14 @@ impl DescriptorExecutor {
     }
 
     /// Columns and rows of the images, pixels.
-    pub fn size(&self) -> [usize; 2] {
+    pub fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// Rows and columns of cells of 8 pixels; the image is padded to an even number of them.
-    pub fn cells(&self) -> [usize; 2] {
-        cells(self.size)
+    /// Columns and rows of cells of 8 pixels; the image is padded to an even number of them.
+    pub fn cells(&self) -> (usize, usize) {
+        let [rows, columns] = cells([self.size.0, self.size.1]);
+        (columns, rows)
     }
 
     /// The unit vectors of all cells, row after row, [`DESCRIPTOR_LENGTH`] numbers each.
@@ -64,7 +65,7 @@ impl DescriptorExecutor {
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn describe(&mut self, image: &Picture) -> Result<Vec<f32>, GeometryError> {
-        check_size(image.size(), (self.size[0], self.size[1]))?;
+        check_size(image.size(), self.size)?;
         let steps = 0..self.cpu.steps();
         awake(self.cpu.threads(), || {
             write_patches(&mut self.cpu, self.image, image);

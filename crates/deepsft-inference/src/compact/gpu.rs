@@ -92,7 +92,8 @@ impl CompactGpuExecutor {
     /// # Errors
     /// [`GpuError::Plan`] when `weights` are not those of `config`, when that is of another architecture, for an image without
     /// pixels, and for fewer than 2 bins; others when the GPU failed before.
-    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: [usize; 2], weights: &Weights) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: (usize, usize), weights: &Weights) -> Result<Self, GpuError> {
+        let image = [image.0, image.1];
         gpu.check()?;
         let mut network = CompactPlan::new(image, config, weights)?;
         let mut plan = std::mem::take(&mut network.plan);

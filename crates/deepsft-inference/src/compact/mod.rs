@@ -2,15 +2,15 @@
 
 mod depths;
 mod descriptors;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 mod gpu;
 mod network;
 mod positions;
 mod reading;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 mod shaders;
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub use gpu::CompactGpuExecutor;
 
 use crate::config::NetworkConfig;
@@ -62,10 +62,11 @@ impl CompactExecutor {
     /// pixels, and for fewer than 2 bins.
     pub fn new(
         config: &NetworkConfig,
-        image: [usize; 2],
+        image: (usize, usize),
         weights: &Weights,
         threads: usize,
     ) -> Result<Self, PlanError> {
+        let image = [image.0, image.1];
         let mut network = CompactPlan::new(image, config, weights)?;
         let kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
         let cpu = CpuPlan::new(std::mem::take(&mut network.plan), &kept, threads);

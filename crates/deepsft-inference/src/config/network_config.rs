@@ -4,6 +4,7 @@ use super::compact_config::CompactConfig;
 use super::depth_range::DepthRange;
 use super::paper_config::PaperConfig;
 use super::r50f_config::R50FConfig;
+use crate::plan::PlanError;
 use crate::stage::Stage;
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
@@ -165,9 +166,10 @@ impl NetworkConfig {
     /// useful, so that a damaged description costs no memory.
     ///
     /// # Errors
-    /// A sentence that names the field.
-    pub fn check(&self) -> Result<(), String> {
-        self.architecture.check()?;
+    /// [`PlanError::Config`] names the field.
+    pub fn check(&self) -> Result<(), PlanError> {
+        self.architecture.check().map_err(PlanError::Config)?;
+        let refused = |reason: &str| Err(PlanError::Config(reason.to_owned()));
         let lengths = [
             self.template_size_mm[0],
             self.template_size_mm[1],
@@ -175,13 +177,13 @@ impl NetworkConfig {
             self.depth_range.near_mm,
         ];
         if !lengths.iter().all(|l| l.is_finite() && *l > 0.0) {
-            return Err("template_size_mm, focal and depth_range must be positive and finite".to_owned());
+            return refused("template_size_mm, focal and depth_range must be positive and finite");
         }
         if !self.principal_point.iter().all(|c| c.is_finite()) {
-            return Err("principal_point must be finite".to_owned());
+            return refused("principal_point must be finite");
         }
         if !(self.depth_range.far_mm.is_finite() && self.depth_range.far_mm > self.depth_range.near_mm) {
-            return Err("depth_range ends before it begins".to_owned());
+            return refused("depth_range ends before it begins");
         }
         Ok(())
     }
@@ -190,29 +192,29 @@ impl NetworkConfig {
     /// computes as well, and its depths are wrong.
     ///
     /// # Errors
-    /// A sentence that names the field.
-    pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), String> {
+    /// [`PlanError::Config`] names the field.
+    pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), PlanError> {
         let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
         let ([width, height], size) = (self.template_size_mm, template.size_mm());
         if !(same(width, size.x) && same(height, size.y)) {
             let (x, y) = (size.x, size.y);
-            return Err(format!(
+            return Err(PlanError::Config(format!(
                 "template_size_mm is {width} x {height}, the template has {x} x {y} mm"
-            ));
+            )));
         }
         let (focal, principal) = (camera.focal(), camera.principal_point());
         if !(same(self.focal, focal.x) && same(self.focal, focal.y)) {
-            return Err(format!(
+            return Err(PlanError::Config(format!(
                 "focal is {}, the training camera has {} and {}",
                 self.focal, focal.x, focal.y
-            ));
+            )));
         }
         let [x, y] = self.principal_point;
         if !(same(x, principal.x) && same(y, principal.y)) {
             let (cx, cy) = (principal.x, principal.y);
-            return Err(format!(
+            return Err(PlanError::Config(format!(
                 "principal_point is ({x}, {y}), the training camera has ({cx}, {cy})"
-            ));
+            )));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
 /// Rows and columns of the encoder's last map, stride 32.
-pub const ENCODED: [usize; 2] = [CANONICAL_HEIGHT.div_ceil(32), CANONICAL_WIDTH.div_ceil(32)];
+pub const ENCODED: (usize, usize) = (CANONICAL_WIDTH.div_ceil(32), CANONICAL_HEIGHT.div_ceil(32));
 
 /// Channels of that map in full width.
 pub const ENCODED_WIDTH: usize = 2048;
@@ -68,7 +68,7 @@ impl R50FConfig {
     /// Values of the weights of both dense layers.
     fn dense_values(&self) -> usize {
         let neurons = self.neurons / self.width_divisor;
-        let (inputs, outputs) = (ENCODED_WIDTH / self.width_divisor * ENCODED[0] * ENCODED[1], MAP_VALUES);
+        let (inputs, outputs) = (ENCODED_WIDTH / self.width_divisor * ENCODED.0 * ENCODED.1, MAP_VALUES);
         (inputs + 1) * neurons + (neurons + 1) * outputs
     }
 }

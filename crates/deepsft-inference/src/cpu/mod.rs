@@ -22,7 +22,7 @@ use pool::Pooled;
 pub use product::{Packed, Rows, Sink, multiply};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub(crate) use winograd::{POINTS, READ, TILE, filter_at_points};
 pub use winograd::{Products, odd_lines, to_places, to_points};
 

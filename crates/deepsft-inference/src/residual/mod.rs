@@ -1,10 +1,10 @@
 //! The paper's network and R50F: a plan from the image to the pixels' depths and registration.
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 mod gpu;
 mod network;
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub use gpu::ResidualGpuExecutor;
 
 use crate::config::{DepthRange, NetworkConfig};

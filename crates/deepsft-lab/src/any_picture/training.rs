@@ -185,7 +185,7 @@ impl Training {
 
     /// The weights, folded, as a file.
     pub fn weights(&self) -> Result<Vec<u8>> {
-        weights_to_burnpack(&self.matcher.network.folded_weights()).map_err(|reason| anyhow!("the weights: {reason}"))
+        weights_to_burnpack(&self.matcher.network.folded_weights()).context("the weights")
     }
 
     /// The curve as a table.

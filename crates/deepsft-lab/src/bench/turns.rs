@@ -204,7 +204,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let canonical = estimator.canonical_image(image, &camera)?;
     let (width, height) = canonical.size();
-    let mut executor = bundle.network().executor([width, height])?;
+    let mut executor = bundle.network().executor((width, height))?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let matrix = Tensor::<2>::random([SIDE, SIDE], Distribution::Uniform(-1.0, 1.0), &device);

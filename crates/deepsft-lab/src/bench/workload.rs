@@ -8,8 +8,8 @@ use deepsft_network::{CompactNetwork, Network};
 use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 
 /// What browsers and phones deliver when asked for video.
-const WIDTH: u32 = 1280;
-const HEIGHT: u32 = 720;
+const WIDTH: usize = 1280;
+const HEIGHT: usize = 720;
 
 /// Seed of the frame; no training or evaluation uses it.
 const FRAME_SEED: u64 = 0xbe_4c;
@@ -31,7 +31,7 @@ const LOOP_FRAMES: usize = 300;
 
 /// The camera of the frame: the training camera with more pixels.
 pub fn camera(bundle: &ModelBundle) -> Result<Camera> {
-    Ok(bundle.camera().resized(WIDTH, HEIGHT)?)
+    Ok(bundle.camera().resized((WIDTH, HEIGHT))?)
 }
 
 /// The first synthetic frame of the bundle's template that shows enough of it.
@@ -41,7 +41,7 @@ pub fn camera_frame(bundle: &ModelBundle) -> Result<Picture> {
         ..SynthConfig::default()
     };
     let synthesizer = Synthesizer::new(bundle.template(), config)?;
-    let least = (LEAST_AREA * f64::from(WIDTH) * f64::from(HEIGHT)) as usize;
+    let least = (LEAST_AREA * WIDTH as f64 * HEIGHT as f64) as usize;
     let mut samples = (0..TRIES).map(|index| synthesizer.sample(FRAME_SEED, index));
     let sample = samples.find(|sample| sample.truth.area() >= least);
     Ok(sample.context("no synthetic frame shows enough of the template")?.image)

@@ -25,7 +25,7 @@ fn shaded(
     color: impl Fn(f64) -> [u8; 3],
 ) -> Picture {
     let surface = VisibleSurface::new(mesh, vertices, camera);
-    let (width, height) = (camera.width() as usize, camera.height() as usize);
+    let (width, height) = (camera.width(), camera.height());
     let mut pixels = vec![GROUND; width * height];
     for (index, column, row) in surface.window().pixels() {
         let Some(face) = surface.centres().triangle(index) else {

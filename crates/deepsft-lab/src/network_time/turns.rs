@@ -78,7 +78,7 @@ pub fn measure(network: &str, stage: Stage, runs: u32, rival: Rival<'_>) -> Resu
 /// Our side: for each line one image, from its pixels to the values of all pixels.
 pub fn take(network: &FoldedNetwork, stage: Stage, image: &Picture) -> Result<()> {
     let (width, height) = image.size();
-    let mut executor = network.executor([width, height])?;
+    let mut executor = network.executor((width, height))?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     for question in stdin().lines() {
         question?;

@@ -109,7 +109,7 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
     let truth = (1.0 + arguments.off).powf(within(1.0));
     let focal = assumed.focal() * truth;
     let centre = assumed.principal_point() + focal * DVec2::new(within(arguments.shift), within(arguments.shift));
-    let pinhole = Camera::pinhole(assumed.width(), assumed.height(), focal.x, focal.y, centre.x, centre.y)?;
+    let pinhole = Camera::pinhole(assumed.size(), focal, centre)?;
     let lens = CanonicalWarp::new(
         &pinhole,
         &pinhole.with_distortion([within(arguments.distortion), 0.0, 0.0, 0.0, 0.0])?,

@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 /// Frames have so many pixels for each of the canonical image, as features need more.
-const SCALE: u32 = 2;
+const SCALE: usize = 2;
 
 /// Seed of the frames; no training uses it.
 const SEED: u64 = 71_000_001;
@@ -52,15 +52,15 @@ type Said = Option<(Option<f64>, Option<f64>)>;
 
 #[derive(Serialize)]
 struct Camerawise {
-    width: u32,
-    height: u32,
+    width: usize,
+    height: usize,
     all: Row,
     steps: Vec<Row>,
 }
 
 /// Renders frames until each step has its share, looks for the object in them, and prints a table for each camera.
 pub fn run(arguments: &RollsArguments) -> Result<()> {
-    let across = training_camera().resized(SCALE * training_camera().width(), SCALE * training_camera().height())?;
+    let across = training_camera().resized((SCALE * training_camera().width(), SCALE * training_camera().height()))?;
     let mut tables = Vec::new();
     for camera in [across, across.turned_anticlockwise()] {
         let table = measured(arguments, camera)?;
@@ -129,7 +129,7 @@ fn look(finder: &mut TargetFinder, template: &Template, sample: &Sample) -> Resu
         return Ok(estimate.judgement.found.then_some((None, None)));
     };
     let canonical = finder.target().canonical_camera(sample.camera.size());
-    let truth = tracking_errors::canonical_truth(sample, template, &canonical)?;
+    let truth = tracking_errors::truth_maps(sample, template, &canonical)?;
     let errors = tracking_errors::mesh_errors(template, &fit.vertices_camera, &truth, &canonical)?;
     Ok(Some((errors.registration_rmse_px, errors.points_rmse_mm)))
 }

@@ -167,7 +167,7 @@ fn rows(bundles: &[(&'static str, ModelBundle)]) -> Result<Vec<Row>> {
     });
     let mut executors = Vec::new();
     for (_, bundle) in bundles {
-        let executor = bundle.network().executor([CANONICAL_WIDTH, CANONICAL_HEIGHT])?;
+        let executor = bundle.network().executor((CANONICAL_WIDTH, CANONICAL_HEIGHT))?;
         executors.push((executor, Vec::new()));
     }
     for turn in 0..=TURNS {

@@ -163,7 +163,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
 /// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
 fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Camera)> {
     let canonical = target.canonical_camera(training_camera().size());
-    let doubled = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
+    let doubled = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
     let unasked = match target.network() {
         Some(_) => Finders::Network,
         None => Finders::Features,
@@ -174,7 +174,10 @@ fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Ca
             let finders = vec![Finder::Network(Box::new(network))];
             (TargetFinder::with_finders(target.clone(), finders), canonical)
         }
-        Finders::Features => (TargetFinder::new(Target::mesh(target.template().clone()))?, doubled),
+        Finders::Features => (
+            TargetFinder::new(Target::from_template(target.template().clone()))?,
+            doubled,
+        ),
         Finders::All => (TargetFinder::new(target.clone())?, doubled),
     })
 }
@@ -201,7 +204,7 @@ fn track(
     let (mut frames, mut meshes, mut smooth) = (Vec::new(), Vec::new(), Vec::new());
     let truths = samples
         .iter()
-        .map(|sample| tracking_errors::canonical_truth(sample, template, camera))
+        .map(|sample| tracking_errors::truth_maps(sample, template, camera))
         .collect::<Result<Vec<Maps>, _>>()?;
     for (frame, (sample, truth)) in samples.iter().zip(&truths).enumerate() {
         let time_s = frame as f64 / story.length().frames_per_s;
@@ -220,7 +223,7 @@ fn track(
         let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
         frames.push(FrameRecord {
             frame,
-            print_in_view: tracking_errors::fraction_in_view(truth),
+            print_in_view: tracking_errors::print_in_view(truth),
             found: tracked.found,
             agreement: tracked.agreement,
             iterations: tracked.iterations,

@@ -236,7 +236,7 @@ fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
 fn blocks_together_are_the_network() {
     for config in narrow() {
         let network = Network::new(&config, &Device::flex());
-        let blocks: usize = Block::ALL.map(|block| network.block_parameters(block)).iter().sum();
+        let blocks: usize = Block::ALL.iter().map(|&block| network.block_parameters(block)).sum();
         assert_eq!(blocks, network.num_params(), "{}", config.architecture.name());
     }
 }

@@ -59,7 +59,7 @@ fn drawn(architecture: Architecture, seed: u64) -> Network {
 
 fn compact_executor(network: &Network, image: &Picture) -> CompactExecutor {
     let FoldedNetwork { config, weights } = network.folded();
-    CompactExecutor::new(&config, [image.width(), image.height()], &weights, 2).unwrap()
+    CompactExecutor::new(&config, image.size(), &weights, 2).unwrap()
 }
 
 /// The largest differences: in (u, v, d) of the main block and after refinement, and in the mask's logits.
@@ -143,7 +143,7 @@ const COMPACT: [f64; 2] = [2e-4, 2e-3];
 fn compare_maps(network: &Network, image: &Picture, [most_off, most_apart]: [f64; 2]) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let ((width, height), span) = (image.size(), network.config().depth_range.span_mm());
-    let mut executor = network.folded().executor([width, height]).unwrap();
+    let mut executor = network.folded().executor((width, height)).unwrap();
     executor.run(image).unwrap();
     let all = vec![true; width * height];
     for seen in [None, Some(&all[..])] {
@@ -176,7 +176,7 @@ fn compare_maps(network: &Network, image: &Picture, [most_off, most_apart]: [f64
 fn maps_at_pixels_are_those_of_the_network() {
     let network = shipped("poster-a4");
     compare_maps(&network, &picture(480, 270, 1), COMPACT);
-    let mut executor = network.folded().executor([480, 270]).unwrap();
+    let mut executor = network.folded().executor((480, 270)).unwrap();
     assert!(executor.run(&picture(470, 270, 1)).is_err());
     assert!(executor.read(Stage::Main, None, &mut Maps::empty(3, 3)).is_err());
 }
@@ -213,7 +213,7 @@ fn the_papers_network_and_r50f_say_the_same_to_a_ten_thousandth() {
         let network = drawn(architecture, 1);
         let image = picture(480, 270, 4);
         compare_maps(&network, &image, [1e-4, 1e-4]);
-        let mut executor = network.folded().executor([480, 270]).unwrap();
+        let mut executor = network.folded().executor((480, 270)).unwrap();
         executor.run(&image).unwrap();
         let mut maps = Maps::empty(480, 270);
         executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut maps).unwrap();

@@ -125,7 +125,7 @@ fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
         let network = Network::new(&NetworkConfig::new(architecture, SIZE_MM, &camera), &Device::flex());
         for network in [network.clone(), network.fold()] {
             let layers = network.describe();
-            for block in Block::ALL {
+            for &block in Block::ALL {
                 let sum: usize = of(&layers, block).iter().map(|layer| layer.parameters).sum();
                 assert_eq!(
                     sum,

@@ -34,7 +34,7 @@ fn bundle() -> ModelBundle {
 /// millisecond at each look.
 fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     let bundle = bundle();
-    let target = Target::model(&bundle, &Device::Cpu).unwrap();
+    let target = Target::from_model(&bundle, &Device::Cpu).unwrap();
     let network = Finder::Network(Box::new(target.network().unwrap().clone()));
     let mut finder = TargetFinder::with_finders(target, vec![network]);
     let ticks = AtomicU32::new(0);

@@ -33,8 +33,8 @@ fn the_executor_describes_as_burn_does() {
     let [_, d, rows, columns] = burn.dims();
     let burn = burn.reshape([d, rows * columns]).swap_dims(0, 1);
     let burn = burn.into_data().try_to_vec::<f32>().unwrap();
-    let mut executor = DescriptorExecutor::new([600, 430], &network.weights(), 2).unwrap();
-    assert_eq!((executor.cells(), d), ([rows, columns], DESCRIPTOR_LENGTH));
+    let mut executor = DescriptorExecutor::new((600, 430), &network.weights(), 2).unwrap();
+    assert_eq!((executor.cells(), d), ((columns, rows), DESCRIPTOR_LENGTH));
     let ours = executor.describe(&picture).unwrap();
     assert_eq!(ours.len(), burn.len());
     let off = ours.iter().zip(&burn).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

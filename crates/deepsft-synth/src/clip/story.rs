@@ -60,7 +60,7 @@ pub enum ClipEvent {
 
 impl ClipEvent {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Motion, Self::Occlusion, Self::JumpCut, Self::Leaving, Self::Still];
+    pub const ALL: &[Self] = &[Self::Motion, Self::Occlusion, Self::JumpCut, Self::Leaving, Self::Still];
 
     /// A word for it: `motion`, `occlusion`, `jump-cut`, `leaving` or `still`.
     pub fn name(self) -> &'static str {
@@ -75,11 +75,17 @@ impl ClipEvent {
 }
 
 impl FromStr for ClipEvent {
-    type Err = String;
+    type Err = SynthError;
 
-    fn from_str(name: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter().find(|event| event.name() == name);
-        known.ok_or_else(|| format!("expected one of {}", Self::ALL.map(Self::name).join(", ")))
+    fn from_str(name: &str) -> Result<Self, SynthError> {
+        let known = Self::ALL.iter().copied().find(|event| event.name() == name);
+        known.ok_or_else(|| SynthError::ClipEvent {
+            expected: Self::ALL
+                .iter()
+                .map(|event| event.name())
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
     }
 }
 
@@ -285,7 +291,7 @@ impl<'a> ClipStory<'a> {
         let passing = (PASSING[1] - PASSING[0]) * self.length.frames as f64;
         let arm = match self.passing_progress(frame) {
             // Its way is a little longer than the image is wide.
-            Some(_) => 1.5 * f64::from(camera.width()) * exposure / passing,
+            Some(_) => 1.5 * camera.width() as f64 * exposure / passing,
             None => 0.0,
         };
         let half = (sheet.max(arm) / EXPOSURE_STEP_PX / 2.0).round() as usize;
@@ -297,7 +303,7 @@ impl<'a> ClipStory<'a> {
         let camera = &self.synthesizer.config().camera;
         let phase = first as f64 / self.length.frames_per_s / LOOP_S;
         let before = self.motion.vertices_camera(phase);
-        let least = LEAST_JUMP * f64::from(camera.width());
+        let least = LEAST_JUMP * camera.width() as f64;
         let mut farthest = (0.0, None);
         for motion in tries {
             let after = motion.vertices_camera(phase);
@@ -324,9 +330,9 @@ impl<'a> ClipStory<'a> {
         let (focal, centre) = (camera.focal(), camera.principal_point());
         // Along x or y; towards the image's end or its beginning.
         let (focal, low, high) = if direction.x == 0.0 {
-            (focal.y, centre.y, f64::from(camera.height()) - centre.y)
+            (focal.y, centre.y, camera.height() as f64 - centre.y)
         } else {
-            (focal.x, centre.x, f64::from(camera.width()) - centre.x)
+            (focal.x, centre.x, camera.width() as f64 - centre.x)
         };
         let edge = if direction.element_sum() > 0.0 { high } else { low };
         let room = edge + AWAY_PX;

@@ -28,7 +28,7 @@ pub enum DeformationFamily {
 
 impl DeformationFamily {
     /// All families, in the order of [`DeformationConfig::family_weights`].
-    pub const ALL: [Self; 7] = [
+    pub const ALL: &[Self] = &[
         Self::Wavy,
         Self::Cylinder,
         Self::Bends,
@@ -98,7 +98,7 @@ impl DeformationConfig {
     pub(crate) fn draw_family<R: Rng + ?Sized>(&self, rng: &mut R) -> DeformationFamily {
         let weights = &self.family_weights;
         let mut left = between([0.0, weights.iter().sum()], rng);
-        for (family, weight) in DeformationFamily::ALL.into_iter().zip(weights) {
+        for (family, weight) in DeformationFamily::ALL.iter().copied().zip(weights) {
             left -= weight;
             if left < 0.0 {
                 return family;

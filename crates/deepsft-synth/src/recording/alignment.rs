@@ -32,7 +32,7 @@ impl DepthAlignment {
     pub fn new(sensor: &RgbdSensor, target: &Camera) -> Self {
         let (width, height) = (sensor.depth.width(), sensor.depth.height());
         let corners = (0..=height)
-            .flat_map(|y| (0..=width).map(move |x| DVec2::new(f64::from(x), f64::from(y))))
+            .flat_map(|y| (0..=width).map(move |x| DVec2::new(x as f64, y as f64)))
             .map(|corner| sensor.depth.ray_from_pixel(corner))
             .collect();
         Self {

@@ -53,7 +53,7 @@ impl Recording {
     pub fn open(folder: &Path) -> Result<Self, SynthError> {
         let camera = folder.join(CAMERA_FILE);
         let text = fs::read_to_string(&camera).map_err(|error| SynthError::recording(error.to_string(), &camera))?;
-        let sensor = RgbdSensor::from_json(&text).map_err(|reason| SynthError::recording(reason, &camera))?;
+        let sensor = RgbdSensor::from_json(&text).map_err(|error| SynthError::recording(error.to_string(), &camera))?;
         let pairs = pairing::pairs(folder)?;
         let masks = folder.join(MASK_FOLDER);
         let has_masks = masks.is_dir();

@@ -1,5 +1,6 @@
 //! The cameras of an RGB-D recording: its `camera.json`.
 
+use crate::error::SynthError;
 use deepsft_formats::{CameraFile, FormatError};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DAffine3, DMat3, DVec3};
@@ -60,8 +61,12 @@ impl RgbdSensor {
     /// Reads the text of a `camera.json` (fields: see [`crate::Recording`]).
     ///
     /// # Errors
-    /// What is wrong with it, in a sentence.
-    pub fn from_json(text: &str) -> Result<Self, String> {
+    /// [`SynthError::Sensor`] says what is wrong with it.
+    pub fn from_json(text: &str) -> Result<Self, SynthError> {
+        Self::parsed(text).map_err(|reason| SynthError::Sensor { reason })
+    }
+
+    fn parsed(text: &str) -> Result<Self, String> {
         let json: SensorJson = serde_json::from_str(text).map_err(|error| error.to_string())?;
         let camera = |json: &CameraFile| json.camera().map_err(|error: FormatError| error.to_string());
         let color = camera(&json.color)?;

@@ -15,13 +15,13 @@ use crate::scene::{Moment, Scene};
 use crate::scene::{SynthConfig, Synthesizer};
 use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec3};
-use deepsft_geometry::{Camera, CanonicalWarp, PAPER_CAMERAS, Template, training_camera};
+use deepsft_geometry::{Camera, CanonicalWarp, Template, training_camera};
 use rand::RngExt;
 
 /// The colour pictures are half as large as the Kinect v2's: still finer than the canonical image.
-const COLOR_BINNING: u32 = 2;
+const COLOR_BINNING: usize = 2;
 /// The Kinect v2's depth camera: its image and the intrinsics that its maker burns in, about.
-const DEPTH_CAMERA: (u32, u32, [f64; 4]) = (512, 424, [365.5, 365.5, 257.0, 206.0]);
+const DEPTH_CAMERA: ((usize, usize), [f64; 2], [f64; 2]) = ((512, 424), [365.5, 365.5], [257.0, 206.0]);
 /// Where the depth camera stands in the colour camera's frame, mm, and how it is turned about y, radians.
 const DEPTH_PLACE_MM: DVec3 = DVec3::new(52.0, -0.5, -1.5);
 const DEPTH_TURN: f64 = 0.006;
@@ -226,7 +226,7 @@ impl RecordingSimulator {
     fn room(&self, number: usize) -> Vec<SeenDepth> {
         let mut rng = generator(self.seed, number as u64, Stream::Recording);
         let camera = &self.sensor.depth;
-        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let (width, height) = (camera.width(), camera.height());
         let wall = f64::from(uniform(&mut rng, WALL_MM));
         let mut room = vec![SeenDepth::facing(wall); width * height];
         for _ in 0..rng.random_range(0..=MOST_CLUTTER) {
@@ -278,7 +278,7 @@ impl Take<'_> {
         let vertices = vertices_camera.iter().map(|&p| depth_from_color.transform_point3(p));
         let vertices: Vec<DVec3> = vertices.collect();
         let middle = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
-        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let (width, height) = (camera.width(), camera.height());
         let bodies = self.scene.bodies(camera, &vertices);
         // Only its size is asked for.
         let frame = Frame::filled(width, height, Vec3::ZERO);
@@ -321,14 +321,17 @@ fn scaled(mut vertices: Vec<DVec3>, scale: f64) -> Vec<DVec3> {
 }
 
 fn sensor() -> Result<RgbdSensor, SynthError> {
-    let (_, width, height, [fx, fy, cx, cy]) = PAPER_CAMERAS[0];
-    let kinect = Camera::pinhole(width, height, fx, fy, cx, cy)?;
-    let (depth_width, depth_height, [fx, fy, cx, cy]) = DEPTH_CAMERA;
+    #[expect(
+        clippy::expect_used,
+        reason = "a constant name, which every recording's test asks for"
+    )]
+    let kinect = Camera::preset("kinect-v2").expect("the paper has this camera");
+    let (depth_size, focal, centre) = DEPTH_CAMERA;
     Ok(RgbdSensor {
-        depth: Camera::pinhole(depth_width, depth_height, fx, fy, cx, cy)?,
+        depth: Camera::pinhole(depth_size, focal.into(), centre.into())?,
         color_from_depth: DAffine3::from_rotation_translation(DQuat::from_rotation_y(DEPTH_TURN), DEPTH_PLACE_MM),
         simulated: true,
-        ..RgbdSensor::registered(kinect.resized(width / COLOR_BINNING, height / COLOR_BINNING)?)
+        ..RgbdSensor::registered(kinect.resized((kinect.width() / COLOR_BINNING, kinect.height() / COLOR_BINNING))?)
     })
 }
 

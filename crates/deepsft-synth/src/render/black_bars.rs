@@ -29,8 +29,8 @@ impl Bars {
         let side = [canonical.width() as f32, canonical.height() as f32];
         let principal = canonical.principal_point().as_vec2();
         let mut bars = Self {
-            columns: [0, canonical.width() as usize],
-            rows: [0, canonical.height() as usize],
+            columns: [0, canonical.width()],
+            rows: [0, canonical.height()],
         };
         for _ in 0..TRIES {
             let aspect = ASPECTS[rng.random_range(0..ASPECTS.len())];

@@ -122,11 +122,7 @@ impl<'a> Scene<'a> {
         let camera = ingredients.config.camera;
         Self {
             ingredients,
-            background: Frame::filled(
-                camera.width() as usize,
-                camera.height() as usize,
-                Vec3::splat(CLEAN_GROUND),
-            ),
+            background: Frame::filled(camera.width(), camera.height(), Vec3::splat(CLEAN_GROUND)),
             light: Lighting::frontal(),
             paper: Paper::matt(),
             occluders: Vec::new(),
@@ -138,7 +134,7 @@ impl<'a> Scene<'a> {
 
     fn empty(ingredients: &'a Ingredients, rng: &mut Pcg64Mcg) -> Self {
         let config = &ingredients.config;
-        let (width, height) = (config.camera.width() as usize, config.camera.height() as usize);
+        let (width, height) = (config.camera.width(), config.camera.height());
         let side = Vec2::new(width as f32, height as f32);
         let background = match (ingredients.background(rng), config.photographs) {
             (Background::Photograph(texture), PhotographUse::Plain) => {
@@ -243,7 +239,7 @@ impl<'a> Scene<'a> {
             }
         }
         let camera = self.ingredients.config.camera;
-        let (width, height) = (camera.width() as usize, camera.height() as usize);
+        let (width, height) = (camera.width(), camera.height());
         let mut light = light.unwrap_or_else(|| self.background.clone());
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));

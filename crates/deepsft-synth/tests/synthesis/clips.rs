@@ -159,7 +159,7 @@ fn a_longer_exposure_blurs_what_moves_and_leaves_the_truth() {
 #[test]
 fn the_seed_and_nothing_else_decides() {
     let synthesizer = synthesizer();
-    for event in ClipEvent::ALL {
+    for &event in ClipEvent::ALL {
         let seed = seeds().start;
         let sample = story(&synthesizer, event, seed).render(20).unwrap();
         assert!(

@@ -100,7 +100,7 @@ fn what_is_damaged_is_found_when_a_shard_is_added() {
 fn a_sample_of_another_camera_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), "shard.tar", records(0..1));
-    let twice = training_camera().resized(960, 540).unwrap();
+    let twice = training_camera().resized((960, 540)).unwrap();
     let mut shards = IndexedShards::new(twice);
     assert!(message(shards.add(&path), &path).contains("another camera"));
     assert_eq!(shards.samples(), 0);

@@ -26,7 +26,7 @@ fn write(folder: &Path, name: &str, bytes: &[u8]) {
 }
 
 fn small_camera() -> Camera {
-    training_camera().resized(48, 27).unwrap()
+    training_camera().resized((48, 27)).unwrap()
 }
 
 fn color() -> Picture {

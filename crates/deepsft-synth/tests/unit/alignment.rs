@@ -7,7 +7,7 @@ use deepsft_synth::{DepthAlignment, RgbdSensor};
 /// A depth picture of `sensor`, in its units.
 fn picture(sensor: &RgbdSensor, depth_mm: impl Fn(f64, f64) -> f64) -> Vec<u16> {
     let (width, height) = (sensor.depth.width(), sensor.depth.height());
-    let at = |i: u32| (f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
+    let at = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
     (0..width * height)
         .map(|i| {
             let (x, y) = at(i);
@@ -28,7 +28,7 @@ fn depth_of_the_target_camera_itself_is_copied_and_holes_stay() {
 
 #[test]
 fn four_times_as_fine_a_picture_is_averaged_over_the_surface_that_is_seen() {
-    let color = training_camera().resized(1920, 1080).unwrap();
+    let color = training_camera().resized((1920, 1080)).unwrap();
     let sensor = RgbdSensor {
         depth_scale: 5000.0,
         ..RgbdSensor::registered(color)
@@ -51,7 +51,7 @@ fn four_times_as_fine_a_picture_is_averaged_over_the_surface_that_is_seen() {
 fn a_depth_camera_beside_sees_the_same_plane_and_leaves_a_hole_where_it_cannot_look() {
     // The depth camera is 50 mm to the right, half as fine. A wall at 800 mm, a screen at 400 mm before it in the
     // colour image's columns 240 to 300: X from 0 to 60 * 400 / 380 mm.
-    let depth = training_camera().resized(240, 135).unwrap();
+    let depth = training_camera().resized((240, 135)).unwrap();
     let sensor = RgbdSensor {
         depth,
         color_from_depth: DAffine3::from_translation(DVec3::new(50.0, 0.0, 0.0)),

@@ -54,7 +54,7 @@ fn relief(vertices: &[DVec3]) -> f64 {
 #[test]
 fn every_family_keeps_edge_lengths_within_one_and_three_percent() {
     let template = sheet(297.0, 210.0);
-    for (index, family) in DeformationFamily::ALL.into_iter().enumerate() {
+    for (index, family) in DeformationFamily::ALL.iter().copied().enumerate() {
         let change = change_over(&template, &only(index), 300);
         assert!(change.median < 0.01 && change.p95 < 0.03, "{family:?}: {change:?}");
     }

@@ -1,7 +1,7 @@
 //! The cameras of an RGB-D recording and their file.
 
 use deepsft_geometry::Camera;
-use deepsft_geometry::glam::{DAffine3, DQuat, DVec3};
+use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
 use deepsft_synth::RgbdSensor;
 
 const TUM: &str = r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5,
@@ -34,13 +34,13 @@ fn the_depth_camera_counts_pixels_as_the_colour_camera_unless_it_says_otherwise(
 #[test]
 fn a_sensor_of_two_cameras_comes_back_as_it_was() {
     let sensor = RgbdSensor {
-        depth: Camera::pinhole(512, 424, 365.0, 365.5, 256.2, 210.1).unwrap(),
+        depth: Camera::pinhole((512, 424), DVec2::new(365.0, 365.5), DVec2::new(256.2, 210.1)).unwrap(),
         color_from_depth: DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(0.01),
             DVec3::new(52.0, 0.5, -1.0),
         ),
         simulated: true,
-        ..RgbdSensor::registered(Camera::typical(960, 540).unwrap())
+        ..RgbdSensor::registered(Camera::typical((960, 540)).unwrap())
     };
     let read = RgbdSensor::from_json(&sensor.to_json().unwrap()).unwrap();
     // Numbers go through decimals: the pose is as it was but for rounding.
@@ -57,7 +57,11 @@ fn a_sensor_of_two_cameras_comes_back_as_it_was() {
 
 #[test]
 fn what_is_wrong_is_named() {
-    let with = |more: &str| RgbdSensor::from_json(&TUM.replace("\"depth_scale\": 5000", more)).unwrap_err();
+    let with = |more: &str| {
+        RgbdSensor::from_json(&TUM.replace("\"depth_scale\": 5000", more))
+            .unwrap_err()
+            .to_string()
+    };
     assert!(with("\"depth_scale\": 0").contains("depth_scale is 0"));
     assert!(with("\"color_from_depth\": [[1,0,0,0],[0,1,0,0],[0,0,1,0]]").contains("intrinsics"));
     let camera = r#""depth_camera": {"width": 5, "height": 4, "fx": 3, "fy": 3, "cx": 2, "cy": 2}"#;

@@ -72,15 +72,15 @@ impl fmt::Display for Precision {
 }
 
 impl FromStr for Precision {
-    type Err = String;
+    type Err = TrainError;
 
     /// # Errors
-    /// A sentence for another name than those of [`Precision::name`].
-    fn from_str(name: &str) -> Result<Self, String> {
+    /// [`TrainError::PrecisionUnknown`] for another name than those of [`Precision::name`].
+    fn from_str(name: &str) -> Result<Self, TrainError> {
         let mut known = [Self::F32, Self::F16, Self::BF16].into_iter();
         known
             .find(|precision| precision.name() == name)
-            .ok_or_else(|| format!("there is no precision {name:?}, only f32, f16 and bf16"))
+            .ok_or_else(|| TrainError::PrecisionUnknown { name: name.to_owned() })
     }
 }
 

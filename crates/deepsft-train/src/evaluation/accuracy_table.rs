@@ -12,7 +12,7 @@ const COLUMNS: [([&str; 2], Figure, usize); 8] = [
     (["depth", "mm"], |f| f.depth_rmse_mm, 2),
     (["registr.", "px"], |f| f.registration_rmse_px, 2),
     (["registr.", "mm"], |f| f.registration_rmse_mm, 2),
-    (["E_pr", ""], |f| f.photometric_error, 4),
+    (["E_pr", ""], |f| f.photo_consistency_error, 4),
     (["IoU", ""], |f| f.mask_iou, 4),
     (["coverage", ""], |f| f.coverage, 4),
     (["3D", "mm"], |f| f.rmse_3d_mm, 2),

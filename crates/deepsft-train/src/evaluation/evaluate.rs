@@ -3,6 +3,7 @@
 use super::evaluation_frame::EvaluationFrame;
 use crate::error::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
+use deepsft_geometry::fitting::PhotoConsistencyCost;
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
@@ -21,7 +22,7 @@ pub struct FrameResult {
     /// Errors against the truth; empty for a frame without the template.
     pub metrics: FrameMetrics,
     /// E_pr of the paper, intensities in 0..=1.
-    pub photometric_error: Option<f64>,
+    pub photo_consistency_error: Option<f64>,
     /// Of a measured depth: over how many pixels the depth was compared.
     pub measured_pixels: Option<MeasuredPixels>,
     /// What the fit of the mesh did, where it was asked for and could fit one.
@@ -48,8 +49,8 @@ pub struct FitOutcome {
     pub mesh_taken: bool,
     /// Errors of the network's own maps; against a measured depth at the pixels that the mesh covers, if it was taken.
     pub network: FrameMetrics,
-    /// Of a fit to the image: mean robust photometric cost of the network's maps and of the mesh's.
-    pub photometric_cost: Option<[f64; 2]>,
+    /// Of a fit to the image: mean robust photo-consistency cost of the network's maps and of the mesh's.
+    pub photo_consistency_cost: Option<PhotoConsistencyCost>,
 }
 
 /// All frames of a set.
@@ -76,7 +77,7 @@ pub struct SetMetrics {
     /// Fraction of the true mask that is predicted.
     pub coverage: Option<f64>,
     /// E_pr of the paper, intensities in 0..=1.
-    pub photometric_error: Option<f64>,
+    pub photo_consistency_error: Option<f64>,
     /// Frames answered per second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
     pub frames_per_second: Option<f64>,
 }
@@ -166,7 +167,7 @@ impl Evaluation {
                     fit = Some(FitOutcome {
                         mesh_taken: recovered.accepted,
                         network: frame.metrics(&estimate.maps, network, &shared, template.size_mm())?,
-                        photometric_cost: recovered.photo_consistency_cost,
+                        photo_consistency_cost: recovered.photo_consistency_cost,
                     });
                     estimate.maps = recovered.maps;
                     compared = compared.filter(|_| !recovered.accepted);
@@ -248,7 +249,7 @@ impl Evaluation {
                 rmse_3d_mm: of(|m| m.points_rmse_mm),
                 mask_iou: of(|m| m.mask_iou),
                 coverage: of(|m| m.coverage),
-                photometric_error: Summary::of(self.shown().map(|f| f.photometric_error)).map(pick),
+                photo_consistency_error: Summary::of(self.shown().map(|f| f.photo_consistency_error)).map(pick),
                 frames_per_second: Summary::of(self.shown().map(|f| f.seconds)).map(pick).map(f64::recip),
             }
         };
@@ -324,7 +325,7 @@ impl FrameResult {
                 measured: reference.area(),
                 compared: compared_pixels,
             }),
-            photometric_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
+            photo_consistency_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
             fit: None,
             seconds: None,
         })

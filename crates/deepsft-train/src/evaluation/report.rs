@@ -2,6 +2,7 @@
 
 use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use deepsft::Stage;
+use deepsft_geometry::fitting::PhotoConsistencyCost;
 use serde::Serialize;
 
 /// A row of the table: a model, or a stage of it, on a data set.
@@ -45,7 +46,7 @@ pub struct FrameReport {
     rmse_3d_mm: Option<f64>,
     mask_iou: Option<f64>,
     coverage: Option<f64>,
-    photometric_error: Option<f64>,
+    photo_consistency_error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     measured_pixels: Option<MeasuredPixels>,
     #[serde(flatten)]
@@ -58,7 +59,13 @@ struct FitReport {
     network_depth_rmse_mm: Option<f64>,
     network_registration_rmse_px: Option<f64>,
     network_rmse_3d_mm: Option<f64>,
-    photometric_cost: Option<[f64; 2]>,
+    photo_consistency_cost: Option<CostReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct CostReport {
+    maps: f64,
+    mesh: f64,
 }
 
 impl EvaluationReport {
@@ -101,14 +108,16 @@ impl FrameReport {
             rmse_3d_mm: metrics.points_rmse_mm,
             mask_iou: metrics.mask_iou,
             coverage: metrics.coverage,
-            photometric_error: result.photometric_error,
+            photo_consistency_error: result.photo_consistency_error,
             measured_pixels: result.measured_pixels,
             fit: result.fit.map(|fit| FitReport {
                 mesh_taken: fit.mesh_taken,
                 network_depth_rmse_mm: fit.network.depth_rmse_mm,
                 network_registration_rmse_px: fit.network.registration_rmse_px,
                 network_rmse_3d_mm: fit.network.points_rmse_mm,
-                photometric_cost: fit.photometric_cost,
+                photo_consistency_cost: fit
+                    .photo_consistency_cost
+                    .map(|PhotoConsistencyCost { maps, mesh }| CostReport { maps, mesh }),
             }),
         }
     }

@@ -18,12 +18,12 @@ const CELLS: usize = 16;
 ///
 /// # Errors
 /// [`TrainError::VertexCount`] when the sample is not of `template`.
-pub fn canonical_truth(sample: &Sample, template: &Template, canonical: &Camera) -> Result<Maps, TrainError> {
+pub fn truth_maps(sample: &Sample, template: &Template, canonical: &Camera) -> Result<Maps, TrainError> {
     if sample.camera == *canonical {
         return Ok(sample.truth.clone());
     }
     if !sample.has_template {
-        return Ok(Maps::empty(canonical.width() as usize, canonical.height() as usize));
+        return Ok(Maps::empty(canonical.width(), canonical.height()));
     }
     let expected = template.mesh().vertices().len();
     if sample.vertices_camera.len() != expected {
@@ -48,7 +48,7 @@ pub fn mesh_errors(
 }
 
 /// Fraction of the template that is in view: of 16 x 16 cells of it those of which at least a pixel is seen.
-pub fn fraction_in_view(truth: &Maps) -> f64 {
+pub fn print_in_view(truth: &Maps) -> f64 {
     let mut seen = [false; CELLS * CELLS];
     for pixel in (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel)) {
         let [i, j] = truth.registration()[pixel].map(|c| ((c * CELLS as f32) as usize).min(CELLS - 1));

@@ -34,7 +34,7 @@ pub struct CurvePoint {
     pub mask_iou: Option<f64>,
     /// Median of the photometric error E_pr, intensities in 0..=1; of steps 2 and 3.
     #[serde(default)]
-    pub photometric_error: Option<f64>,
+    pub photo_consistency_error: Option<f64>,
 }
 
 /// A number that may be NaN, as JSON has it.

@@ -165,7 +165,8 @@ fn measured_loss(point: &CurvePoint) -> Option<f64> {
 /// The curve as comma-separated values with a line of names; a figure that no image has is left empty.
 pub fn curve_csv(curve: &[CurvePoint]) -> String {
     let mut csv =
-        "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou,photometric_error\n".to_owned();
+        "samples,seconds,loss,learning_rate,registration_rmse_px,depth_rmse_mm,mask_iou,photo_consistency_error\n"
+            .to_owned();
     for point in curve {
         let figure = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
         let cells = [
@@ -176,7 +177,7 @@ pub fn curve_csv(curve: &[CurvePoint]) -> String {
             figure(point.registration_rmse_px),
             figure(point.depth_rmse_mm),
             figure(point.mask_iou),
-            figure(point.photometric_error),
+            figure(point.photo_consistency_error),
         ];
         csv.push_str(&cells.join(","));
         csv.push('\n');

@@ -101,9 +101,9 @@ impl Trunk {
         match fs::read(&path) {
             Ok(file) => Ok(Self {
                 sha256: sha256(&file),
-                weights: weights_from_burnpack(&file).map_err(|reason| NetworkError::Weights {
+                weights: weights_from_burnpack(&file).map_err(|error| NetworkError::Weights {
                     file: path.display().to_string(),
-                    reason,
+                    reason: error.to_string(),
                 })?,
                 path,
             }),

@@ -20,12 +20,12 @@ pub struct RecordingMetrics {
     /// Pixels of all frames whose depth is compared with the measured one.
     pub measured_depth_pixels: u64,
     /// E_pr of the paper, intensities in 0..=1.
-    pub photometric_error: Option<MeanMedian>,
+    pub photo_consistency_error: Option<MeanMedian>,
     /// The same with the template's texture in the colours in which the recording's camera shows it, see
     /// [`TuningSet::texture_as_recorded`].
-    pub recorded_colors_photometric_error: Option<MeanMedian>,
+    pub recorded_colors_photo_consistency_error: Option<MeanMedian>,
     /// The same with the light fitted to each image, see [`relit_photo_consistency_error`].
-    pub relit_photometric_error: Option<MeanMedian>,
+    pub relit_photo_consistency_error: Option<MeanMedian>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
     pub depth_rmse_mm: Option<MeanMedian>,
     /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
@@ -98,9 +98,9 @@ impl RecordingMetrics {
         Self {
             measured_depth_rmse_mm: of(|frame| frame.measured_depth_rmse_mm),
             measured_depth_pixels: frames.iter().map(|frame| frame.measured_depth_pixels).sum(),
-            photometric_error: of(|frame| frame.photometric_error),
-            recorded_colors_photometric_error: of(|frame| frame.recorded_colors_photometric_error),
-            relit_photometric_error: of(|frame| frame.relit_photometric_error),
+            photo_consistency_error: of(|frame| frame.photo_consistency_error),
+            recorded_colors_photo_consistency_error: of(|frame| frame.recorded_colors_photo_consistency_error),
+            relit_photo_consistency_error: of(|frame| frame.relit_photo_consistency_error),
             depth_rmse_mm: of(|frame| frame.against_truth?.depth_rmse_mm),
             registration_rmse_px: of(|frame| frame.against_truth?.registration_rmse_px),
             mask_iou: of(|frame| frame.mask_iou),
@@ -112,9 +112,9 @@ impl RecordingMetrics {
 struct FrameErrors {
     measured_depth_rmse_mm: Option<f64>,
     measured_depth_pixels: u64,
-    photometric_error: Option<f64>,
-    recorded_colors_photometric_error: Option<f64>,
-    relit_photometric_error: Option<f64>,
+    photo_consistency_error: Option<f64>,
+    recorded_colors_photo_consistency_error: Option<f64>,
+    relit_photo_consistency_error: Option<f64>,
     against_truth: Option<FrameMetrics>,
     mask_iou: Option<f64>,
 }
@@ -150,9 +150,9 @@ impl<'a> MeasuredSet<'a> {
         Ok(FrameErrors {
             measured_depth_rmse_mm: against(&measured)?.depth_rmse_mm,
             measured_depth_pixels: measured.area() as u64,
-            photometric_error: photo_consistency_error(image, texture, maps),
-            recorded_colors_photometric_error: photo_consistency_error(image, &self.texture_as_recorded, maps),
-            relit_photometric_error: relit_photo_consistency_error(image, texture, maps),
+            photo_consistency_error: photo_consistency_error(image, texture, maps),
+            recorded_colors_photo_consistency_error: photo_consistency_error(image, &self.texture_as_recorded, maps),
+            relit_photo_consistency_error: relit_photo_consistency_error(image, texture, maps),
             against_truth: truth.map(against).transpose()?,
             mask_iou: None,
         })

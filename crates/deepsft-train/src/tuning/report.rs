@@ -11,9 +11,13 @@ type Figure = fn(&RecordingMetrics) -> Option<MeanMedian>;
 const FIGURES: [(&str, Figure, usize); 7] = [
     ("depth RMSE to the sensor, mm", |f| f.measured_depth_rmse_mm, 2),
     ("depth RMSE to the truth, mm", |f| f.depth_rmse_mm, 2),
-    ("E_pr", |f| f.photometric_error, 4),
-    ("E_pr, camera's colours", |f| f.recorded_colors_photometric_error, 4),
-    ("E_pr, light fitted", |f| f.relit_photometric_error, 4),
+    ("E_pr", |f| f.photo_consistency_error, 4),
+    (
+        "E_pr, camera's colours",
+        |f| f.recorded_colors_photo_consistency_error,
+        4,
+    ),
+    ("E_pr, light fitted", |f| f.relit_photo_consistency_error, 4),
     ("registration RMSE to the truth, px", |f| f.registration_rmse_px, 2),
     ("mask IoU", |f| f.mask_iou, 3),
 ];

@@ -168,7 +168,7 @@ impl<'a> TrainingStep for Tuning<'a> {
         // Against the truth where there is one, else against the sensor.
         point.depth_rmse_mm = median(metrics.depth_rmse_mm.or(metrics.measured_depth_rmse_mm));
         point.mask_iou = metrics.mask_iou.map(|m| m.mean);
-        point.photometric_error = median(metrics.photometric_error);
+        point.photo_consistency_error = median(metrics.photo_consistency_error);
     }
 }
 

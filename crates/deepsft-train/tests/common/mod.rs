@@ -21,7 +21,7 @@ pub fn alone() -> MutexGuard<'static, ()> {
 
 /// The training camera, reduced to [`SIZE`].
 pub fn small_camera() -> Camera {
-    training_camera().resized(SIZE[0] as u32, SIZE[1] as u32).unwrap()
+    training_camera().resized((SIZE[0], SIZE[1])).unwrap()
 }
 
 /// A texture whose red tells u and whose green tells v: photo-consistency has one minimum.

@@ -17,7 +17,7 @@ fn row(model: &str, set: &str, stage: Option<Stage>, depths: &[f64]) -> Evaluati
             coverage: Some(0.75),
             ..FrameMetrics::default()
         },
-        photometric_error: Some(0.125),
+        photo_consistency_error: Some(0.125),
         seconds: Some(0.25),
         ..FrameResult::default()
     };

@@ -1,5 +1,6 @@
 //! What the summary of an evaluation counts.
 
+use deepsft_geometry::fitting::PhotoConsistencyCost;
 use deepsft_geometry::metrics::FrameMetrics;
 use deepsft_train::{Evaluation, FitOutcome, FitSummary, FrameResult};
 
@@ -16,7 +17,7 @@ fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> Fram
         fit: mesh_taken.map(|mesh_taken| FitOutcome {
             mesh_taken,
             network: metrics(2.0, 20.0),
-            photometric_cost: Some([1.0, 0.5]),
+            photo_consistency_cost: Some(PhotoConsistencyCost { maps: 1.0, mesh: 0.5 }),
         }),
         ..FrameResult::default()
     }

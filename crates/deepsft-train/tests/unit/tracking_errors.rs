@@ -6,7 +6,7 @@ use deepsft_geometry::{Maps, Template};
 use deepsft_geometry::{Picture, training_camera};
 use deepsft_synth::Sample;
 use deepsft_synth::{SynthConfig, Synthesizer};
-use deepsft_train::tracking_errors::{canonical_truth, fraction_in_view, mesh_errors};
+use deepsft_train::tracking_errors::{mesh_errors, print_in_view, truth_maps};
 
 fn template() -> Template {
     Template::thin_shell(
@@ -22,9 +22,9 @@ fn flat(template: &Template, z: f64) -> Vec<DVec3> {
 }
 
 /// A frame of a flat sheet seen by a camera of the size of the training camera's image times `scale`.
-fn sample(template: &Template, scale: u32) -> Sample {
+fn sample(template: &Template, scale: usize) -> Sample {
     let config = SynthConfig {
-        camera: training_camera().resized(480 * scale, 270 * scale).unwrap(),
+        camera: training_camera().resized((480 * scale, 270 * scale)).unwrap(),
         ..SynthConfig::default()
     };
     let synthesizer = Synthesizer::new(template, config).unwrap();
@@ -36,9 +36,9 @@ fn the_truth_of_a_finer_camera_is_that_of_the_canonical_one() {
     let template = template();
     let [own, finer] = [1, 2].map(|scale| sample(&template, scale));
     let camera = training_camera();
-    let truth = canonical_truth(&own, &template, &camera).unwrap();
+    let truth = truth_maps(&own, &template, &camera).unwrap();
     assert_eq!(truth, own.truth);
-    let derived = canonical_truth(&finer, &template, &camera).unwrap();
+    let derived = truth_maps(&finer, &template, &camera).unwrap();
     let metrics = frame_metrics(&derived, &truth, &camera, template.size_mm()).unwrap();
     // Pixels along the outline may differ: 760 of 35,000.
     assert!(metrics.mask_iou.unwrap() > 0.97, "{metrics:?}");
@@ -49,7 +49,7 @@ fn the_truth_of_a_finer_camera_is_that_of_the_canonical_one() {
     (0..540 * width)
         .filter(|pixel| pixel % width < half)
         .for_each(|pixel| covered.truth.clear(pixel));
-    let derived = canonical_truth(&covered, &template, &camera).unwrap();
+    let derived = truth_maps(&covered, &template, &camera).unwrap();
     assert!((0..480 * 270).all(|pixel| pixel % 480 >= 240 || !derived.inside(pixel)));
     assert!(derived.area() > 15_000);
 }
@@ -78,7 +78,7 @@ fn the_fraction_in_view_is_counted() {
         .filter(|pixel| pixel % 480 >= 240)
         .for_each(|pixel| half.clear(pixel));
     assert_eq!(
-        [&whole, &half, &Maps::empty(480, 270)].map(fraction_in_view),
+        [&whole, &half, &Maps::empty(480, 270)].map(print_in_view),
         [1.0, 0.5, 0.0]
     );
 }

@@ -11,7 +11,7 @@ fn the_table_leaves_out_what_a_recording_without_truth_does_not_know() {
             frames: 2,
         }),
         measured_depth_pixels: 4321,
-        photometric_error: Some(MeanMedian {
+        photo_consistency_error: Some(MeanMedian {
             mean: 0.125,
             median: 0.1,
             frames: 1,

@@ -79,7 +79,7 @@ impl DescriptorFinder {
         Ok(Self {
             picture: network.describe_picture(template)?,
             network: network.clone(),
-            features: FeatureFinder::new(PictureTarget::new(template.clone())?)?,
+            features: FeatureFinder::new(PictureTarget::from_template(template.clone())?)?,
         })
     }
 

@@ -60,8 +60,8 @@ impl SharedDescriptorNetwork {
     /// # Errors
     /// [`DeepSftError::BundleContent`] for bytes that are no weights of this network.
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
-        let weights = weights_from_burnpack(file).map_err(refused)?;
-        let canonical = executor([CANONICAL_WIDTH, CANONICAL_HEIGHT], &weights)?;
+        let weights = weights_from_burnpack(file).map_err(|error| refused(error.to_string()))?;
+        let canonical = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT), &weights)?;
         Ok(Self(Arc::new(Shared {
             weights,
             canonical: Mutex::new(canonical),
@@ -72,13 +72,13 @@ impl SharedDescriptorNetwork {
     pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
         // A panic in another thread leaves it half run: every run begins from the image.
         let mut network = self.0.canonical.lock().unwrap_or_else(PoisonError::into_inner);
-        let size = [image.width(), image.height()];
+        let size = image.size();
         if network.size() != size {
             *network = executor(size, &self.0.weights)?;
         }
         Ok(ImageDescriptors {
             rows: network.describe(image)?,
-            columns: network.cells()[1],
+            columns: network.cells().0,
         })
     }
 
@@ -91,7 +91,7 @@ impl SharedDescriptorNetwork {
     }
 }
 
-fn executor(size: [usize; 2], weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
+fn executor(size: (usize, usize), weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
     let made = DescriptorExecutor::new(size, weights, available_threads());
     made.map_err(|error| refused(error.to_string()))
 }
@@ -154,13 +154,13 @@ impl PictureDescriptors {
             for roll in 0..ROLLS {
                 let angle = f64::from(TAU) * roll as f64 / ROLLS as f64;
                 let (picture, from_view) = turned(template, angle, mm_per_pixel);
-                let picture_size = [picture.width(), picture.height()];
+                let picture_size = picture.size();
                 let network = match networks.entry(picture_size) {
                     Entry::Occupied(made) => made.into_mut(),
                     Entry::Vacant(none) => none.insert(executor(picture_size, weights)?),
                 };
                 let descriptors = network.describe(&picture)?;
-                let [rows, columns] = network.cells();
+                let (columns, rows) = network.cells();
                 let mut index = vec![None; rows * columns];
                 for (cell, descriptor) in descriptors.chunks_exact(DESCRIPTOR_LENGTH).enumerate() {
                     let at = [cell % columns, cell / columns];

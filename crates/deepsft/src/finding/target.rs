@@ -18,13 +18,13 @@ impl Target {
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the width is not positive and finite.
-    pub fn picture(picture: Picture, width_mm: f64) -> Result<Self, DeepSftError> {
+    pub fn from_picture(picture: Picture, width_mm: f64) -> Result<Self, DeepSftError> {
         let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
-        Ok(Self::mesh(Template::thin_shell(picture, width_mm, height_mm)?))
+        Ok(Self::from_template(Template::thin_shell(picture, width_mm, height_mm)?))
     }
 
     /// A template. Nothing is trained; only sheets can be found without.
-    pub fn mesh(template: Template) -> Self {
+    pub fn from_template(template: Template) -> Self {
         Self {
             template,
             network: None,
@@ -35,7 +35,7 @@ impl Target {
     ///
     /// # Errors
     /// As [`Estimator::new`].
-    pub fn model(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
+    pub fn from_model(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
         Ok(Self {
             template: bundle.template().clone(),
             network: Some(Estimator::new(bundle, device)?),

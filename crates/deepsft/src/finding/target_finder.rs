@@ -89,7 +89,7 @@ impl TargetFinder {
             finders.push(Finder::Network(Box::new(network.clone())));
         }
         if target.template().is_sheet() || finders.is_empty() {
-            let picture = PictureTarget::new(target.template().clone())?;
+            let picture = PictureTarget::from_template(target.template().clone())?;
             finders.push(Finder::Features(Box::new(FeatureFinder::new(picture)?)));
         }
         Ok(Self::with_finders(target, finders))
@@ -219,7 +219,7 @@ impl TargetFinder {
         }
         Ok(best.unwrap_or_else(|| TargetEstimate {
             by: None,
-            maps: Maps::empty(camera.width() as usize, camera.height() as usize),
+            maps: Maps::empty(camera.width(), camera.height()),
             judgement: Judgement::default(),
             fit: None,
         }))

@@ -32,7 +32,7 @@ fn print() -> Picture {
 
 /// A camera with 960 columns, and what it sees of the print around a cylinder, before a dark wall.
 fn photograph(template: &Template) -> (Camera, Picture, Maps) {
-    let camera = training_camera().resized(960, 540).unwrap();
+    let camera = training_camera().resized((960, 540)).unwrap();
     let turn = DVec2::from_angle(2.1);
     let place = |p: &DVec3| {
         let (angle, turned) = (p.x / 160.0, turn);
@@ -70,7 +70,7 @@ fn finders_trackers_and_their_futures_may_move_between_threads() {
 
 #[test]
 fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
-    let target = Target::picture(print(), 297.0).unwrap();
+    let target = Target::from_picture(print(), 297.0).unwrap();
     let (camera, image, truth) = photograph(target.template());
     let mut finder = TargetFinder::new(target.clone()).unwrap();
     assert!(!finder.can_deny());
@@ -136,7 +136,7 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
 /// The camera held a quarter turned sees the same mesh, turned, in maps that stand upright.
 #[test]
 fn in_an_upright_image_the_same_is_found_upright() {
-    let target = Target::picture(print(), 297.0).unwrap();
+    let target = Target::from_picture(print(), 297.0).unwrap();
     let (camera, image, _) = photograph(target.template());
     let upright = camera.turned_anticlockwise();
     let turned = image.turned_clockwise().turned_clockwise().turned_clockwise();
@@ -164,7 +164,7 @@ fn in_an_upright_image_the_same_is_found_upright() {
 #[test]
 fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
-        let refused = Target::picture(print(), width_mm);
+        let refused = Target::from_picture(print(), width_mm);
         assert!(
             matches!(refused, Err(DeepSftError::Geometry(GeometryError::TemplateSize { .. }))),
             "{width_mm}"
@@ -173,7 +173,7 @@ fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     let corners = [DVec3::ZERO, DVec3::X * 90.0, DVec3::Y * 90.0, DVec3::Z * 90.0];
     let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(DVec2::from);
     let mesh = TriangleMesh::new(corners.to_vec(), uv.to_vec(), vec![[0, 2, 1], [1, 2, 3]]).unwrap();
-    let solid = Target::mesh(Template::of_mesh(mesh, print()).unwrap());
+    let solid = Target::from_template(Template::of_mesh(mesh, print()).unwrap());
     let Err(error) = TargetFinder::new(solid) else {
         panic!("nothing finds a solid without a network");
     };
@@ -215,7 +215,7 @@ fn matches_of_the_shipped_descriptors_tell_place_roll_and_scale() {
     let mut view = View::new(&image, &camera);
     let matches = finder.matches(&mut view, &camera).unwrap();
     // Another camera's image in between changes nothing, and has matches of its own.
-    let shifted = Camera::pinhole(480, 270, 380.0, 380.0, 200.0, 135.0).unwrap();
+    let shifted = Camera::pinhole((480, 270), DVec2::splat(380.0), DVec2::new(200.0, 135.0)).unwrap();
     let others = finder.matches(&mut view, &shifted).unwrap();
     view.canonical(&camera).unwrap();
     let again = finder.matches(&mut view, &camera).unwrap();

@@ -153,7 +153,7 @@ pub fn run(arguments: &CalibrateArguments) -> Result<()> {
     });
     let points: Vec<PlanarView> = views.iter().map(|named| named.view.clone()).collect();
     let (width, height) = size;
-    let found = calibrate(&points, (width as u32, height as u32), model)
+    let found = calibrate(&points, (width, height), model)
         .map_err(|error| explained(error, &detector, views.len(), photographs))
         .blame("photographs", &arguments.inputs[0])?;
     let report = report(&detector, &views, &found);

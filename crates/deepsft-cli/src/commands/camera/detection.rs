@@ -49,9 +49,9 @@ impl Detector {
 
     /// Of the print of a flat template.
     pub fn print(template: Template) -> Result<Self> {
-        Ok(Self::Print(Box::new(FeatureFinder::new(PictureTarget::new(
-            template,
-        )?)?)))
+        Ok(Self::Print(Box::new(FeatureFinder::new(
+            PictureTarget::from_template(template)?,
+        )?)))
     }
 
     /// What it looks for.
@@ -135,10 +135,10 @@ fn halved(grey: &[u8], width: usize, height: usize) -> Vec<u8> {
 /// The places of the print that the photograph shows.
 fn print_points(finder: &mut FeatureFinder, picture: &Picture) -> Result<Vec<(DVec2, DVec2)>> {
     // Only a start: the mesh that gathers the matches bends a little where the focal length is another.
-    let camera = Camera::typical(picture.width() as u32, picture.height() as u32)?;
+    let camera = Camera::typical(picture.size())?;
     let mut view = View::new(picture, &camera);
     let (features, feature_camera) = view.features()?;
-    let scale = f64::from(camera.width()) / f64::from(feature_camera.width());
+    let scale = camera.width() as f64 / feature_camera.width() as f64;
     let found = finder.find(features, feature_camera, &training_camera())?;
     let matches: Vec<_> = found
         .iter()

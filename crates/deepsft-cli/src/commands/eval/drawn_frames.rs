@@ -249,7 +249,7 @@ mod tests {
                 depth_rmse_mm: error,
                 ..FrameMetrics::default()
             },
-            photometric_error: None,
+            photo_consistency_error: None,
             measured_pixels: None,
             fit: None,
             seconds: None,

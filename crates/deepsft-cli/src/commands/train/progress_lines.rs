@@ -47,7 +47,7 @@ fn line(point: &CurvePoint) -> String {
         ("registration", point.registration_rmse_px, 2, " px"),
         ("depth", point.depth_rmse_mm, 2, " mm"),
         ("mask IoU", point.mask_iou, 3, ""),
-        ("E_pr", point.photometric_error, 4, ""),
+        ("E_pr", point.photo_consistency_error, 4, ""),
     ];
     for (name, value, digits, unit) in figures {
         if let Some(value) = value {
@@ -90,7 +90,7 @@ mod tests {
             registration_rmse_px: None,
             depth_rmse_mm: Some(12.345),
             mask_iou: None,
-            photometric_error: Some(0.1234),
+            photo_consistency_error: Some(0.1234),
         };
         let told = line(&point);
         assert!(told.ends_with("loss 1.23e-4  depth 12.35 mm  E_pr 0.1234"), "{told}");

@@ -124,7 +124,7 @@ impl Tracker {
                 let mesh = self.fitter.mesh_fitter().template.mesh();
                 VisibleSurface::new(mesh, &self.current.vertices_camera, camera).maps()
             }
-            Some(camera) => Maps::empty(camera.width() as usize, camera.height() as usize),
+            Some(camera) => Maps::empty(camera.width(), camera.height()),
             None => Maps::empty(crate::camera::CANONICAL_WIDTH, crate::camera::CANONICAL_HEIGHT),
         }
     }

@@ -19,7 +19,7 @@ const G4: [[f64; 3]; READ] = [
 const G2: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5], [0.0, 0.0, 1.0]];
 
 /// A filter of 3 x 3 at the points of tiles of 4: G g G^T.
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub(crate) fn filter_at_points(filter: [[f64; 3]; 3]) -> [f32; POINTS] {
     std::array::from_fn(|point| at_point(&G4, filter, point))
 }

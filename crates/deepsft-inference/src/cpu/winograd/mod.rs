@@ -21,7 +21,7 @@ use super::product::{Packed, Rows, Sink, multiply};
 use crate::plan::{Convolution, Input, MapShape};
 pub(crate) use filters::POINTS;
 use filters::filter_at;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "webgpu")]
 pub(crate) use filters::{READ, TILE, filter_at_points};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;

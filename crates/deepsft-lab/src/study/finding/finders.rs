@@ -63,7 +63,7 @@ impl Finder for FeatureFinding {
     }
 
     fn take(&mut self, template: &Template) -> Result<()> {
-        self.finder = Some(FeatureFinder::new(PictureTarget::new(template.clone())?)?);
+        self.finder = Some(FeatureFinder::new(PictureTarget::from_template(template.clone())?)?);
         Ok(())
     }
 

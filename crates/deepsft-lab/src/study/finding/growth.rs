@@ -40,7 +40,9 @@ impl Growth {
         let (mut finders, mut prepare) = (Vec::new(), Vec::new());
         for print in &chosen {
             let start = Stopwatch::start();
-            finders.push(FeatureFinder::new(PictureTarget::new(print.template.clone())?)?);
+            finders.push(FeatureFinder::new(PictureTarget::from_template(
+                print.template.clone(),
+            )?)?);
             prepare.push(start.ms());
         }
         let target_mb = resident_mb()

@@ -188,7 +188,7 @@ impl<'a> Studied<'a> {
 /// The camera of the frames, and how they are made.
 pub fn frames_config() -> Result<(Camera, SynthConfig)> {
     let canonical = training_camera();
-    let camera = canonical.resized(2 * canonical.width(), 2 * canonical.height())?;
+    let camera = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
     let default = SynthConfig::default();
     let config = SynthConfig {
         camera,

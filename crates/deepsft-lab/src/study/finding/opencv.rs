@@ -122,7 +122,7 @@ impl Finder for OpenCv {
     fn take(&mut self, template: &Template) -> Result<()> {
         let size = template.size_mm().to_array();
         self.send("target", template.texture(), size.as_slice().into())?;
-        self.mesh = Some(FeatureFinder::new(PictureTarget::new(template.clone())?)?);
+        self.mesh = Some(FeatureFinder::new(PictureTarget::from_template(template.clone())?)?);
         self.answer()?;
         Ok(())
     }

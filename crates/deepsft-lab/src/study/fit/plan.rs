@@ -155,14 +155,7 @@ impl Condition {
         );
         let mut config = SynthConfig {
             empty_probability: 0.0,
-            camera: Camera::pinhole(
-                canonical.width(),
-                canonical.height(),
-                focal.x,
-                focal.y,
-                principal.x,
-                principal.y,
-            )?,
+            camera: Camera::pinhole(canonical.size(), focal, principal)?,
             ..SynthConfig::default()
         };
         if let Some(blur) = self.blur_px {

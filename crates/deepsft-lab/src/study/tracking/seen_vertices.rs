@@ -17,9 +17,8 @@ pub fn seen_vertices(template: &Template, vertices_camera: &[DVec3], truth: &Map
             let Some(pixel) = camera.project(*p).map(DVec2::floor) else {
                 return false;
             };
-            let inside = pixel.cmpge(DVec2::ZERO).all()
-                && pixel.x < f64::from(camera.width())
-                && pixel.y < f64::from(camera.height());
+            let inside =
+                pixel.cmpge(DVec2::ZERO).all() && pixel.x < camera.width() as f64 && pixel.y < camera.height() as f64;
             if !inside {
                 return false;
             }

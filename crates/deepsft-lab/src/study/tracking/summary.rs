@@ -168,7 +168,8 @@ impl Summary {
     pub fn by_event(clips: &[ClipRecord]) -> BTreeMap<&'static str, Self> {
         let of = |event: ClipEvent| clips.iter().filter(move |clip| clip.event == event.name());
         ClipEvent::ALL
-            .into_iter()
+            .iter()
+            .copied()
             .filter(|event| of(*event).next().is_some())
             .map(|event| (event.name(), Self::of(of(event))))
             .collect()
