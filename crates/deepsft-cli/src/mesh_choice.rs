@@ -11,10 +11,8 @@ pub enum MeshChoice {
     /// No mesh: the network's own maps
     None,
     /// Fit the template's mesh to the network's maps and to the image, keeping its lengths
-    #[value(alias = "physics")]
     Fit,
     /// Keep what the network sees and recover the hidden rest as rigidly as possible (ARAP)
-    #[value(alias = "arap")]
     Complete,
 }
 

@@ -33,6 +33,8 @@ pub use deform::{
 pub use deform::capsule;
 pub use error::SynthError;
 pub use in_order::{clip_frames, in_order, samples};
+/// The generators in this interface are those of this version of rand.
+pub use rand;
 pub use recording::{
     ASSOCIATIONS_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame,
     Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,

@@ -11,6 +11,8 @@ mod run;
 mod supervised;
 mod tuning;
 
+/// Tensors and devices in this interface are those of this version of burn.
+pub use burn;
 /// What a training computes on, see `deepsft_network::start_device`.
 pub use burn::tensor::Device;
 
@@ -27,7 +29,7 @@ pub use run::{
     CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
     model_card,
 };
-pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
+pub use supervised::{ACCURACY_SEED, ModelLabel, Trained, export_bundle, train};
 pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
     tuning_json, tuning_table,

@@ -5,5 +5,5 @@ mod export;
 mod fingerprint;
 mod training;
 
-pub use export::{ACCURACY_SEED, export_bundle};
+pub use export::{ACCURACY_SEED, ModelLabel, export_bundle};
 pub use training::{Trained, train};

@@ -74,8 +74,8 @@ pub struct Accuracy {
 pub struct ModelCard {
     /// Name for people.
     pub name: String,
-    /// SPDX expression.
-    pub licence: String,
+    /// SPDX expression; `None` where none is stated.
+    pub licence: Option<String>,
     /// When a frame counts as showing the template.
     pub found: FoundRule,
     /// How it came about.
@@ -88,7 +88,8 @@ pub struct ModelCard {
 struct Manifest {
     format_version: u32,
     name: String,
-    licence: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    licence: Option<String>,
     network: NetworkConfig,
     training_camera: serde_json::Value,
     found: FoundRule,

@@ -55,7 +55,11 @@ fn is_finite(maps: &Maps) -> bool {
 
 fn print(bundle: &ModelBundle) {
     let (card, size) = (bundle.card(), bundle.template().size_mm());
-    println!("{}, licence {}", bundle.name(), card.licence);
+    println!(
+        "{}, licence {}",
+        bundle.name(),
+        card.licence.as_deref().unwrap_or("not stated")
+    );
     println!("template {} x {} mm", size.x, size.y);
     let (camera, provenance) = (bundle.camera(), &card.provenance);
     println!(

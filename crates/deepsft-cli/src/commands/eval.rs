@@ -73,7 +73,7 @@ pub struct EvalArguments {
     #[arg(long, visible_alias = "dataset", value_name = "DIR")]
     data: Vec<PathBuf>,
     /// How to find the whole mesh, whose maps are then measured
-    #[arg(long, alias = "refine", value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = MeshChoice::None)]
     mesh: MeshChoice,
     /// Measure the maps after each block of the network
     #[arg(long, conflicts_with_all = ["mesh", "sheet", "figure"])]

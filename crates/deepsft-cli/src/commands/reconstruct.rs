@@ -81,7 +81,7 @@ pub struct ReconstructArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// How to find the whole mesh [default: fit for sheets, none for other templates]
-    #[arg(long, alias = "refine", value_name = "HOW", value_enum)]
+    #[arg(long, value_name = "HOW", value_enum)]
     mesh: Option<MeshChoice>,
     /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]

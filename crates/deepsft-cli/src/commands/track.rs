@@ -86,7 +86,7 @@ pub struct TrackArguments {
     #[arg(long, value_name = "K", conflicts_with = "find_every", value_parser = clap::value_parser!(u64).range(..=30))]
     delay: Option<u64>,
     /// Show every Nth frame to the finder and wait for its detection
-    #[arg(long, alias = "network-every", value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     find_every: Option<u64>,
     /// Smooth the mesh over time (One-Euro filter): steadier when still, a little late when moving
     #[arg(long)]

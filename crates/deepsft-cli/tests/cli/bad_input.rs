@@ -241,8 +241,8 @@ fn contradictions_on_the_command_line_are_usage_errors() {
         "--seed",
         "1",
         "--ablation",
-        "--refine",
-        "physics",
+        "--mesh",
+        "fit",
     ];
     run(&both).fails(USAGE, &["cannot be used with"]);
     let on_disk = ["eval", "--model", "m", "--data", "d", "--images", "paper"];

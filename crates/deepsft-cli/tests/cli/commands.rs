@@ -251,13 +251,8 @@ fn a_reconstruction_is_maps_a_mesh_a_sheet_and_a_report() {
     assert_eq!(fs::read(results.join("mesh.glb")).unwrap()[..4], *b"glTF");
     assert!(report["mesh_taken"].is_null());
 
-    // An untrained network finds nothing to fit a mesh to, and the report says so; the option's first names still work.
-    for how in [
-        &[][..],
-        &["--mesh", "complete"],
-        &["--refine", "physics"],
-        &["--refine", "arap"],
-    ] {
+    // An untrained network finds nothing to fit a mesh to, and the report says so.
+    for how in [&[][..], &["--mesh", "fit"], &["--mesh", "complete"]] {
         deepsft(folder.path(), &[&arguments[..], how].concat()).succeeds();
         let report = json(&results.join("report.json"));
         assert_eq!(report["mesh_taken"].as_bool(), Some(false), "{how:?}");
@@ -290,8 +285,10 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
     deepsft(folder.path(), &["bundle", "verify", "model"]).succeeds();
     // A file that somebody lays beside it stays.
     fs::write(folder.path().join("model/poster.pdf"), "%PDF").unwrap();
+    // The model is its maker's: no licence is stated unless they state one.
+    assert_eq!(json(&folder.path().join("model/model.json")).get("licence"), None);
     assert!(
-        train("32", &["--resume"])
+        train("32", &["--resume", "--licence", "CC-BY-4.0"])
             .succeeds()
             .stdout
             .contains("going on after 16 samples")
@@ -300,6 +297,7 @@ fn a_training_makes_a_bundle_and_goes_on_where_it_ended() {
     assert_eq!(model["provenance"]["samples"].as_u64(), Some(32));
     assert_eq!(model["provenance"]["seed"].as_u64(), Some(7));
     assert_eq!(model["accuracy"]["frames"].as_u64(), Some(8));
+    assert_eq!(model["licence"].as_str(), Some("CC-BY-4.0"));
     assert_eq!(fs::read(folder.path().join("model/poster.pdf")).unwrap(), b"%PDF");
     assert!(
         fs::read_to_string(folder.path().join("model/CARD.md"))

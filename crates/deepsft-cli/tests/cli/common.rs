@@ -109,7 +109,7 @@ pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
     let network = Network::new(&NetworkConfig::new(architecture, [200.0, 150.0], &camera), &device).fold();
     let card = ModelCard {
         name: "untrained".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

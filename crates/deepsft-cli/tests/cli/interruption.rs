@@ -119,9 +119,9 @@ fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_go
     let model = model.to_str().unwrap();
     let simulate = ["recording", "simulate", "--model", model, "--frames", "4"];
     deepsft(folder, &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
-    let train = |stages, epochs, extra: &[&'static str]| {
+    let train = |steps, epochs, extra: &[&'static str]| {
         let object = ["train", "--model", model, "--recording", "recording", "--out", "tuned"];
-        [&object[..], &["--stages", stages, "--epochs", epochs], extra].concat()
+        [&object[..], &["--steps", steps, "--epochs", epochs], extra].concat()
     };
     let state = |ending: &str| {
         let path = folder.join(format!("tuned.step-3.checkpoint{ending}/state.json"));

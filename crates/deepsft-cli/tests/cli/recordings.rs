@@ -37,7 +37,7 @@ fn a_simulated_recording_says_so_and_steps_two_and_three_of_a_training_learn_fro
 
     let train = [
         "train",
-        "--stages",
+        "--steps",
         "2,3",
         "--model",
         model.to_str().unwrap(),
@@ -102,7 +102,7 @@ fn a_broken_recording_is_refused_with_its_file_and_steps_without_one_are_no_comm
         "recording",
     ];
     deepsft(folder.path(), &simulate).succeeds();
-    let train = ["train", "--stage", "2", "--model", "model", "--out", "tuned"];
+    let train = ["train", "--steps", "2", "--model", "model", "--out", "tuned"];
     let with_recording = [&train[..], &["--recording", "recording"]].concat();
     let depth = folder.path().join("recording/depth/000001.png");
     let bytes = fs::read(&depth).unwrap();
@@ -139,7 +139,7 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
         "--changing-place",
     ];
     deepsft(folder.path(), &[&simulate[..], &["--out", "recording"]].concat()).succeeds();
-    let steps = ["train", "--stages", "1,2,3", "--template", "template"];
+    let steps = ["train", "--steps", "1,2,3", "--template", "template"];
     let options = [
         "--recording",
         "recording",

@@ -28,14 +28,6 @@ pub struct Camera {
 /// of a public table of 98 phones (0.73 to 1.01 covers 80 % of them).
 const TYPICAL_FOCAL_FRACTION: f64 = 0.79;
 
-/// The cameras of the paper (its table of intrinsics): name, size, focal lengths and principal point, pixels. The paper prints
-/// 1270 x 720 for the Realsense; the sensor's stream has 1280 x 720.
-const PRESETS: [(&str, (usize, usize), [f64; 2], [f64; 2]); 3] = [
-    ("kinect-v2", (1920, 1080), [1057.8, 1064.0], [947.6, 530.4]),
-    ("realsense-d435", (1280, 720), [915.5, 915.5], [645.5, 366.3]),
-    ("gopro-hero3", (1920, 1080), [1686.8, 1694.2], [952.8, 563.5]),
-];
-
 impl Camera {
     /// A camera without lens distortion. `size` is (columns, rows), `focal` (fx, fy), `principal_point` (cx, cy), all in pixels,
     /// the image's corner at (0, 0) (so the centre of a 480-pixel row is 240).
@@ -94,10 +86,16 @@ impl Camera {
         Self { lens, reach, ..self }
     }
 
-    /// A camera of the paper by its name: `kinect-v2`, `realsense-d435` or `gopro-hero3`.
+    /// A camera of the paper (its table of intrinsics) by its name: `kinect-v2`, `realsense-d435` or `gopro-hero3`. The paper prints
+    /// 1270 x 720 for the Realsense; the sensor's stream has 1280 x 720.
     pub fn preset(name: &str) -> Option<Self> {
-        let (_, size, focal, principal_point) = PRESETS.into_iter().find(|(known, ..)| *known == name)?;
-        Self::pinhole(size, focal.into(), principal_point.into()).ok()
+        let (size, [fx, fy, cx, cy]) = match name {
+            "kinect-v2" => ((1920, 1080), [1057.8, 1064.0, 947.6, 530.4]),
+            "realsense-d435" => ((1280, 720), [915.5, 915.5, 645.5, 366.3]),
+            "gopro-hero3" => ((1920, 1080), [1686.8, 1694.2, 952.8, 563.5]),
+            _ => return None,
+        };
+        Self::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy)).ok()
     }
 
     /// A guess for an image of `size` (columns, rows) and unknown origin: principal point at the centre, focal length 0.79 of

@@ -58,7 +58,7 @@ fn sums_over_columns_and_rows_are_the_mean_of_all_samples() {
         (97, 1, 380.0, 40.0, 0.5),
     ] {
         let source = Camera::pinhole((width, height), DVec2::new(f, f * 1.1), DVec2::new(cx, cy)).unwrap();
-        let picture = noise(width as usize, height as usize);
+        let picture = noise(width, height);
         let warped = |source| CanonicalWarp::new(source, &training_camera()).apply(&picture).unwrap();
         // A lens that distorts nothing, because 1 + 1e-300 is 1, but is not one without distortion.
         let lens = source.with_distortion([1e-300, 0.0, 0.0, 0.0, 0.0]).unwrap();

@@ -4,6 +4,16 @@ use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
 #[test]
+fn cameras_of_the_paper_are_known_by_name() {
+    let kinect = Camera::preset("kinect-v2").unwrap();
+    assert_eq!(kinect.size(), (1920, 1080));
+    assert_eq!(kinect.focal(), DVec2::new(1057.8, 1064.0));
+    assert_eq!(kinect.principal_point(), DVec2::new(947.6, 530.4));
+    assert!(Camera::preset("realsense-d435").is_some() && Camera::preset("gopro-hero3").is_some());
+    assert_eq!(Camera::preset("kinect"), None);
+}
+
+#[test]
 fn a_focal_length_of_zero_or_nan_is_refused_by_name() {
     for fx in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = Camera::pinhole((640, 480), DVec2::new(fx, 500.0), DVec2::new(320.0, 240.0)).unwrap_err();

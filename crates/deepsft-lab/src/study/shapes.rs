@@ -9,7 +9,7 @@ use deepsft_cli::{input, progress};
 use deepsft_formats::{FolderKind, write_file, write_folder};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Picture};
 use deepsft_network::{Network, start_device};
-use deepsft_train::{Budget, Progress, TrainConfig, export_bundle, train};
+use deepsft_train::{Budget, ModelLabel, Progress, TrainConfig, export_bundle, train};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -156,7 +156,12 @@ fn trained(
         }
     })?;
     bar.finish_and_clear();
-    let bundle = export_bundle(trained, &synthesizer, &config, name, "deepsft-lab study shapes")?;
+    let label = ModelLabel {
+        name: name.to_owned(),
+        licence: None,
+        command: "deepsft-lab study shapes".to_owned(),
+    };
+    let bundle = export_bundle(trained, &synthesizer, &config, label)?;
     write_folder(&folder, &BUNDLE_FOLDER, &bundle.to_files()?)?;
     Ok(bundle)
 }

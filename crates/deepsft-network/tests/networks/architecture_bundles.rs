@@ -28,7 +28,7 @@ fn bundle(architecture: Architecture) -> ModelBundle {
     let network = Network::new(&NetworkConfig::new(architecture, SIZE_MM, &camera), &Device::flex());
     let card = ModelCard {
         name: "narrow".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

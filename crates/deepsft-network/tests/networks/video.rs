@@ -16,7 +16,7 @@ fn bundle() -> ModelBundle {
     let texture = Picture::from_fn(40, 30, |x, y| [(6 * x) as u8, (8 * y) as u8, (x * y % 251) as u8]);
     let card = ModelCard {
         name: "untrained".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

@@ -45,7 +45,7 @@ impl DepthAlignment {
     /// Depth in mm of every pixel of the target, 0 in holes. `raw` are the numbers of a depth picture, row-major, 0 where
     /// nothing was measured.
     pub fn apply(&self, raw: &[u16]) -> Vec<f32> {
-        let pixels = (self.target.width() * self.target.height()) as usize;
+        let pixels = self.target.width() * self.target.height();
         let mut nearest = vec![f64::INFINITY; pixels];
         self.each_covered(raw, |pixel, depth| nearest[pixel] = nearest[pixel].min(depth));
         let mut sums = vec![(0.0, 0_u32); pixels];
@@ -67,8 +67,8 @@ impl DepthAlignment {
 
     /// Calls `each(target pixel, depth in the target's frame, mm)` for every pixel that every measured square covers.
     fn each_covered(&self, raw: &[u16], mut each: impl FnMut(usize, f64)) {
-        let width = self.sensor.depth.width() as usize;
-        let (columns, rows) = (self.target.width() as usize, self.target.height() as usize);
+        let width = self.sensor.depth.width();
+        let (columns, rows) = (self.target.width(), self.target.height());
         let mm = 1000.0 / self.sensor.depth_scale;
         for (pixel, &units) in raw.iter().enumerate().filter(|(_, units)| **units > 0) {
             let corner = (pixel / width) * (width + 1) + pixel % width;

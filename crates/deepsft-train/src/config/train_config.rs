@@ -36,7 +36,7 @@ impl Budget {
 
 /// How to train.
 ///
-/// The default is the paper's.
+/// The default is ours, as `deepsft train` has it.
 ///
 /// | | the paper ([`TrainConfig::paper`]) | ours ([`TrainConfig::ours`]) |
 /// |---|---|---|
@@ -195,7 +195,7 @@ impl TrainConfig {
             more_devices: Vec::new(),
             precision: Precision::F32,
             from: None,
-            budget: Budget::Seconds(600.0),
+            budget: Budget::Seconds(3600.0),
             held_out_seed: 0x7e57,
             held_out_frames: 48,
             accuracy_frames: 160,
@@ -228,6 +228,6 @@ impl TrainConfig {
 
 impl Default for TrainConfig {
     fn default() -> Self {
-        Self::paper()
+        Self::ours()
     }
 }

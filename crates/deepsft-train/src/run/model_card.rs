@@ -124,7 +124,7 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         iou = figure(accuracy.mask_iou),
         area = 100.0 * card.found.least_area,
         confidence = card.found.least_confidence,
-        licence = card.licence,
+        licence = card.licence.as_deref().unwrap_or("Not stated."),
     )
 }
 

@@ -15,8 +15,18 @@ pub const ACCURACY_SEED: u64 = 0xca1b;
 /// Confidence a frame must have at least, whatever the frames say.
 const LEAST_CONFIDENCE: f64 = 0.1;
 
-/// Makes a bundle named `name` of a finished training. `command` is recorded as how it came about;
-/// `synthesizer` makes the frames that are measured ([`TrainConfig::accuracy_frames`], some of them without the template).
+/// What nobody measures of a model: it comes from who trains it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelLabel {
+    /// Name for people.
+    pub name: String,
+    /// Licence of the model, an SPDX expression; `None` states none.
+    pub licence: Option<String>,
+    /// The command that trained it.
+    pub command: String,
+}
+
+/// Makes a bundle with this `label` of a finished training; `synthesizer` makes the frames that are measured ([`TrainConfig::accuracy_frames`], some of them without the template).
 ///
 /// # Errors
 /// [`TrainError`] when the bundle cannot be put together or the device fails.
@@ -24,16 +34,15 @@ pub fn export_bundle(
     trained: Trained,
     synthesizer: &Synthesizer,
     config: &TrainConfig,
-    name: &str,
-    command: &str,
+    label: ModelLabel,
 ) -> Result<ModelBundle, TrainError> {
     let template = synthesizer.template().clone();
     let card = ModelCard {
-        name: name.to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        name: label.name,
+        licence: label.licence,
         found: FoundRule::default(),
         provenance: Provenance {
-            command: command.to_owned(),
+            command: label.command,
             seed: config.seed,
             samples: trained.state.samples,
             seconds: trained.state.seconds,

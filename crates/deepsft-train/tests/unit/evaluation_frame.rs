@@ -90,7 +90,7 @@ fn every_model_is_compared_at_all_pixels_that_the_recording_offers_whatever_its_
     let network = Network::new(&NetworkConfig::compact([200.0, 100.0], &training_camera()), &device);
     let card = ModelCard {
         name: "untrained".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

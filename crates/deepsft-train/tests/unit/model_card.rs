@@ -17,7 +17,7 @@ fn card(template: Template, curve: &[CurvePoint]) -> String {
     );
     let card = ModelCard {
         name: "test".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

@@ -23,7 +23,7 @@ fn files() -> Files {
     let template = Template::thin_shell(Picture::from_fn(30, 21, |x, y| [x as u8, y as u8, 7]), 297.0, 210.0).unwrap();
     let card = ModelCard {
         name: "test".to_owned(),
-        licence: "MIT OR Apache-2.0".to_owned(),
+        licence: Some("MIT OR Apache-2.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),
@@ -54,6 +54,16 @@ fn a_bundle_comes_back_with_its_weights_rounded() {
     assert_eq!(bundle.name(), "test");
     assert_eq!(bundle.camera(), &training_camera());
     // Rounding twice changes nothing: the same files come out.
+    assert_eq!(bundle.to_files().unwrap(), files);
+    assert_eq!(bundle.card().licence.as_deref(), Some("MIT OR Apache-2.0"));
+}
+
+#[test]
+fn a_bundle_need_not_state_a_licence() {
+    let mut files = files();
+    edit(&mut files, "  \"licence\": \"MIT OR Apache-2.0\",\n", "");
+    let bundle = ModelBundle::from_files(&files).unwrap();
+    assert_eq!(bundle.card().licence, None);
     assert_eq!(bundle.to_files().unwrap(), files);
 }
 

@@ -90,7 +90,7 @@ pub struct TrainArguments {
     #[arg(long, value_name = "DIR")]
     pub data: Vec<PathBuf>,
     /// Steps to train, in their order
-    #[arg(long, aliases = ["stages", "stage"], value_name = "1,2,3", value_delimiter = ',', default_value = "1",
+    #[arg(long, value_name = "1,2,3", value_delimiter = ',', default_value = "1",
           value_parser = clap::value_parser!(u8).range(1..=3))]
     pub steps: Vec<u8>,
     /// Folder of the RGB-D recording for steps 2 and 3 (its layout: `deepsft recording simulate --help`)
@@ -150,6 +150,9 @@ pub struct TrainArguments {
     /// Name of the model for people [default: the name of BUNDLE]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
+    /// Licence of the model that step 1 makes, an SPDX expression such as CC-BY-4.0 [default: none stated]
+    #[arg(long, value_name = "SPDX", conflicts_with = "model")]
+    pub licence: Option<String>,
 }
 
 impl TrainArguments {

@@ -1,6 +1,6 @@
 //! The folder of a model bundle that a training writes.
 
-use super::recording_steps::{FIGURES_FILE, OLD_FIGURES_FILE};
+use super::recording_steps::FIGURES_FILE;
 use crate::output::curve_plot;
 use deepsft::MODEL_FILE;
 use deepsft_formats::FolderKind;
@@ -19,7 +19,6 @@ pub const BUNDLE_FOLDER: FolderKind = FolderKind {
         CURVE_FILE,
         curve_plot::PLOT_FILE,
         FIGURES_FILE,
-        OLD_FIGURES_FILE,
         "step-2.csv",
         "step-2.png",
         "step-3.csv",

@@ -105,10 +105,7 @@ impl<'a> Plan<'a> {
 
 fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
     let defaults = match arguments.preset() {
-        Preset::Ours => TrainConfig {
-            budget: Budget::Seconds(3600.0),
-            ..TrainConfig::ours()
-        },
+        Preset::Ours => TrainConfig::ours(),
         Preset::Paper => TrainConfig::paper(),
     };
     if [defaults.held_out_seed, ACCURACY_SEED].contains(&arguments.seed) {

@@ -21,9 +21,6 @@ use std::path::Path;
 /// Name of the file with the figures before and after, in a bundle.
 pub const FIGURES_FILE: &str = "tuning.json";
 
-/// What earlier versions called it.
-pub const OLD_FIGURES_FILE: &str = "refinement.json";
-
 /// What steps on a recording leave behind.
 pub struct TunedBundle {
     pub network: Network,

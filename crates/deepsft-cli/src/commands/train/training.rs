@@ -13,8 +13,8 @@ use anyhow::Result;
 use deepsft::{DeviceDescription, ModelBundle, encode_png};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, SampleSource, Trained, TrainingCourse, curve_csv,
-    export_bundle, model_card, train,
+    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, ModelLabel, SampleSource, Trained, TrainingCourse,
+    curve_csv, export_bundle, model_card, train,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -100,8 +100,12 @@ impl Training<'_> {
                 .to_string_lossy()
                 .into_owned()
         };
-        let name = arguments.name.clone().unwrap_or_else(folder_name);
-        let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, &name, &command_line())?;
+        let label = ModelLabel {
+            name: arguments.name.clone().unwrap_or_else(folder_name),
+            licence: arguments.licence.clone(),
+            command: command_line(),
+        };
+        let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, label)?;
         let mut extra = BTreeMap::new();
         let table = tuned.as_ref().map(|tuned| tuned.table.as_str());
         extra.insert(CARD_FILE.to_owned(), self.card(&bundle, curve, table).into_bytes());
