@@ -104,8 +104,8 @@ impl Engine {
         &self,
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: u32,
-        height: u32,
+        width: usize,
+        height: usize,
         width_mm: f64,
         height_mm: f64,
     ) -> Promise {
@@ -161,8 +161,8 @@ impl Engine {
         &self,
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: u32,
-        height: u32,
+        width: usize,
+        height: usize,
         camera: Vec<f64>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
@@ -183,8 +183,8 @@ impl Engine {
         ids: Vec<u32>,
         estimated: bool,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: u32,
-        height: u32,
+        width: usize,
+        height: usize,
         camera: Vec<f64>,
     ) -> Promise {
         let core = Rc::clone(&self.core);

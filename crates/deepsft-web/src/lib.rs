@@ -7,6 +7,7 @@
 //!
 //! The crate is empty in a native build.
 #![cfg(target_family = "wasm")]
+#![allow(missing_debug_implementations, reason = "JavaScript sees the types, and prints none")]
 
 mod adapter;
 mod clock;

@@ -8,7 +8,7 @@ use crate::{
 };
 use deepsft::{
     DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
-    features::{FeatureFinder, GradeLevel, PictureGrade, PictureTarget},
+    features::{FeatureFinder, PictureGrade, PictureTarget},
     geometry::{
         CompletionOptions, Maps, MapsCompletion, Picture, Template,
         fitting::{FitOptions, FrameFitter},

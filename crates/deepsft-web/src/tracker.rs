@@ -108,8 +108,8 @@ impl MeshTracker {
         &self,
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: u32,
-        height: u32,
+        width: usize,
+        height: usize,
         width_mm: f64,
         height_mm: f64,
     ) -> Promise {
@@ -140,14 +140,14 @@ impl MeshTracker {
         number: u32,
         time_s: f64,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: u32,
-        height: u32,
+        width: usize,
+        height: usize,
         camera: Vec<f64>,
         calibrate: bool,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let camera = camera_from(width, height, &camera)?;
+            let camera = camera_from((width, height), &camera)?;
             core.borrow_mut().follow((number, time_s), &rgba, &camera, calibrate)
         })
     }
