@@ -26,7 +26,8 @@ pub struct ModelLabel {
     pub command: String,
 }
 
-/// Makes a bundle with this `label` of a finished training; `synthesizer` makes the frames that are measured ([`TrainConfig::accuracy_frames`], some of them without the template).
+/// Makes a bundle with this `label` of a finished training. `synthesizer` makes the frames that are measured
+/// ([`TrainConfig::accuracy_frames`], some of them without the template).
 ///
 /// # Errors
 /// [`TrainError`] when the bundle cannot be put together or the device fails.
