@@ -23,13 +23,13 @@ use std::path::PathBuf;
     after_help = "\
 The command prints one table with a row for each model on each data set. It measures each frame over the pixels that lie in
 both the true and the predicted mask, and prints mean and median over the frames that show the object:
-  depth_rmse_mm          depth, mm
-  registration_rmse_px   how far an overlay is displaced, pixels of the 480 x 270 image
-  registration_rmse_mm   the same on the object, mm
-  photo_consistency_error      the paper's E_pr, intensities 0 to 1, not corrected for light
-  mask_iou, coverage     overlap of the masks; fraction of the true mask that was found
-  rmse_3d_mm             3D points, mm
-  frames_per_second      how many frames the model answers per second, one after the other
+  depth_rmse_mm            depth, mm
+  registration_rmse_px     how far an overlay is displaced, pixels of the 480 x 270 image
+  registration_rmse_mm     the same on the object, mm
+  photo_consistency_error  the paper's E_pr, intensities 0 to 1, not corrected for light
+  mask_iou, coverage       overlap of the masks; fraction of the true mask that was found
+  rmse_3d_mm               3D points, mm
+  frames_per_second        how many frames the model answers per second, one after the other
 --json of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
 {\"depth_rmse_mm\"}) and each frame in \"per_frame\". For several it has a list of such objects, \"rows\". With --mesh,
 \"fit\" counts the frames whose mesh was rejected and those where it is worse than the network's own maps. Each frame then
