@@ -1,6 +1,7 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
 import { CalibrationPanel } from "./live/calibration-panel.js";
+import { CameraSwitch } from "./live/camera-switch.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
 import { Live } from "./live/live.js";
@@ -74,6 +75,11 @@ const shots = new ShotButtons(byId("shots", HTMLDivElement), () => (live.draw(),
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
+const cameras = new CameraSwitch(
+  byId("cameras", HTMLDivElement),
+  (name) => (byId("source-label", HTMLParagraphElement).textContent = name || SOURCE_WORDS.camera),
+  (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
+);
 /** @type {Stage | PlainStage} */
 let stage;
 /** @type {Live} */
@@ -246,6 +252,7 @@ function startVideo(kind, open) {
     if (!current()) return opened.stop();
     source = opened;
     if (opened.stream) watch(opened.stream, current);
+    void cameras.use(opened.stream);
     if (opened.stream?.error) throw opened.stream.error;
     await subject;
     if (!current()) return;
@@ -267,6 +274,8 @@ function watch(stream, current) {
     showWaiting("The camera is interrupted");
     view.loading.hidden = false;
   });
+  // What was gathered is about the other one.
+  stream.addEventListener("switched", () => calibration.stop());
   stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
 }
 
@@ -291,6 +300,7 @@ function leaveLive() {
   calibration.stop();
   shots.stop();
   measures.reset();
+  void cameras.use(null);
   source?.stop();
   source = null;
   live?.stop();
