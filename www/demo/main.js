@@ -4,6 +4,7 @@ import { CalibrationPanel } from "./live/calibration-panel.js";
 import { CameraSwitch } from "./live/camera-switch.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
+import { KeepAwake } from "./live/keep-awake.js";
 import { Live } from "./live/live.js";
 import { MeasuresPanel } from "./live/measures.js";
 import { ShotButtons } from "./live/shot-buttons.js";
@@ -80,6 +81,7 @@ const cameras = new CameraSwitch(
   (name) => (byId("source-label", HTMLParagraphElement).textContent = name || SOURCE_WORDS.camera),
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
+const awake = new KeepAwake();
 /** @type {Stage | PlainStage} */
 let stage;
 /** @type {Live} */
@@ -253,6 +255,7 @@ function startVideo(kind, open) {
     source = opened;
     if (opened.stream) watch(opened.stream, current);
     void cameras.use(opened.stream);
+    awake.keep(true);
     if (opened.stream?.error) throw opened.stream.error;
     await subject;
     if (!current()) return;
@@ -301,6 +304,7 @@ function leaveLive() {
   shots.stop();
   measures.reset();
   void cameras.use(null);
+  awake.keep(false);
   source?.stop();
   source = null;
   live?.stop();
@@ -450,10 +454,11 @@ view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribu
 view.calibrate.addEventListener("click", async () => {
   if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
 });
-addEventListener("resize", () => {
+// Told once the page is laid out: when a phone is turned the window tells earlier.
+new ResizeObserver(() => {
   measureControls();
   live?.redraw();
-});
+}).observe(view.live);
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();

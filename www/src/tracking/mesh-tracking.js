@@ -23,13 +23,7 @@ import { SearchPlan } from "./search-plan.js";
 const SEARCHING_INTERVAL_MS = 60;
 /** The tracker keeps 32 frames; the finders may take longer than the last time. */
 const KEPT_FRAMES = 24;
-/**
- * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
- * milliseconds.
- */
-const REST = 1.2;
-const MOST_REST_MS = 1000;
-/** So long after a missed frame the processor counts as too slow for both, milliseconds. */
+/** So long after a missed frame the processor counts as too slow for tracker and finders, milliseconds. */
 const BUSY_MS = 2000;
 
 /** A focal length is told of when its standard deviation is below this fraction of it. */
@@ -340,7 +334,7 @@ export class MeshTracking {
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
       this.#findingMs = now - began;
-      this.#plan.took(question.ids.length, now - began);
+      this.#plan.took(question.ids, now - began, question.canonical !== null);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
       const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
@@ -350,10 +344,9 @@ export class MeshTracking {
       if (estimate && number < this.#viewBegan) estimate.close();
       else if (estimate) onEstimate?.(estimate, number);
       await heard;
-      // A processor with too few cores for both serves the tracker first, which misses frames otherwise; of targets that it has
-      // the finders only confirm it.
-      if (this.#plan.isFollowingSome && performance.now() - this.#frames.missedAt < BUSY_MS)
-        await this.#rest(Math.min(MOST_REST_MS, REST * (performance.now() - began)));
+      const heardAt = performance.now();
+      const restMs = this.#plan.restMs(heardAt - began, heardAt - this.#frames.missedAt < BUSY_MS);
+      if (restMs > 0) await this.#rest(restMs);
       this.#findersBusy = false;
     } catch (error) {
       this.#fail(error);
