@@ -194,8 +194,8 @@ test("cameras say which way they look, by their capabilities or else their Engli
   );
 });
 
-/** A phone with a front and a back camera that opens one at a time; `broken` do not open. */
-function phone({ broken = [] } = {}) {
+/** A phone with a front and a back camera that opens one at a time; `broken` do not open, `meanwhile` is called while one opens. */
+function phone({ broken = [], meanwhile = () => {} } = {}) {
   const opened = [];
   const cameras = { back: "environment", front: "user" };
   withDevices({
@@ -205,6 +205,7 @@ function phone({ broken = [] } = {}) {
       const id = deviceId?.exact ?? Object.keys(cameras).find((camera) => cameras[camera] === facing);
       if (!cameras[id]) throw refusal("OverconstrainedError");
       if (broken.includes(id)) throw refusal("NotReadableError");
+      if (opened.length > 0) await meanwhile();
       const stream = new Stream(`Kamera ${id}`, id);
       stream.track.getSettings = () => ({ deviceId: id, facingMode: cameras[id] });
       opened.push(stream);
@@ -278,13 +279,17 @@ test("where the former camera does not open again either, the camera is lost; on
 });
 
 test("a page that went away while its camera was switched plays on when it returns", async () => {
-  const { opened } = phone();
+  const { opened } = phone({
+    async meanwhile() {
+      await undefined;
+      page.show(false);
+      page.show(true);
+      await new Promise((resolve) => setTimeout(resolve, 5));
+    },
+  });
   const video = new Video();
   const camera = await openCamera(video);
-  const switching = camera.switchTo({ facing: "user" });
-  page.show(false);
-  page.show(true);
-  await switching;
+  await camera.switchTo({ facing: "user" });
   await new Promise((resolve) => setTimeout(resolve, 5));
   assert.deepEqual([camera.facing, opened.length, video.paused], ["user", 2, false]);
   opened[1].track.readyState = "ended";
