@@ -477,5 +477,5 @@ function takeFile(file) {
 }
 
 restoreContexts([byId("stage", HTMLCanvasElement), byId("orbit", HTMLCanvasElement)]);
-openHud(matchMedia("(min-width: 760px)").matches);
+openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
