@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { violations } from "../support/axe.mjs";
 import { DESKTOP, PHONE, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 
 /** Opens the demo with so many cameras and runs `body` once the first of them shows. */
@@ -44,6 +45,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       const button = page.locator("#cameras button");
       assert.equal(await button.getAttribute("aria-label"), "fake_device_0. Change to: fake_device_1");
       assert.equal(await page.isVisible("#cameras select"), false);
+      assert.deepEqual(await violations(page), []);
       await screenshot(`cameras-two-${name}`);
       await button.click();
       await shows("fake_device_1");
@@ -64,6 +66,7 @@ test("of three cameras one is chosen from a list, by keyboard, and is the first 
     const list = page.locator("#cameras select");
     assert.deepEqual(await list.locator("option").allTextContents(), ["fake_device_0", "fake_device_1", "fake_device_2"]);
     assert.equal(await page.isVisible("#cameras button"), false);
+    assert.deepEqual(await violations(page), []);
     await screenshot("cameras-three-phone");
     await list.focus();
     await page.keyboard.press("ArrowDown");
