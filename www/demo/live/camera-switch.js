@@ -34,9 +34,13 @@ function remember({ deviceId, facing }) {
  * @param {ListedCamera} camera
  * @param {ListedCamera[]} all
  */
-function nameOf({ label, facing }, all) {
-  const isOnly = facing !== "" && all.filter((other) => other.facing === facing).length === 1;
-  return isOnly ? FACING_WORDS[facing] : label.replace(/\s*\([0-9a-f]{4}:[0-9a-f]{4}\)$/, "");
+export function nameOf(camera, all) {
+  const { label, facing } = camera;
+  const alike = all.filter((other) => other.facing === facing);
+  if (facing !== "" && alike.length === 1) return FACING_WORDS[facing];
+  // Chrome on Android: "camera2 2, facing back".
+  if (facing !== "" && /^camera2? \d/.test(label)) return `${FACING_WORDS[facing]} ${alike.indexOf(camera) + 1}`;
+  return label.replace(/\s*\([0-9a-f]{4}:[0-9a-f]{4}\)$/, "");
 }
 
 export class CameraSwitch {
