@@ -37,7 +37,6 @@ test("while another tab is in front nothing is tracked, found or drawn; back aga
   try {
     const page = await browser.newPage();
     page.setDefaultTimeout(SLOW_MS);
-    await browser.defaultBrowserContext().overridePermissions(server.origin, ["camera"]);
     await page.evaluateOnNewDocument(() => {
       globalThis.done = { calls: 0, frames: 0, estimates: 0, screens: 0 };
       globalThis.locks = [];

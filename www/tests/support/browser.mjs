@@ -59,6 +59,8 @@ export async function launch(options = {}) {
 export async function launchWithTabs(options) {
   const { executablePath, args, timeout } = startOptions(options);
   const hiding = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
+  // Permissions that Puppeteer gives are all that a page has then.
+  args.push("--use-fake-ui-for-media-stream");
   return puppeteer.launch({ executablePath, args, timeout, ignoreDefaultArgs: hiding, protocolTimeout: SLOW_MS });
 }
 
