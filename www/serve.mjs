@@ -1,12 +1,13 @@
 // The development server, on this machine only: this folder at "/", models/ at "/models/", three.js, for the examples, at "/three/".
 // `cargo xtask demo` and the tests in the browser start it. By hand:
 //
-//     node serve.mjs [PORT] [--offline]
+//     node serve.mjs [PORT] [--offline] [--lan]
 //
 // With --offline, as `cargo xtask demo` has it, there is the site's service worker too: browsers then keep the page, and load it again when
-// it has changed.
+// it has changed. With --lan there is a second server, for the other devices of the network, over https; the port is then that one's.
 
 import { createServer } from "node:http";
+import { createServer as createSecureServer } from "node:https";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import sirv from "sirv";
@@ -21,9 +22,12 @@ const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
 const DOCS = /^\/docs\/[\w-]+\.html$/;
 const LOOPBACK = "127.0.0.1";
 
-/** The first port that is tried when none is asked for, and how many are. */
+/** The first port that is tried when none is asked for, on this machine and for the network, and how many are. */
 const FIRST_PORT = 8080;
+const FIRST_LAN_PORT = 8443;
 const PORTS_TRIED = 50;
+/** All addresses of this machine; the second where there is no IPv6. */
+const EVERYWHERE = ["::", "0.0.0.0"];
 
 /**
  * Serves some folders until closed.
@@ -34,14 +38,16 @@ const PORTS_TRIED = 50;
  * @param {Record<string, string>} [options.folders] by the beginning of their addresses, the longest first
  * @param {Record<string, string>} [options.headers] of every answer
  * @param {boolean} [options.offline] whether browsers may keep the page, for when the server is gone
- * @returns {Promise<{ origin: string, close: () => Promise<void> }>}
+ * @param {{ key: string, cert: string }} [options.certificate] PEM; with it over https
+ * @returns {Promise<{ origin: string, port: number, close: () => Promise<void> }>}
  */
-export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, headers = {}, offline = false } = {}) {
+export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, headers = {}, offline = false, certificate } = {}) {
   const places = Object.entries(folders).map(([prefix, folder]) => {
     // With tags, so that browsers ask each time and yet keep what has not changed, compiled code with it.
     return { prefix, files: sirv(folder, { dev: true, etag: true }) };
   });
-  const server = createServer(async (request, response) => {
+  const create = certificate ? createSecureServer : createServer;
+  const server = create({ ...certificate }, async (request, response) => {
     for (const [name, value] of Object.entries(headers)) response.setHeader(name, value);
     if (offline && OFFLINE.test(request.url)) {
       // Each time, for what is being worked on changes.
@@ -60,9 +66,11 @@ export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, head
   // Else a connection that has been idle for five seconds is closed, now and then just as a request comes by it.
   server.keepAliveTimeout = 0;
   await new Promise((resolve, reject) => server.once("error", reject).listen(port, host, resolve));
+  const { port: taken } = server.address();
   return {
     // Browsers take localhost for secure: they offer it a camera and WebGPU.
-    origin: `http://${host === LOOPBACK ? "localhost" : host}:${server.address().port}`,
+    origin: `${certificate ? "https" : "http"}://${[LOOPBACK, ...EVERYWHERE].includes(host) ? "localhost" : host}:${taken}`,
+    port: taken,
     close: () =>
       new Promise((resolve) => {
         server.closeAllConnections();
@@ -80,26 +88,51 @@ function decoded(url) {
   }
 }
 
-/** The site on the first port that is free. */
-async function serveSomewhere(options) {
-  for (let port = FIRST_PORT; port < FIRST_PORT + PORTS_TRIED; port++) {
+/** The site on a port, or else on the first from `first` on that is free. */
+async function serveSomewhere(port, first, options) {
+  if (port !== undefined) return serve({ port: Number(port), ...options });
+  for (let port = first; port < first + PORTS_TRIED; port++) {
     try {
       return await serve({ port, ...options });
     } catch (error) {
       if (error.code !== "EADDRINUSE" && error.code !== "EACCES") throw error;
     }
   }
-  throw new Error(`no port from ${FIRST_PORT} to ${FIRST_PORT + PORTS_TRIED - 1} is free; choose one`);
+  throw new Error(`no port from ${first} to ${first + PORTS_TRIED - 1} is free; choose one`);
+}
+
+/**
+ * The site for the other devices of the network. Without the service worker: browsers refuse it where nobody vouches for the certificate.
+ *
+ * @param {string | undefined} port
+ * @returns {Promise<string>} what a person has to know of it
+ */
+async function serveLan(port) {
+  const { lanAddresses, lanWords, makeCertificate } = await import("./lan.mjs");
+  const addresses = lanAddresses();
+  if (addresses.length === 0)
+    throw new Error("this machine is in no network, so no phone can reach it; connect it to the phone's network and try again");
+  const certificate = await makeCertificate(addresses);
+  const [everywhere, withoutIpv6] = EVERYWHERE;
+  const server = await serveSomewhere(port, FIRST_LAN_PORT, { host: everywhere, certificate }).catch((error) => {
+    if (error.code !== "EAFNOSUPPORT" && error.code !== "EADDRNOTAVAIL") throw error;
+    return serveSomewhere(port, FIRST_LAN_PORT, { host: withoutIpv6, certificate });
+  });
+  return lanWords(addresses, server.port);
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const offline = process.argv.includes("--offline");
-  const [port] = process.argv.slice(2).filter((word) => word !== "--offline");
+  const words = process.argv.slice(2);
+  const [offline, lan] = ["--offline", "--lan"].map((option) => words.includes(option));
+  const port = words.find((word) => !word.startsWith("--"));
   try {
-    const { origin } = await (port === undefined ? serveSomewhere({ offline }) : serve({ port: Number(port), offline }));
+    // First what may fail: this machine's own server has other ports to go to.
+    const lanText = lan ? await serveLan(port) : undefined;
+    const { origin } = await serveSomewhere(lan ? undefined : port, FIRST_PORT, { offline });
     console.log(`${origin}/`);
+    if (lanText !== undefined) console.log(`\n${lanText}`);
   } catch (error) {
     console.error(`The page cannot be served${port === undefined ? "" : ` on port ${port}`}: ${error.message}`);
-    process.exitCode = 1;
+    process.exit(1);
   }
 }

@@ -1,8 +1,10 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
 import { CalibrationPanel } from "./live/calibration-panel.js";
+import { CameraSwitch } from "./live/camera-switch.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
+import { KeepAwake } from "./live/keep-awake.js";
 import { Live } from "./live/live.js";
 import { MeasuresPanel } from "./live/measures.js";
 import { ShotButtons } from "./live/shot-buttons.js";
@@ -74,6 +76,12 @@ const shots = new ShotButtons(byId("shots", HTMLDivElement), () => (live.draw(),
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
+const cameras = new CameraSwitch(
+  byId("cameras", HTMLDivElement),
+  (name) => (byId("source-label", HTMLParagraphElement).textContent = name || SOURCE_WORDS.camera),
+  (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
+);
+const awake = new KeepAwake();
 /** @type {Stage | PlainStage} */
 let stage;
 /** @type {Live} */
@@ -246,6 +254,8 @@ function startVideo(kind, open) {
     if (!current()) return opened.stop();
     source = opened;
     if (opened.stream) watch(opened.stream, current);
+    void cameras.use(opened.stream);
+    awake.keep(true);
     if (opened.stream?.error) throw opened.stream.error;
     await subject;
     if (!current()) return;
@@ -267,6 +277,8 @@ function watch(stream, current) {
     showWaiting("The camera is interrupted");
     view.loading.hidden = false;
   });
+  // What was gathered is about the other one.
+  stream.addEventListener("switched", () => calibration.stop());
   stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
 }
 
@@ -291,6 +303,8 @@ function leaveLive() {
   calibration.stop();
   shots.stop();
   measures.reset();
+  void cameras.use(null);
+  awake.keep(false);
   source?.stop();
   source = null;
   live?.stop();
@@ -440,10 +454,11 @@ view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribu
 view.calibrate.addEventListener("click", async () => {
   if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
 });
-addEventListener("resize", () => {
+// Told once the page is laid out: when a phone is turned the window tells earlier.
+new ResizeObserver(() => {
   measureControls();
   live?.redraw();
-});
+}).observe(view.live);
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
@@ -462,5 +477,5 @@ function takeFile(file) {
 }
 
 restoreContexts([byId("stage", HTMLCanvasElement), byId("orbit", HTMLCanvasElement)]);
-openHud(matchMedia("(min-width: 760px)").matches);
+openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");

@@ -99,7 +99,7 @@ const MESSAGES = {
   },
   "browser-unsupported": {
     title: "This browser lacks what the engine needs",
-    advice: "A newer one has it: Chrome or Edge 91, Firefox 114, Safari 16.4, or later. Some protected modes switch it off.",
+    advice: "A newer one has it: Chrome or Edge 100, Firefox 114, Safari 16.4, or later. Some protected modes switch it off.",
     remedies: ["reload"],
   },
   "engine-load": {

@@ -1,6 +1,7 @@
 // The three places a picture can come from, each as a video or an image with its camera.
 
 import { DeepSftError, openCamera } from "deepsft";
+import { rememberedCamera } from "./live/camera-switch.js";
 
 /** @import { Camera, CameraOption, CameraStream } from "deepsft" */
 
@@ -24,7 +25,7 @@ const CLIP_CAMERA_URL = "demo/clip.json";
  * @returns {Promise<VideoSource>}
  */
 export async function cameraSource(video) {
-  const stream = await openCamera(video);
+  const stream = await openCamera(video, rememberedCamera());
   return { kind: "camera", camera: stream.intrinsics, stream, stop: () => stream.stop() };
 }
 

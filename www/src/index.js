@@ -26,6 +26,8 @@ export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
+/** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
+/** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */

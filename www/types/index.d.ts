@@ -13,6 +13,8 @@ export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
 export type LoadProgress = import("./engine/bundle.js").LoadProgress;
+export type ListedCamera = import("./camera/camera-stream.js").ListedCamera;
+export type Facing = import("./camera/request.js").Facing;
 export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
 export type EstimateOptions = import("./deepsft.js").EstimateOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
@@ -35,6 +37,8 @@ export type TemplateInput = import("./targets/target-source.js").TemplateInput;
 export type FoundFocal = import("./tracking/mesh-tracking.js").FoundFocal;
 export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
+/** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
+/** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */

@@ -20,9 +20,11 @@ use std::{
 const HELP: &str = "\
 Tasks of the DeepSfT workspace
 
-    cargo xtask demo [--port PORT] [--no-open] [--no-build]
+    cargo xtask demo [--lan] [--port PORT] [--no-open] [--no-build]
         Builds the browser package, serves the demo page on 127.0.0.1 and opens it.
-        --port      the port to listen on (default: the first free one from 8080)
+        --lan       serves it to the other devices of the network too, over https with a certificate made on the spot, and
+                    prints its address and a code that a phone can read; everybody in the network can then open it
+        --port      the port to listen on (default: the first free one from 8080; with --lan that of the other devices, from 8443)
         --no-open   do not start a browser
         --no-build  serve what was built last
 
@@ -111,10 +113,11 @@ fn takes_no_arguments(task: &str, rest: &[String]) -> Result<()> {
 }
 
 fn demo(root: &Path, arguments: &[String]) -> Result<()> {
-    let (mut port, mut open, mut build) = (None, true, true);
+    let (mut port, mut lan, mut open, mut build) = (None, false, true, true);
     let mut arguments = arguments.iter();
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
+            "--lan" => lan = true,
             "--port" => {
                 let value = arguments.next().context("--port wants a number")?;
                 port = Some(
@@ -132,7 +135,7 @@ fn demo(root: &Path, arguments: &[String]) -> Result<()> {
         web::build(root)?;
     }
     tools::ensure_node_packages(root, &manifest::Manifest::load(root)?.tools)?;
-    let server = serve::Server::start(root, port)?;
+    let server = serve::Server::start(root, port, lan)?;
     println!("The demo is at {} (stop with Ctrl-C)", server.address);
     if open {
         tools::open_in_browser(&server.address);

@@ -1,6 +1,7 @@
 // Photographing the flat print.
 
 import { openCamera } from "deepsft";
+import { rememberedCamera } from "../live/camera-switch.js";
 import { pictureFrom } from "./read-picture.js";
 
 /** @import { CameraStream } from "deepsft" */
@@ -41,7 +42,9 @@ export class Capture {
     this.#root.dataset.ready = "false";
     this.#shutter.disabled = true;
     try {
-      const stream = await openCamera(this.#video);
+      const choice = rememberedCamera();
+      // One looks at the print, not at the person.
+      const stream = await openCamera(this.#video, choice.facing === "user" ? {} : choice);
       if (opening !== this.#opening) return stream.stop();
       this.#stream = stream;
       stream.addEventListener("resize", () => this.#place());

@@ -3,10 +3,10 @@
 import { DeepSftError } from "../error.js";
 import { readCalibration, writeCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
-import { cameraError, requestCamera, requestStream, stopStream } from "./request.js";
+import { cameraError, facingOf, requestCamera, requestFacing, requestStream, stopStream } from "./request.js";
 
 /** @import { SourcedCamera } from "./intrinsics.js" */
-/** @import { OpenCameraOptions } from "./request.js" */
+/** @import { Facing, OpenCameraOptions } from "./request.js" */
 
 /** So long after the page came back a camera that ended counts as one that the browser took away, milliseconds. */
 const RETURN_MS = 5000;
@@ -33,13 +33,20 @@ export async function openCamera(video, options = {}) {
 }
 
 /**
- * The cameras there are. Labels are empty until a camera was allowed once.
+ * A camera there is; `facing` is "" where the browser does not tell which way it looks.
  *
- * @returns {Promise<{ deviceId: string, label: string }[]>}
+ * @typedef {{ deviceId: string, label: string, facing: Facing | "" }} ListedCamera
+ */
+
+/**
+ * The cameras there are. All three fields may be empty until a camera was allowed once.
+ *
+ * @returns {Promise<ListedCamera[]>}
  */
 export async function listCameras() {
   const devices = (await navigator.mediaDevices?.enumerateDevices()) ?? [];
-  return devices.filter(({ kind }) => kind === "videoinput").map(({ deviceId, label }) => ({ deviceId, label }));
+  const cameras = devices.filter(({ kind }) => kind === "videoinput");
+  return cameras.map((device) => ({ deviceId: device.deviceId, label: device.label, facing: facingOf(device) }));
 }
 
 /**
@@ -48,6 +55,7 @@ export async function listCameras() {
  * - `interrupted`, when the system takes the camera away for a while: a phone call, a locked screen, another tab;
  * - `resumed`, when it plays again after that, opened anew if need be;
  * - `lost`, when it ended by itself (`error` then says why);
+ * - `switched`, when another camera has taken its place by {@link CameraStream.switchTo};
  * - `resize`, when the picture's size changed because the device was turned; the intrinsics follow by themselves.
  */
 export class CameraStream extends EventTarget {
@@ -62,6 +70,8 @@ export class CameraStream extends EventTarget {
   #returnedAt = -Infinity;
   /** @type {Promise<void> | null} */
   #resuming = null;
+  /** @type {Promise<void> | null} */
+  #switching = null;
 
   /**
    * Use {@link openCamera}.
@@ -135,12 +145,83 @@ export class CameraStream extends EventTarget {
     writeCalibration(this.#calibrationKey(width, height), focal);
   }
 
+  /**
+   * Plays another camera in the same video, so that what follows the video goes on. Switches called meanwhile happen in turn.
+   * Interruptions from then on are about the new camera. One that does not open leaves the former one playing.
+   *
+   * @param {{ deviceId: string } | { facing: Facing }} wanted a certain camera, or one that looks this way
+   * @returns {Promise<void>} once its first frame is there
+   * @throws {DeepSftError} as {@link openCamera}; `camera-lost` when the former one does not open again either
+   */
+  switchTo(wanted) {
+    const before = this.#switching ?? this.#resuming;
+    const turn = (async () => {
+      await before?.catch(() => undefined);
+      await this.#switch(wanted);
+    })();
+    this.#switching = turn;
+    const done = () => {
+      if (this.#switching === turn) this.#switching = null;
+      // The page may have been away meanwhile.
+      void this.#resume();
+    };
+    turn.then(done, done);
+    return turn;
+  }
+
   /** Ends the stream and frees the camera. */
   stop() {
     this.#listening.abort();
+    this.#letGo();
+    if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
+  }
+
+  /** @param {{ deviceId: string } | { facing: Facing }} wanted */
+  async #switch(wanted) {
+    this.#requireRunning();
+    const openFormer = this.#again();
+    // Phones open one camera at a time.
+    this.#letGo();
+    try {
+      await this.#playNew(await ("deviceId" in wanted ? requestCamera(wanted.deviceId) : requestFacing(wanted.facing)));
+    } catch (error) {
+      this.#requireRunning();
+      this.#letGo();
+      try {
+        await this.#playNew(await openFormer());
+      } catch {
+        this.#requireRunning();
+        throw this.#lose();
+      }
+      throw cameraError(error);
+    }
+    this.dispatchEvent(new Event("switched"));
+  }
+
+  /** @throws {DeepSftError} once stopped or lost */
+  #requireRunning() {
+    if (this.error) throw this.error;
+    if (this.#listening.signal.aborted) throw new DeepSftError("closed", "The camera was stopped.");
+  }
+
+  /** Ends the stream that plays, which is not told as its loss. */
+  #letGo() {
     this.#trackListening.abort();
     stopStream(this.#stream);
-    if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
+  }
+
+  /** Plays a stream in place of one that has ended, unless nobody wants it any more. @param {MediaStream} stream */
+  async #playNew(stream) {
+    if (this.#listening.signal.aborted) stopStream(stream);
+    this.#requireRunning();
+    await this.#play(stream);
+  }
+
+  /** What opens the camera that plays now once more. */
+  #again() {
+    const { deviceId } = this;
+    const facing = this.facing === "user" ? "user" : "environment";
+    return () => (deviceId === "" ? requestStream({ facing }) : requestCamera(deviceId));
   }
 
   /**
@@ -180,6 +261,8 @@ export class CameraStream extends EventTarget {
    * was unplugged, or its permission withdrawn.
    */
   #end() {
+    // Whoever switches goes back to the former camera.
+    if (this.#switching) return cameraError(new DOMException("The camera ended while it started.", "AbortError"));
     const wasAway = document.visibilityState === "hidden" || performance.now() - this.#returnedAt < RETURN_MS;
     if (!wasAway) return this.#lose();
     this.#interrupt();
@@ -190,6 +273,7 @@ export class CameraStream extends EventTarget {
   /** Plays on after an interruption; one attempt at a time. */
   #resume() {
     if (document.visibilityState === "hidden" || this.error || this.#listening.signal.aborted) return null;
+    if (this.#switching) return null;
     const attempt = async () => {
       try {
         if (this.#track.readyState === "ended") await this.#reopen();
@@ -211,12 +295,9 @@ export class CameraStream extends EventTarget {
   /** Opens the same camera once more. */
   async #reopen() {
     this.#interrupt();
-    const { deviceId } = this;
-    const facing = this.facing === "user" ? "user" : "environment";
+    const open = this.#again();
     stopStream(this.#stream);
-    const stream = await (deviceId === "" ? requestStream({ facing }) : requestCamera(deviceId));
-    if (this.#listening.signal.aborted) return stopStream(stream);
-    await this.#play(stream);
+    await this.#playNew(await open());
   }
 
   /** @returns {Promise<boolean>} whether a new frame comes within {@link FROZEN_MS} */

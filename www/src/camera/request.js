@@ -2,10 +2,12 @@
 
 import { DeepSftError } from "../error.js";
 
+/** Which way a camera looks: away from the person, or at them. @typedef {"environment" | "user"} Facing */
+
 /**
  * @typedef {object} OpenCameraOptions
- * @property {"environment" | "user"} [facing] which way the camera should look; default "environment"
- * @property {string} [deviceId] a certain camera
+ * @property {Facing} [facing] which way the camera should look; default "environment"
+ * @property {string} [deviceId] a certain camera; where it is not there any more, one that looks the wanted way
  */
 
 /** The picture to ask for. */
@@ -103,9 +105,21 @@ async function isMissing(devices, refusal) {
  * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
  */
 export async function requestStream({ facing = "environment", deviceId }) {
-  const which = deviceId === undefined ? { facingMode: { ideal: facing } } : { deviceId: { exact: deviceId } };
+  if (deviceId !== undefined) {
+    try {
+      return await requestCamera(deviceId);
+    } catch (error) {
+      if (!isAbsence(error)) throw error;
+    }
+  }
+  const which = { facingMode: { ideal: facing } };
   const stream = await requestFirst([{ ...which, ...PICTURE }, which, {}]);
-  return deviceId === undefined && facing === "environment" ? preferMainCamera(stream) : stream;
+  return facing === "environment" ? preferMainCamera(stream) : stream;
+}
+
+/** Whether an error says that a certain camera is not there. @param {unknown} error */
+function isAbsence(error) {
+  return error instanceof DeepSftError && (error.code === "camera-constraints" || error.code === "camera-not-found");
 }
 
 /**
@@ -118,6 +132,42 @@ export async function requestStream({ facing = "environment", deviceId }) {
 export function requestCamera(deviceId) {
   const which = { deviceId: { exact: deviceId } };
   return requestFirst([{ ...which, ...PICTURE }, which]);
+}
+
+/**
+ * A stream of a camera that looks this way and no other; of several back cameras the main one.
+ *
+ * @param {Facing} facing
+ * @returns {Promise<MediaStream>}
+ * @throws {DeepSftError} as {@link requestStream}
+ */
+export async function requestFacing(facing) {
+  const which = { facingMode: { exact: facing } };
+  const stream = await requestFirst([{ ...which, ...PICTURE }, which]);
+  return facing === "environment" ? preferMainCamera(stream) : stream;
+}
+
+/**
+ * Which way a camera looks: as its capabilities say, else as Chrome on Android and an English Safari name it.
+ *
+ * @param {MediaDeviceInfo} device
+ * @returns {Facing | ""}
+ */
+export function facingOf(device) {
+  const { facingMode: [told] = [] } = capabilitiesOf(device);
+  if (told === "environment" || told === "user") return told;
+  if (/\bback\b/i.test(device.label)) return "environment";
+  return /\bfront\b/i.test(device.label) ? "user" : "";
+}
+
+/**
+ * What a camera can do; nothing where the browser does not tell.
+ *
+ * @param {MediaDeviceInfo} device
+ * @returns {MediaTrackCapabilities}
+ */
+function capabilitiesOf(device) {
+  return /** @type {Partial<InputDeviceInfo>} */ (device).getCapabilities?.() ?? {};
 }
 
 /**
@@ -146,8 +196,7 @@ async function preferMainCamera(stream) {
  */
 function mainBackCamera(devices, current) {
   const backs = devices.flatMap((device) => {
-    const capabilities = /** @type {Partial<InputDeviceInfo>} */ (device).getCapabilities?.() ?? {};
-    const { facingMode = [], width, height } = capabilities;
+    const { facingMode = [], width, height } = capabilitiesOf(device);
     if (device.kind !== "videoinput" || !facingMode.includes("environment")) return [];
     return [{ deviceId: device.deviceId, pixels: (width?.max ?? 0) * (height?.max ?? 0) }];
   });

@@ -8,12 +8,19 @@ export class VideoFrames {
   #shownAt = null;
   /** @type {() => void} */
   #wake = () => undefined;
+  /** How often the video has come to play something else: another camera, another file. */
+  changes = 0;
   /** When a frame last went by untaken, ms. */
   missedAt = -Infinity;
+  #onEmptied = () => {
+    this.changes++;
+    this.#shownAt = null;
+  };
 
   /** @param {HTMLVideoElement} video */
   constructor(video) {
     this.#video = video;
+    video.addEventListener("emptied", this.#onEmptied);
     this.#listen();
   }
 
@@ -37,6 +44,7 @@ export class VideoFrames {
 
   stop() {
     this.#stopped = true;
+    this.#video.removeEventListener("emptied", this.#onEmptied);
     this.#wake();
   }
 

@@ -23,13 +23,7 @@ import { SearchPlan } from "./search-plan.js";
 const SEARCHING_INTERVAL_MS = 60;
 /** The tracker keeps 32 frames; the finders may take longer than the last time. */
 const KEPT_FRAMES = 24;
-/**
- * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
- * milliseconds.
- */
-const REST = 1.2;
-const MOST_REST_MS = 1000;
-/** So long after a missed frame the processor counts as too slow for both, milliseconds. */
+/** So long after a missed frame the processor counts as too slow for tracker and finders, milliseconds. */
 const BUSY_MS = 2000;
 
 /** A focal length is told of when its standard deviation is below this fraction of it. */
@@ -93,6 +87,10 @@ export class MeshTracking {
   #focalsTold = new Set();
   /** Columns of the canonical image of the last frame. */
   #canonicalWidth = 0;
+  /** The first frame of those that this camera has taken as it is held now. */
+  #viewBegan = 0;
+  /** How often the video had come to play something else when its last frame was taken. */
+  #changes = 0;
   /** Frames given to the tracker, when the last was, and its time, seconds. */
   #number = 0;
   #followedAt = -Infinity;
@@ -176,7 +174,7 @@ export class MeshTracking {
       const lost = raw.targets.map(({ id, found, agreement }) => this.#plan.tracked(id, found, agreement));
       if (lost.includes(true)) this.#wakeFinders();
       const { number, timeS, frame, camera, began, grabMs } = current;
-      this.#turned(camera);
+      if (this.#isTurned(camera) || current.afresh) this.#beginView(number);
       const { times, readMs } = raw;
       const totalMs = performance.now() - began;
       // Where frames wait already, the worker follows the next while the page draws this one.
@@ -212,15 +210,22 @@ export class MeshTracking {
     this.#parts.onFocal?.({ width, height, focal, spread: deviation * focal });
   }
 
-  /**
-   * Forgets the meshes when the camera is turned: they lie in the frame of the camera as it was held.
-   *
-   * @param {SourcedCamera} camera of the frame
-   */
-  #turned(camera) {
+  /** @param {SourcedCamera} camera of the frame */
+  #isTurned(camera) {
     const { width } = canonicalSize(camera);
-    if (this.#canonicalWidth !== width) for (const followed of this.#followed.values()) followed.mesh = null;
+    const before = this.#canonicalWidth;
     this.#canonicalWidth = width;
+    return before !== width;
+  }
+
+  /**
+   * Forgets the meshes: they lie in the frame of another camera, or of this one as it was held.
+   *
+   * @param {number} number of the first frame that is not
+   */
+  #beginView(number) {
+    this.#viewBegan = number;
+    for (const followed of this.#followed.values()) followed.mesh = null;
   }
 
   /**
@@ -258,6 +263,7 @@ export class MeshTracking {
       const interval = Math.max(this.#plan.isFollowingSome ? 0 : SEARCHING_INTERVAL_MS, answerable);
       if (began - this.#followedAt < interval) continue;
       this.#followedAt = began;
+      const { changes } = this.#frames;
       const inMemory = await this.#memory?.grab(video);
       const grabbed = inMemory ?? (await transferableFrame(video).catch((error) => this.#patience.bear(error)));
       if (!grabbed) continue;
@@ -271,8 +277,11 @@ export class MeshTracking {
       const frame = /** @type {ImageBitmap} */ (grabbed.frame);
       const canonical = canonicalFrame(frame, camera, this.#memory !== null);
       const grabMs = performance.now() - began;
-      // Two frames of one time would start the track afresh.
-      this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
+      // A second frame of one time starts the tracker afresh.
+      const afresh = changes !== this.#changes;
+      this.#changes = changes;
+      if (!afresh) this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
+      else this.#focalsTold.clear();
       const number = ++this.#number;
       const ids = this.#findersBusy ? [] : this.#plan.next(began);
       if (ids.length > 0) {
@@ -284,12 +293,12 @@ export class MeshTracking {
       const looked = canonical ?? (await createImageBitmap(frame));
       const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
       const { width, height } = grabbed;
-      const isUnknown = camera.source === "estimated" && !this.#focalsTold.has(`${width}x${height}`);
+      const isUnknown = camera.source === "estimated" && !afresh && !this.#focalsTold.has(`${width}x${height}`);
       const calibrate = isUnknown && this.#parts.onFocal !== undefined;
       const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, calibrate });
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());
-      return { number, timeS: this.#timeS, frame, camera, size: { width, height }, began, grabMs, answer };
+      return { number, timeS: this.#timeS, afresh, frame, camera, size: { width, height }, began, grabMs, answer };
     }
   }
 
@@ -325,19 +334,19 @@ export class MeshTracking {
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
       this.#findingMs = now - began;
-      this.#plan.took(question.ids.length, now - began);
+      this.#plan.took(question.ids, now - began, question.canonical !== null);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
       const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
       const heard = Promise.all(answers.filter(isFollowed).map((answer) => tracker.answer({ ...answer, number })));
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
-      if (estimate) onEstimate?.(estimate, number);
+      if (estimate && number < this.#viewBegan) estimate.close();
+      else if (estimate) onEstimate?.(estimate, number);
       await heard;
-      // A processor with too few cores for both serves the tracker first, which misses frames otherwise; of targets that it has
-      // the finders only confirm it.
-      if (this.#plan.isFollowingSome && performance.now() - this.#frames.missedAt < BUSY_MS)
-        await this.#rest(Math.min(MOST_REST_MS, REST * (performance.now() - began)));
+      const heardAt = performance.now();
+      const restMs = this.#plan.restMs(heardAt - began, heardAt - this.#frames.missedAt < BUSY_MS);
+      if (restMs > 0) await this.#rest(restMs);
       this.#findersBusy = false;
     } catch (error) {
       this.#fail(error);
@@ -363,6 +372,7 @@ export class MeshTracking {
  * @typedef {object} Following
  * @property {number} number
  * @property {number} timeS
+ * @property {boolean} afresh whether another camera or another file has begun with it
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {{ width: number, height: number }} size with which the frame came, pixels

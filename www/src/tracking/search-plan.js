@@ -9,6 +9,19 @@ const CONFIRM_MS = 2000;
 /** What one search of missing targets should take at most, milliseconds; one target is looked for in any case. */
 const BUDGET_MS = 300;
 
+/**
+ * How long the finders rest after an answer where the tracker misses frames beside them, in times of that answer, and at most,
+ * milliseconds: the time after which a followed target is confirmed at the latest.
+ */
+const REST = 1.2;
+const MOST_REST_MS = CONFIRM_MS;
+/**
+ * From so many times of the fastest search of the same kind on the device has become slow, as phones do when they get hot, if so many
+ * searches in a row took so long.
+ */
+const SLOWED = 2;
+const SLOW_SEARCHES = 3;
+
 /** @typedef {{ target: Target, isFollowed: boolean, agreement: number, askedAt: number }} Searched */
 
 /**
@@ -21,6 +34,10 @@ export class SearchPlan {
   #targets;
   /** Of the last search, milliseconds per target. */
   #eachMs = 0;
+  /** The fastest search of each kind while something was followed, milliseconds. @type {Map<string, number>} */
+  #fastestMs = new Map();
+  /** How many times as long as the fastest the last searches took. @type {number[]} */
+  #slowness = [];
 
   /** @param {Target[]} targets */
   constructor(targets) {
@@ -94,10 +111,32 @@ export class SearchPlan {
   }
 
   /**
-   * @param {number} count of targets that a search was for
+   * @param {number[]} ids of the targets that a search was for
    * @param {number} ms that it took
+   * @param {boolean} [onlyConfirmed] whether it was one of {@link SearchPlan.onlyConfirms}
    */
-  took(count, ms) {
-    this.#eachMs = ms / Math.max(count, 1);
+  took(ids, ms, onlyConfirmed = false) {
+    this.#eachMs = ms / Math.max(ids.length, 1);
+    // Beside no tracker a search is faster, which tells nothing of the device.
+    if (!this.isFollowingSome) return;
+    const kind = `${onlyConfirmed} ${ids.map((id) => this.#targets.get(id)?.target.kind).sort()}`;
+    const fastest = Math.min(ms, this.#fastestMs.get(kind) ?? Infinity);
+    this.#fastestMs.set(kind, fastest);
+    this.#slowness = [...this.#slowness.slice(1 - SLOW_SEARCHES), ms / Math.max(fastest, 1)];
+  }
+
+  /**
+   * How long the finders rest now, milliseconds. They rest only while something is followed: what is followed they confirm, what is
+   * missing everything waits for. A processor with too few cores for both serves the tracker first. On a device that has become
+   * slow they work as small a part of the time as it has become slower: less heat, and the tracker keeps its rate.
+   *
+   * @param {number} ms that the last answer took, with what the tracker made of it
+   * @param {boolean} isTrackerLate whether the tracker has missed frames of late
+   */
+  restMs(ms, isTrackerLate) {
+    if (!this.isFollowingSome) return 0;
+    const slowness = this.#slowness.length < SLOW_SEARCHES ? 1 : Math.min(...this.#slowness);
+    const times = Math.max(isTrackerLate ? REST : 0, slowness >= SLOWED ? slowness - 1 : 0);
+    return Math.min(MOST_REST_MS, times * ms);
   }
 }

@@ -1,20 +1,15 @@
 // What axe-core finds on each screen, in light and dark; what a keyboard reaches; what a screen reader is told.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
-import { WWW } from "../../serve.mjs";
+import { violations } from "../support/axe.mjs";
 import { DESKTOP, PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support/browser.mjs";
 import { MODEL } from "../support/native.mjs";
 
 let browser;
-let axe;
-before(async () => {
-  browser = await launch({ webgpu: false });
-  axe = await readFile(join(WWW, "node_modules", "axe-core", "axe.min.js"), "utf8");
-});
+before(async () => (browser = await launch({ webgpu: false })));
 after(() => browser?.close());
 
 const SCREENS = {
@@ -34,15 +29,6 @@ const SCREENS = {
     await messageOf(page);
   },
 };
-
-/** Serious and critical violations, each with the elements it is about. */
-async function violations(page) {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ["violations"] }));
-  return violations
-    .filter(({ impact }) => impact === "serious" || impact === "critical")
-    .map(({ id, nodes }) => `${id}: ${nodes.map(({ target, failureSummary }) => `${target} ${failureSummary}`).join("; ")}`);
-}
 
 /** Pages of the site that are only read. */
 const READ = { documentation: "/docs/draw.html", examples: "/examples/index.html" };

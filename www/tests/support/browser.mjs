@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
+import puppeteer from "puppeteer-core";
 
 import { WWW, serve } from "../../serve.mjs";
 
@@ -30,17 +31,17 @@ const SCREENSHOTS = join(WWW, "tests", "screenshots");
  * @typedef {object} LaunchOptions
  * @property {boolean} [webgpu] whether there is an adapter
  * @property {boolean} [webgl] whether there is WebGL
- * @property {boolean} [testCamera] whether there is a camera that shows the browser's own moving pattern
+ * @property {number} [testCameras] how many cameras there are that show the browser's own moving pattern
  * @property {string} [camera] a .y4m file that the camera shows; no camera without
  */
 
 /** @param {LaunchOptions} options */
-function startOptions({ webgpu = true, webgl = true, testCamera = false, camera }) {
+function startOptions({ webgpu = true, webgl = true, testCameras = 0, camera }) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");
   if (!webgl) args.push("--disable-3d-apis");
-  if (testCamera) args.push("--use-fake-device-for-media-stream");
+  if (testCameras > 0) args.push(`--use-fake-device-for-media-stream=device-count=${testCameras}`);
   if (camera) args.push("--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${camera}`);
   return { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
 }
@@ -48,6 +49,19 @@ function startOptions({ webgpu = true, webgl = true, testCamera = false, camera 
 /** @param {LaunchOptions} [options] */
 export async function launch(options = {}) {
   return chromium.launch(startOptions(options));
+}
+
+/**
+ * The browser with tabs that hide one another, as a person's do: Playwright has each of its pages believe that it is in front.
+ *
+ * @param {LaunchOptions} options
+ */
+export async function launchWithTabs(options) {
+  const { executablePath, args, timeout } = startOptions(options);
+  const hiding = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
+  // Permissions that Puppeteer gives are all that a page has then.
+  args.push("--use-fake-ui-for-media-stream");
+  return puppeteer.launch({ executablePath, args, timeout, ignoreDefaultArgs: hiding, protocolTimeout: SLOW_MS });
 }
 
 /**

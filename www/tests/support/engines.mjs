@@ -68,7 +68,7 @@ async function until(page, body, args) {
 }
 
 async function chromium({ webgl, camera }) {
-  const browser = await launchChromium({ webgpu: false, webgl, testCamera: true });
+  const browser = await launchChromium({ webgpu: false, webgl, testCameras: 1 });
   const context = await browser.newContext({ viewport: WINDOW, permissions: camera === "shows" ? ["camera"] : [] });
   const page = await context.newPage();
   return {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
 
-import { openCamera } from "deepsft";
+import { listCameras, openCamera } from "deepsft";
 
 class Track extends EventTarget {
   label = "Front Camera";
@@ -117,7 +117,8 @@ test("constraints that cannot be met are relaxed in three steps, other refusals 
   assert.deepEqual(asked, [
     { deviceId: { exact: "usb" }, width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } },
     { deviceId: { exact: "usb" } },
-    {},
+    // It is not there any more: any that looks away.
+    { facingMode: { ideal: "environment" }, width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } },
   ]);
   let calls = 0;
   withDevices({ getUserMedia: () => (calls++, Promise.reject(refusal("NotAllowedError"))) });
@@ -180,6 +181,122 @@ test("a camera that is the main one, or whose browser does not tell, stays", asy
     await openCamera(new Video());
     assert.equal(calls, 1);
   }
+});
+
+test("cameras say which way they look, by their capabilities or else their English names", async () => {
+  const named = (label) => ({ kind: "videoinput", label, deviceId: label });
+  const devices = [...PHONE_CAMERAS, ...["camera2 0, facing back", "camera2 1, facing front", "Frontier Cam"].map(named)];
+  withDevices({ enumerateDevices: async () => devices });
+  const cameras = await listCameras();
+  assert.deepEqual(
+    cameras.map(({ facing }) => facing),
+    ["user", "environment", "environment", "environment", "user", ""],
+  );
+});
+
+/** A phone with a front and a back camera that opens one at a time; `broken` do not open, `meanwhile` is called while one opens. */
+function phone({ broken = [], meanwhile = () => {} } = {}) {
+  const opened = [];
+  const cameras = { back: "environment", front: "user" };
+  withDevices({
+    getUserMedia: async ({ video: { deviceId, facingMode } }) => {
+      assert.ok(opened.every(({ track }) => track.readyState === "ended"), "one camera at a time");
+      const facing = facingMode?.exact ?? facingMode?.ideal;
+      const id = deviceId?.exact ?? Object.keys(cameras).find((camera) => cameras[camera] === facing);
+      if (!cameras[id]) throw refusal("OverconstrainedError");
+      if (broken.includes(id)) throw refusal("NotReadableError");
+      if (opened.length > 0) await meanwhile();
+      const stream = new Stream(`Kamera ${id}`, id);
+      stream.track.getSettings = () => ({ deviceId: id, facingMode: cameras[id] });
+      opened.push(stream);
+      return stream;
+    },
+    enumerateDevices: async () => [listed("back", "environment", 640, 480), listed("front", "user", 640, 480)],
+  });
+  return { opened, broken };
+}
+
+test("a camera is switched in the same video by which way it looks or by its identifier, and its interruptions are told then", async () => {
+  const { opened } = phone();
+  const video = new Video();
+  const camera = await openCamera(video);
+  const events = [];
+  for (const name of ["switched", "interrupted", "resumed", "lost"]) camera.addEventListener(name, () => events.push(name));
+  await camera.switchTo({ facing: "user" });
+  assert.deepEqual([camera.deviceId, camera.facing, video.srcObject], ["front", "user", opened[1]]);
+  opened[0].track.mute(true);
+  opened[0].track.end();
+  await camera.switchTo({ deviceId: "back" });
+  assert.equal(camera.deviceId, "back");
+  assert.deepEqual(events, ["switched", "switched"]);
+  opened[2].track.mute(true);
+  assert.deepEqual(events.slice(2), ["interrupted"]);
+});
+
+test("switches that are asked for at once happen in turn", async () => {
+  phone();
+  const camera = await openCamera(new Video());
+  await Promise.all([camera.switchTo({ facing: "user" }), camera.switchTo({ deviceId: "back" }), camera.switchTo({ facing: "user" })]);
+  assert.equal(camera.facing, "user");
+});
+
+test("a camera that does not open, or ends while it starts, leaves the former one playing", async () => {
+  const { opened, broken } = phone({ broken: ["front"] });
+  const video = new Video();
+  const camera = await openCamera(video);
+  let lost = false;
+  camera.addEventListener("lost", () => (lost = true));
+  await assert.rejects(camera.switchTo({ facing: "user" }), { name: "DeepSftError", code: "camera-busy" });
+  await assert.rejects(camera.switchTo({ deviceId: "gone" }), { code: "camera-constraints" });
+  broken.length = 0;
+  const { play } = video;
+  video.play = async () => {
+    video.play = play;
+    opened.at(-1).track.end();
+  };
+  await assert.rejects(camera.switchTo({ facing: "user" }), { code: "camera-busy" });
+  assert.deepEqual([camera.deviceId, camera.error, lost, video.paused], ["back", null, false, false]);
+  assert.equal(video.srcObject, opened.at(-1));
+  opened.at(-1).track.end();
+  assert.equal(lost, true, "the former one is watched as before");
+});
+
+test("where the former camera does not open again either, the camera is lost; one that was stopped opens no other", async () => {
+  const { broken } = phone();
+  const camera = await openCamera(new Video());
+  const lost = told(camera, "lost");
+  broken.push("front", "back");
+  await assert.rejects(camera.switchTo({ facing: "user" }), { code: "camera-lost" });
+  await lost;
+  await assert.rejects(camera.switchTo({ facing: "user" }), { code: "camera-lost" });
+
+  const { opened } = phone();
+  const stopped = await openCamera(new Video());
+  const switching = stopped.switchTo({ facing: "user" });
+  stopped.stop();
+  await assert.rejects(switching, { code: "closed" });
+  assert.ok(opened.every(({ track }) => track.readyState === "ended"));
+});
+
+test("a page that went away while its camera was switched plays on when it returns", async () => {
+  const { opened } = phone({
+    async meanwhile() {
+      await undefined;
+      page.show(false);
+      page.show(true);
+      await new Promise((resolve) => setTimeout(resolve, 5));
+    },
+  });
+  const video = new Video();
+  const camera = await openCamera(video);
+  await camera.switchTo({ facing: "user" });
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  assert.deepEqual([camera.facing, opened.length, video.paused], ["user", 2, false]);
+  opened[1].track.readyState = "ended";
+  const resumed = told(camera, "resumed");
+  page.show(true);
+  await resumed;
+  assert.deepEqual([camera.facing, opened.length], ["user", 3], "the camera that was switched to is opened again");
 });
 
 test("a camera that the system mutes is interrupted until it is unmuted, and plays on then", async () => {

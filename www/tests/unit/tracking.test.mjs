@@ -33,9 +33,9 @@ const targets = (...kinds) => kinds.map((kind, id) => ({ id, kind }));
 test("missing targets are looked for in turn, as many at once as there is time for", () => {
   const plan = new SearchPlan(targets("picture", "picture", "picture"));
   assert.deepEqual(plan.next(0), [0, 1, 2]);
-  plan.took(3, 600);
+  plan.took([0, 1, 2], 600);
   assert.deepEqual([1000, 2000, 3000, 4000].map((ms) => plan.next(ms)), [[0], [1], [2], [0]]);
-  plan.took(1, 100);
+  plan.took([2], 100);
   assert.deepEqual(plan.next(5000), [1, 2, 0]);
   plan.remove(1);
   assert.deepEqual(plan.next(6000), [0, 2]);
@@ -44,7 +44,7 @@ test("missing targets are looked for in turn, as many at once as there is time f
 test("what is followed well is confirmed every two seconds, what is not at once", () => {
   const plan = new SearchPlan(targets("picture", "picture"));
   assert.deepEqual(plan.next(0), [0, 1]);
-  plan.took(2, 600);
+  plan.took([0, 1], 600);
   assert.equal(plan.tracked(0, true, 0.9), false);
   assert.deepEqual([plan.isMissingSome, plan.isFollowingSome], [true, true]);
   assert.deepEqual(plan.next(100), [1]);
@@ -66,4 +66,44 @@ test("the network of a model looks at every frame it can, unless something else 
   assert.deepEqual([100, 200].map((ms) => plan.next(ms)), [[0], [0]]);
   plan.tracked(1, false, 0);
   assert.deepEqual([300, 2300].map((ms) => plan.next(ms)), [[1], [1, 0]]);
+});
+
+/** A plan that follows its target, after searches that took so long. */
+function following(...searches) {
+  const plan = new SearchPlan(targets("model"));
+  plan.tracked(0, true, 0.9);
+  for (const ms of searches) plan.took([0], ms, true);
+  return plan;
+}
+
+test("the finders rest only where the tracker misses frames, as long as the device is as fast as ever", () => {
+  const plan = following(100, 150, 120, 190);
+  assert.equal(plan.restMs(200, false), 0);
+  assert.equal(plan.restMs(200, true), 240);
+  plan.tracked(0, false, 0);
+  assert.equal(plan.restMs(200, true), 0, "what is lost is looked for at once");
+});
+
+test("on a device that has become several times slower they rest so much longer, until it is fast again", () => {
+  const plan = following(100, 400, 400);
+  assert.equal(plan.restMs(400, false), 0, "two slow searches may be chance");
+  plan.took([0], 400, true);
+  assert.equal(plan.restMs(400, false), 1200, "at work for a quarter of the time");
+  assert.equal(plan.restMs(400, true), 1200);
+  plan.took([0], 500, true);
+  plan.took([0], 2000, true);
+  assert.equal(plan.restMs(2000, false), 2000, "but not longer than a target goes unconfirmed");
+  plan.took([0], 110, true);
+  assert.equal(plan.restMs(110, false), 0);
+});
+
+test("searches are compared with their own kind, and only beside the tracker", () => {
+  const plan = following(100, 100, 100);
+  for (let i = 0; i < 3; i++) plan.took([0], 400, false);
+  assert.equal(plan.restMs(400, false), 0, "those with features take longer anyway");
+  const alone = new SearchPlan(targets("model"));
+  for (let i = 0; i < 3; i++) alone.took([0], 30);
+  alone.tracked(0, true, 0.9);
+  for (let i = 0; i < 3; i++) alone.took([0], 100);
+  assert.equal(alone.restMs(100, false), 0);
 });

@@ -6,7 +6,7 @@ import { Patience } from "../../src/frames/patience.js";
 import { VideoFrames } from "../../src/frames/video-frames.js";
 
 /** A video whose frames the test shows. */
-class FakeVideo {
+class FakeVideo extends EventTarget {
   #callbacks = [];
   requestVideoFrameCallback(callback) {
     this.#callbacks.push(callback);
@@ -39,6 +39,19 @@ test("a frame is given once", async () => {
   void frames.next().then(() => (answered = true));
   await new Promise((resolve) => setTimeout(resolve, 5));
   assert.equal(answered, false);
+});
+
+test("it counts how often the video plays something else, whose frames alone are given then", async () => {
+  const video = new FakeVideo();
+  const frames = new VideoFrames(video);
+  video.show(10);
+  video.dispatchEvent(new Event("emptied"));
+  assert.deepEqual([frames.changes, frames.waiting], [1, false]);
+  video.show(20);
+  assert.equal(await frames.next(), 20);
+  frames.stop();
+  video.dispatchEvent(new Event("emptied"));
+  assert.equal(frames.changes, 1);
 });
 
 test("stopping ends the wait, and the video is listened to no more", async () => {

@@ -1,6 +1,6 @@
 import { DeepSftError } from "../error.js";
 import type { SourcedCamera } from "./intrinsics.js";
-import type { OpenCameraOptions } from "./request.js";
+import type { Facing, OpenCameraOptions } from "./request.js";
 /**
  * Opens a camera and plays it in a video element.
  *
@@ -10,21 +10,29 @@ import type { OpenCameraOptions } from "./request.js";
  * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`, `camera-lost`
  */
 export declare function openCamera(video: HTMLVideoElement, options?: OpenCameraOptions): Promise<CameraStream>;
-/**
- * The cameras there are. Labels are empty until a camera was allowed once.
- *
- * @returns {Promise<{ deviceId: string, label: string }[]>}
- */
-export declare function listCameras(): Promise<{
+export type ListedCamera = {
     deviceId: string;
     label: string;
-}[]>;
+    facing: Facing | "";
+};
+/**
+ * A camera there is; `facing` is "" where the browser does not tell which way it looks.
+ *
+ * @typedef {{ deviceId: string, label: string, facing: Facing | "" }} ListedCamera
+ */
+/**
+ * The cameras there are. All three fields may be empty until a camera was allowed once.
+ *
+ * @returns {Promise<ListedCamera[]>}
+ */
+export declare function listCameras(): Promise<ListedCamera[]>;
 /**
  * A camera that plays. Events:
  *
  * - `interrupted`, when the system takes the camera away for a while: a phone call, a locked screen, another tab;
  * - `resumed`, when it plays again after that, opened anew if need be;
  * - `lost`, when it ended by itself (`error` then says why);
+ * - `switched`, when another camera has taken its place by {@link CameraStream.switchTo};
  * - `resize`, when the picture's size changed because the device was turned; the intrinsics follow by themselves.
  */
 export declare class CameraStream extends EventTarget {
@@ -63,6 +71,19 @@ export declare class CameraStream extends EventTarget {
      * @param {number | null} focal pixels
      */
     calibrate(width: number, height: number, focal: number | null): void;
+    /**
+     * Plays another camera in the same video, so that what follows the video goes on. Switches called meanwhile happen in turn.
+     * Interruptions from then on are about the new camera. One that does not open leaves the former one playing.
+     *
+     * @param {{ deviceId: string } | { facing: Facing }} wanted a certain camera, or one that looks this way
+     * @returns {Promise<void>} once its first frame is there
+     * @throws {DeepSftError} as {@link openCamera}; `camera-lost` when the former one does not open again either
+     */
+    switchTo(wanted: {
+        deviceId: string;
+    } | {
+        facing: Facing;
+    }): Promise<void>;
     /** Ends the stream and frees the camera. */
     stop(): void;
 }

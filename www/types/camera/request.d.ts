@@ -1,11 +1,12 @@
 import { DeepSftError } from "../error.js";
+export type Facing = "environment" | "user";
 export type OpenCameraOptions = {
     /**
      * which way the camera should look; default "environment"
      */
-    facing?: "environment" | "user";
+    facing?: Facing;
     /**
-     * a certain camera
+     * a certain camera; where it is not there any more, one that looks the wanted way
      */
     deviceId?: string;
 };
@@ -34,3 +35,18 @@ export declare function requestStream({ facing, deviceId }: OpenCameraOptions): 
  * @throws {DeepSftError} as {@link requestStream}
  */
 export declare function requestCamera(deviceId: string): Promise<MediaStream>;
+/**
+ * A stream of a camera that looks this way and no other; of several back cameras the main one.
+ *
+ * @param {Facing} facing
+ * @returns {Promise<MediaStream>}
+ * @throws {DeepSftError} as {@link requestStream}
+ */
+export declare function requestFacing(facing: Facing): Promise<MediaStream>;
+/**
+ * Which way a camera looks: as its capabilities say, else as Chrome on Android and an English Safari name it.
+ *
+ * @param {MediaDeviceInfo} device
+ * @returns {Facing | ""}
+ */
+export declare function facingOf(device: MediaDeviceInfo): Facing | "";

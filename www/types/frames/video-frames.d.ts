@@ -1,6 +1,8 @@
 /** Tells when a video shows a frame that was not taken yet. */
 export declare class VideoFrames {
     #private;
+    /** How often the video has come to play something else: another camera, another file. */
+    changes: number;
     /** When a frame last went by untaken, ms. */
     missedAt: number;
     /** @param {HTMLVideoElement} video */

@@ -127,6 +127,10 @@ export declare class MeshTracking {
 export type Following = {
     number: number;
     timeS: number;
+    /**
+     * whether another camera or another file has begun with it
+     */
+    afresh: boolean;
     frame: ImageBitmap;
     camera: SourcedCamera;
     /**
@@ -149,6 +153,7 @@ export type Following = {
  * @typedef {object} Following
  * @property {number} number
  * @property {number} timeS
+ * @property {boolean} afresh whether another camera or another file has begun with it
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {{ width: number, height: number }} size with which the frame came, pixels

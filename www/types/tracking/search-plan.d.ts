@@ -45,8 +45,18 @@ export declare class SearchPlan {
      */
     next(nowMs: number): number[];
     /**
-     * @param {number} count of targets that a search was for
+     * @param {number[]} ids of the targets that a search was for
      * @param {number} ms that it took
+     * @param {boolean} [onlyConfirmed] whether it was one of {@link SearchPlan.onlyConfirms}
      */
-    took(count: number, ms: number): void;
+    took(ids: number[], ms: number, onlyConfirmed?: boolean): void;
+    /**
+     * How long the finders rest now, milliseconds. They rest only while something is followed: what is followed they confirm, what is
+     * missing everything waits for. A processor with too few cores for both serves the tracker first. On a device that has become
+     * slow they work as small a part of the time as it has become slower: less heat, and the tracker keeps its rate.
+     *
+     * @param {number} ms that the last answer took, with what the tracker made of it
+     * @param {boolean} isTrackerLate whether the tracker has missed frames of late
+     */
+    restMs(ms: number, isTrackerLate: boolean): number;
 }
