@@ -23,6 +23,7 @@ import { Subjects } from "./subjects.js";
 /** @import { VideoSource } from "./sources.js" */
 /** @import { Overlay } from "./stage/stage.js" */
 /** @import { Paper } from "./graphics/papers.js" */
+/** @import { ObjectName } from "./objects/objects.js" */
 
 /** @type {Record<Remedy, string>} */
 const REMEDY_WORDS = {
@@ -36,6 +37,9 @@ const REMEDY_WORDS = {
 };
 const NO_WEBGL = "This browser offers no WebGL 2, so the mesh is drawn plainly (webgl-unavailable).";
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
+/** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
+const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
+const STAGE_WORDS = "The picture with what was found drawn over it";
 
 /**
  * What a library that grades pictures says of one: how well it can be found, and sentences that help.
@@ -63,6 +67,8 @@ const view = {
   scale: byId("scale", HTMLDivElement),
   papers: byId("papers", HTMLDivElement),
   overlays: byId("overlays", HTMLDivElement),
+  objects: byId("objects", HTMLDivElement),
+  stage: byId("stage", HTMLCanvasElement),
   calibrate: byId("calibrate", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
@@ -197,7 +203,7 @@ function scene() {
 }
 
 function createStage() {
-  const canvases = /** @type {const} */ ([byId("stage", HTMLCanvasElement), byId("below", HTMLDivElement)]);
+  const canvases = /** @type {const} */ ([view.stage, byId("below", HTMLDivElement)]);
   return orWithoutWebGl(() => new Stage(...canvases, hero.software)) ?? new PlainStage(...canvases);
 }
 
@@ -240,6 +246,7 @@ function createLive() {
   choosePaper(stage.paper);
   return created;
 }
+  chooseObject(stage.object);
 
 /**
  * @param {"camera" | "clip"} kind
@@ -332,9 +339,9 @@ function restoreContexts(canvases) {
     });
     canvas.addEventListener("webglcontextrestored", () => {
       if (canvases.some((other) => other.getContext("webgl2")?.isContextLost())) return;
-      const { overlay, paper } = stage;
+      const { overlay, paper, object } = stage;
       stage = createStage();
-      [stage.overlay, stage.paper] = [overlay, paper];
+      [stage.overlay, stage.paper, stage.object] = [overlay, paper, object];
       live = createLive();
       void readySubject().then(resume, showMessage);
       resume = nothing;
@@ -398,6 +405,10 @@ function chooseOverlay(overlay) {
   view.scale.hidden = overlay !== "depth";
   view.live.dataset.overlay = overlay;
   live?.redraw();
+  view.objects.hidden = overlay !== "object";
+  // The object can be moved there.
+  view.stage.tabIndex = overlay === "object" ? 0 : -1;
+  view.stage.setAttribute("aria-label", overlay === "object" ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
 }
 
 /** @param {Paper} paper */
@@ -410,6 +421,13 @@ function choosePaper(paper) {
 /** Tells the stage what of it the controls cover. */
 function measureControls() {
   const top = document.querySelector("#live .bar")?.getBoundingClientRect().bottom ?? 0;
+/** @param {ObjectName} object */
+function chooseObject(object) {
+  stage.object = object;
+  check(view.objects, "object", object);
+  live?.redraw();
+}
+
   const bottom = innerHeight - view.overlays.getBoundingClientRect().top;
   stage?.setCovered(top, bottom);
 }
@@ -453,6 +471,23 @@ view.papers.addEventListener("click", ({ target }) => {
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
   if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
+view.objects.addEventListener("click", ({ target }) => {
+  const object = target instanceof HTMLElement && target.closest("button")?.dataset.object;
+  if (object) chooseObject(/** @type {ObjectName} */ (object));
+});
+// The stage's canvas may be as small as the sheet: the page below it is tapped as well.
+view.live.addEventListener("click", ({ target, clientX, clientY }) => {
+  if (stage?.overlay !== "object" || !(target instanceof HTMLElement) || !(target === view.live || target instanceof HTMLCanvasElement)) return;
+  stage.placeObjectAt(clientX, clientY);
+  live.redraw();
+});
+view.stage.addEventListener("keydown", (event) => {
+  const step = OBJECT_STEPS[event.key];
+  if (!step || stage.overlay !== "object") return;
+  event.preventDefault();
+  stage.moveObject(...step);
+  live.redraw();
+});
 });
 // Told once the page is laid out: when a phone is turned the window tells earlier.
 new ResizeObserver(() => {

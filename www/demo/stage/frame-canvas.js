@@ -49,7 +49,7 @@ export class FrameCanvas {
   }
 
   /** The pixels of the frame, at most `SMALL_LENGTH` of them along its long side. @returns {ImageData} */
-  get small() {
+  get pixels() {
     return this.#small.getImageData(0, 0, this.#small.canvas.width, this.#small.canvas.height);
   }
 

@@ -105,6 +105,19 @@ export class FramePicture {
     this.#once("small", () => this.#reduce("small", this.texture, samples));
   }
 
+  /** The pixels of `small`: the GPU is waited for. @returns {ImageData} its first row on top */
+  get pixels() {
+    this.prepareSmall();
+    const gl = this.#gl;
+    const [width, height] = this.#sizes.small;
+    const pixels = new ImageData(width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.small, 0);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels.data);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return pixels;
+  }
+
   /** Makes `blurred`, which strips beside the frame are drawn from. */
   prepareBlurred() {
     this.prepareSmall();

@@ -1,16 +1,17 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
-import { VertexLight } from "deepsft/light";
 import { SMALL_LENGTH } from "./frame-picture.js";
 import { createTexture, programVariants } from "../graphics/gl.js";
 import { PAINTED_POWER } from "../graphics/papers.js";
-import { BLUR_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
+import { BLUR_FRAGMENT_SHADER, DEPTH_FRAGMENT_SHADER, LIGHT_FRAGMENT_SHADER, MESH_VERTEX_SHADER, meshFragmentShader } from "./mesh-shader.js";
+import { setProjection } from "./projection.js";
 import { VERTEX_SHADER } from "./stage-shader.js";
 
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { PaperSource } from "../graphics/papers.js" */
-/** @import { TemplateLight } from "deepsft/light" */
+/** @import { ObjectLayer } from "./object-layer.js" */
+/** @import { VertexLight } from "deepsft/light" */
 
 /** Numbers per corner in the buffer that each frame fills: position, normal, confidence and fraction seen. */
 const STRIDE = 8;
@@ -28,9 +29,10 @@ const STRIDE = 8;
  * @property {readonly [number, number, number]} tint
  * @property {{ near: number, far: number, step: number }} depthScale mm
  * @property {number} lineWidth canvas pixels
- * @property {{ small: WebGLTexture | ImageData }} frame the camera's image, `SMALL_LENGTH` pixels long; pixels where the processor draws
+ * @property {{ small: WebGLTexture } | { pixels: ImageData }} frame the camera's image, `SMALL_LENGTH` pixels long; pixels where the processor draws
  * @property {WebGLTexture} painted the paper, if it is painted
  * @property {WebGLTexture} heat
+ * @property {ObjectLayer} object whose shadow falls on the sheet
  */
 
 export class MeshLayer {
@@ -38,6 +40,7 @@ export class MeshLayer {
   #programs;
   #lightPrograms;
   #blurPrograms;
+  #depthPrograms;
   #print;
   #vertexArray;
   #emptyArray;
@@ -70,6 +73,7 @@ export class MeshLayer {
     this.#programs = programVariants(gl, MESH_VERTEX_SHADER, meshFragmentShader);
     this.#lightPrograms = programVariants(gl, MESH_VERTEX_SHADER, () => LIGHT_FRAGMENT_SHADER);
     this.#blurPrograms = programVariants(gl, VERTEX_SHADER, () => BLUR_FRAGMENT_SHADER);
+    this.#depthPrograms = programVariants(gl, MESH_VERTEX_SHADER, () => DEPTH_FRAGMENT_SHADER);
     this.#fine = gl.getExtension("EXT_color_buffer_float") !== null;
     this.#print = createTexture(gl, gl.LINEAR_MIPMAP_LINEAR);
     this.#emptyArray = gl.createVertexArray();
@@ -104,12 +108,12 @@ export class MeshLayer {
 
   /**
    * @param {{ texture: ImageData, mesh: MeshTopology }} template
-   * @param {TemplateLight} light
+   * @param {VertexLight} light on its vertices
    */
   setTemplate({ texture, mesh }, light) {
     const gl = this.#gl;
     const { faces, textureCoordinates } = mesh;
-    this.#vertexLight = new VertexLight(mesh, light);
+    this.#vertexLight = light;
     // What was set of another template's mesh is lit no more.
     this.#lightIsOld = false;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#lights);
@@ -161,9 +165,8 @@ export class MeshLayer {
   draw(mesh) {
     const gl = this.#gl;
     if (mesh.overlay === "paper" && this.#lightIsOld) {
-      const { small } = mesh.frame;
-      if (small instanceof ImageData) this.#lightVertices(mesh.camera, small);
-      else this.#drawLight(mesh.camera, small);
+      if ("small" in mesh.frame) this.#drawLight(mesh.camera, mesh.frame.small);
+      else this.#lightVertices(mesh.camera, mesh.frame.pixels);
       this.#lightIsOld = false;
     }
     gl.viewport(0, 0, ...mesh.canvasSize);
@@ -181,6 +184,7 @@ export class MeshLayer {
     gl.uniform3f(uniform("u_tint"), mesh.tint[0] ** power, mesh.tint[1] ** power, mesh.tint[2] ** power);
     gl.uniform3f(uniform("u_depthScale"), mesh.depthScale.near, mesh.depthScale.far, mesh.depthScale.step);
     gl.uniform1f(uniform("u_lineWidth"), mesh.lineWidth);
+    if (mesh.overlay === "object") mesh.object.castShadow(uniform);
     // Nothing of it beyond the image.
     const { camera, view, canvasSize } = mesh;
     const [left, right] = [0, camera.width].map((x) => Math.round(view.left + x * view.scale));
@@ -188,8 +192,37 @@ export class MeshLayer {
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(left, canvasSize[1] - bottom, right - left, bottom - top);
     this.#drawMesh();
+    if (mesh.overlay === "object") {
+      this.#hide(mesh);
+      mesh.object.draw(mesh);
+    }
     gl.disable(gl.SCISSOR_TEST);
     gl.disable(gl.BLEND);
+  }
+
+  /**
+   * Has the sheet hide what is drawn next and lies behind it, and all that is behind a hand which covers it.
+   *
+   * @param {MeshView} mesh
+   */
+  #hide({ camera, view, canvasSize }) {
+    const gl = this.#gl;
+    const { program, uniform } = this.#depthPrograms();
+    gl.useProgram(program);
+    setProjection(gl, uniform, camera, [view.left, view.top, view.scale], canvasSize);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.colorMask(false, false, false, false);
+    // A little behind itself: what stands on it does not sink in.
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(1, 8);
+    gl.uniform1i(uniform("u_coveredOnly"), 0);
+    this.#drawMesh();
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    gl.depthRange(0, 0);
+    gl.uniform1i(uniform("u_coveredOnly"), 1);
+    this.#drawMesh();
+    gl.depthRange(0, 1);
+    gl.colorMask(true, true, true, true);
   }
 
   /**
@@ -292,10 +325,7 @@ export class MeshLayer {
    */
   #project(uniform, camera, view, targetSize) {
     const gl = this.#gl;
-    gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
-    gl.uniform1fv(uniform("u_distortion"), camera.distortion);
-    gl.uniform3f(uniform("u_view"), ...view);
-    gl.uniform2f(uniform("u_targetSize"), ...targetSize);
+    setProjection(gl, uniform, camera, view, targetSize);
     gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
   }
 

@@ -1,18 +1,17 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { DISTORTION_GLSL } from "deepsft";
 import { PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
+import { SHADOW_GLSL, SHADOW_ON_SHEET_GLSL } from "./object-shader.js";
+import { PROJECTION_GLSL } from "./projection.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
 
-/** @typedef {"paper" | "depth" | "mesh" | "shaded"} MeshOverlay */
+/** @typedef {"paper" | "object" | "depth" | "mesh" | "shaded"} MeshOverlay */
 
 /** @type {Readonly<Record<MeshOverlay, string>>} */
-export const MESH_OVERLAYS = { paper: "paper()", depth: "depthColor()", mesh: "wire(border)", shaded: "plaster()" };
-
-/** Distances between which surfaces hide each other, mm. */
-const NEAR_MM = 20;
-const FAR_MM = 10_000;
+export const MESH_OVERLAYS = {
+  ...{ paper: "paper()", object: "shadowOfObject()", depth: "depthColor()", mesh: "wire(border)", shaded: "plaster()" },
+};
 
 export const MESH_VERTEX_SHADER = `#version 300 es
 precision highp float;
@@ -22,10 +21,7 @@ layout(location = 2) in vec2 a_seen;       // confidence, fraction not covered b
 layout(location = 3) in vec2 a_uv;
 layout(location = 4) in float a_diagonal;  // corner opposite the edge that only halves a cell of the grid; -1 for none
 layout(location = 5) in float a_light;     // on a painted paper, its power
-uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
-uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
-uniform vec2 u_targetSize;         // pixels
-${DISTORTION_GLSL}
+${PROJECTION_GLSL}
 out vec3 v_position;
 out vec3 v_normal;
 out vec2 v_seen;
@@ -44,12 +40,24 @@ void main() {
   v_uv = a_uv;
   int corner = gl_VertexID % 3;
   v_corner = vec3(corner == 0, corner == 1, corner == 2);
-  float z = a_position.z;
-  v_pixel = distorted(a_position.xy / z) * u_camera.xy + u_camera.zw;
-  vec2 target = (v_pixel * u_view.z + u_view.xy) / u_targetSize;
-  const float near = ${NEAR_MM}.0, far = ${FAR_MM}.0;
-  gl_Position = vec4(vec2(2.0 * target.x - 1.0, 1.0 - 2.0 * target.y) * z,
-    (far + near) / (far - near) * z - 2.0 * far * near / (far - near), z);
+  v_pixel = imagePixel(a_position);
+  gl_Position = projected(a_position);
+}`;
+
+/** Nothing but depth: of all of the sheet, or of what something covers. */
+export const DEPTH_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+uniform bool u_coveredOnly;
+in vec2 v_seen;
+in vec3 v_position;
+in vec3 v_normal;
+in vec2 v_uv;
+in vec2 v_pixel;
+in vec3 v_corner;
+out vec4 o_color;
+void main() {
+  if (u_coveredOnly && v_seen.y > 0.5) discard;
+  o_color = vec4(0.0);
 }`;
 
 /** Luminance seen and luminance printed, in linear light, weighted by how much of the print is seen there. */
@@ -126,7 +134,7 @@ in float v_light;
 flat in int v_diagonal;
 out vec4 o_color;                  // premultiplied
 ${paperGlsl(paper)}
-
+${overlay === "object" ? SHADOW_GLSL + SHADOW_ON_SHEET_GLSL : ""}
 ${LIGHT_GLSL}
 
 vec4 wire(vec2 border) {

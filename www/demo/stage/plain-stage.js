@@ -8,6 +8,7 @@ import { regionOnPage, viewOf } from "./view.js";
 /** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @import { Overlay } from "./stage.js" */
 /** @import { Paper } from "../graphics/papers.js" */
+/** @import { ObjectName } from "../objects/objects.js" */
 
 const HEAT_COLOURS = 256;
 /** From the sheet to the light, camera frame, of length 1. */
@@ -41,6 +42,8 @@ export class PlainStage {
   tint = [1, 1, 1];
   /** @type {Paper} likewise */
   paper = "aurora";
+  /** @type {ObjectName} likewise */
+  object = "house";
   /** What can be drawn. @type {readonly Overlay[]} */
   overlays = ["shaded", "mesh", "depth", "plain"];
   /** @type {Overlay} */
@@ -133,6 +136,12 @@ export class PlainStage {
     else this.#drawFaces(points, mesh);
     context.restore();
   }
+
+  /** Nothing stands on the sheet here. */
+  placeObjectAt() {}
+
+  /** Nothing stands on the sheet here. */
+  moveObject() {}
 
   /** Where on the page, in CSS pixels, the network looks; null without a frame. */
   regionOnCanvas() {

@@ -1,17 +1,19 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
 import { CANONICAL_FOCAL, canonicalSize } from "deepsft";
+import { VertexLight } from "deepsft/light";
 import { FrameCanvas, layOut } from "./frame-canvas.js";
 import { FramePicture } from "./frame-picture.js";
 import { createTexture, programVariants, webGlOf } from "../graphics/gl.js";
 import { heatRow } from "../graphics/heat.js";
 import { MeshLayer } from "./mesh-layer.js";
 import { MESH_OVERLAYS } from "./mesh-shader.js";
+import { ObjectLayer } from "./object-layer.js";
 import { PaintedPaper } from "./painted-paper.js";
 import { shadingSize } from "./shading.js";
 import { softMask } from "./soft-mask.js";
 import { BACKDROP_FRAGMENT_SHADER, MAP_OVERLAYS, VERTEX_SHADER, stageFragmentShader } from "./stage-shader.js";
-import { boundsInImage, regionOnPage, viewOf } from "./view.js";
+import { boundsInImage, imagePlaceOf, regionOnPage, viewOf } from "./view.js";
 
 /** @import { Estimate, SourcedCamera, SurfaceMesh, Target } from "deepsft" */
 /** @import { Program } from "../graphics/gl.js" */
@@ -21,8 +23,9 @@ import { boundsInImage, regionOnPage, viewOf } from "./view.js";
 /** @import { MeshOverlay } from "./mesh-shader.js" */
 /** @import { MapOverlay } from "./stage-shader.js" */
 /** @import { Paper } from "../graphics/papers.js" */
+/** @import { ObjectName } from "../objects/objects.js" */
 
-/** @typedef {"paper" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
+/** @typedef {"paper" | "object" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
 
 /** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
 const MOST_DENSITY = 2;
@@ -52,6 +55,7 @@ export class Stage {
   #paintedPaper;
   #textures;
   #meshLayer;
+  #objectLayer;
   /** The mesh that belongs to the frame, and whether the maps do. @type {SurfaceMesh | null} */
   #mesh = null;
   #hasMaps = false;
@@ -84,7 +88,7 @@ export class Stage {
   /** @type {Paper} */
   paper = "aurora";
   /** What can be drawn. @type {readonly Overlay[]} */
-  overlays = ["paper", "shaded", "mesh", "depth", "mask", "plain"];
+  overlays = ["paper", "object", "shaded", "mesh", "depth", "mask", "plain"];
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -93,7 +97,7 @@ export class Stage {
    * @throws {NoWebGl}
    */
   constructor(canvas, below, software) {
-    const gl = webGlOf(canvas, { alpha: software, antialias: false, powerPreference: "high-performance" });
+    const gl = webGlOf(canvas, { alpha: software, antialias: !software, powerPreference: "high-performance" });
     this.#canvas = canvas;
     this.#gl = gl;
     this.software = software;
@@ -101,6 +105,7 @@ export class Stage {
     this.#programs = programVariants(gl, VERTEX_SHADER, stageFragmentShader);
     this.#backdropPrograms = programVariants(gl, VERTEX_SHADER, () => BACKDROP_FRAGMENT_SHADER);
     this.#meshLayer = new MeshLayer(gl);
+    this.#objectLayer = new ObjectLayer(gl, software);
     this.#frame = new FramePicture(gl);
     this.#paintedPaper = new PaintedPaper(gl);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
@@ -126,7 +131,41 @@ export class Stage {
    */
   setTemplate(template, light) {
     this.#sheetMm = [template.widthMm, template.heightMm];
-    this.#meshLayer.setTemplate(template, light);
+    const vertexLight = new VertexLight(template.mesh, light);
+    this.#meshLayer.setTemplate(template, vertexLight);
+    this.#objectLayer.setTemplate(template, vertexLight);
+  }
+
+  /** What stands on the sheet. */
+  get object() {
+    return this.#objectLayer.name;
+  }
+
+  /** @param {ObjectName} name */
+  set object(name) {
+    this.#objectLayer.name = name;
+  }
+
+  /**
+   * Has the object stand where the sheet is seen on the page.
+   *
+   * @param {number} x CSS pixels from the stage's left border
+   * @param {number} y from its top
+   */
+  placeObjectAt(x, y) {
+    const camera = this.#camera;
+    if (!camera || !this.#mesh) return;
+    const place = this.#mesh.placeAt(...imagePlaceOf({ ...this.#pageSize(), ...this.#covered }, camera, x, y), camera);
+    if (place) this.#objectLayer.place = place;
+  }
+
+  /**
+   * @param {number} u how far the object is moved, of the print's sides
+   * @param {number} v
+   */
+  moveObject(u, v) {
+    const [atU, atV] = this.#objectLayer.place;
+    this.#objectLayer.place = [atU + u, atV + v];
   }
 
   /**
@@ -149,7 +188,7 @@ export class Stage {
     const gl = this.#gl;
     this.#hasMaps = shading !== null;
     this.#showFrame(estimate, this.#hasMaps);
-    this.#mesh = null;
+    this.addMesh(null, new Float32Array());
     if (!shading) return;
     const { width: w, height: h } = estimate.mask;
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
@@ -185,6 +224,7 @@ export class Stage {
   addMesh(mesh, seen) {
     this.#mesh = mesh;
     if (mesh) this.#meshLayer.setMesh(mesh, seen);
+    this.#objectLayer.follow(mesh, seen, performance.now());
   }
 
   /**
@@ -246,6 +286,7 @@ export class Stage {
     const age = (performance.now() - this.#foundSince) / 1000;
     const strength = Math.min(1, Math.max(0, age / APPEAR_SECONDS));
     if (mesh && !alone && this.overlay === "paper") this.#frame.prepareSmall();
+    if (mesh && this.overlay === "object") this.#objectLayer.prepare(camera, () => (this.#below ?? this.#frame).pixels, seconds);
     if (alone) {
       gl.clearColor(0, 0, 0, 0);
       gl.clear(gl.COLOR_BUFFER_BIT);
@@ -288,6 +329,7 @@ export class Stage {
       frame: this.#below ?? this.#frame,
       heat: this.#textures.heat,
       painted: this.#textures.painted,
+      object: this.#objectLayer,
     });
   }
 
@@ -354,7 +396,8 @@ export class Stage {
    * @param {{ left: number, top: number, scale: number }} view CSS pixels
    */
   #placeOf({ vertices }, camera, { left, top, scale }) {
-    const bounds = boundsInImage(vertices, camera);
+    const drawn = this.overlay === "object" ? Float32Array.of(...vertices, ...this.#objectLayer.bounds) : vertices;
+    const bounds = boundsInImage(drawn, camera);
     const stepped = (/** @type {number} */ length, /** @type {number} */ last) =>
       length <= last && length > last - 2 * BOX_STEP ? last : BOX_STEP * Math.ceil(length / BOX_STEP);
     const width = stepped(Math.max(0, bounds.right - bounds.left) * scale + 2, this.#box.width);

@@ -42,6 +42,20 @@ export function viewOf(canvas, camera) {
 }
 
 /**
+ * Which place of the image is seen at a place of the canvas.
+ *
+ * @param {Parameters<typeof viewOf>[0]} canvas
+ * @param {SourcedCamera} camera
+ * @param {number} x
+ * @param {number} y
+ * @returns {[number, number]} image pixels
+ */
+export function imagePlaceOf(canvas, camera, x, y) {
+  const { scale, left, top } = viewOf(canvas, camera);
+  return [(x - left) / scale, (y - top) / scale];
+}
+
+/**
  * Where on the page, in CSS pixels, the network looks.
  *
  * @param {Parameters<typeof viewOf>[0]} page

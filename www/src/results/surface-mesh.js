@@ -1,7 +1,9 @@
 // The whole surface of the object in one frame, hidden parts included.
 
+import { verticesInImage } from "../camera/canonical.js";
 import { placeOn } from "./place.js";
 
+/** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
@@ -60,6 +62,38 @@ export class SurfaceMesh {
     const along = (/** @type {number} */ axis) =>
       weights.reduce((sum, weight, k) => sum + weight * this.vertices[3 * this.faces[face + k] + axis], 0);
     return [along(0), along(1), along(2)];
+  }
+
+  /**
+   * Which place of the template's picture is seen at a pixel, the nearest where the surface lies before itself: where someone taps.
+   *
+   * @param {number} x pixels of the camera's image
+   * @param {number} y
+   * @param {Camera} camera `tracked.camera`
+   * @returns {[number, number] | null} (u, v); null beside the surface, and where its back is seen
+   */
+  placeAt(x, y, camera) {
+    const points = verticesInImage(this.vertices, camera);
+    const { faces, vertices, textureCoordinates: uv } = this;
+    let [nearest, isFront] = [Infinity, false];
+    /** @type {[number, number]} */
+    const place = [0, 0];
+    for (let i = 0; i < faces.length; i += 3) {
+      const [a, b, c] = [faces[i], faces[i + 1], faces[i + 2]];
+      const [bx, by, cx, cy] = [points[2 * b] - points[2 * a], points[2 * b + 1] - points[2 * a + 1], points[2 * c] - points[2 * a], points[2 * c + 1] - points[2 * a + 1]];
+      const area = bx * cy - by * cx;
+      const [px, py] = [x - points[2 * a], y - points[2 * a + 1]];
+      const [atB, atC] = [(px * cy - py * cx) / area, (bx * py - by * px) / area];
+      if (!(Math.min(atB, atC, 1 - atB - atC) >= 0)) continue;
+      // What is far takes less of the image.
+      const [wa, wb, wc] = [(1 - atB - atC) / vertices[3 * a + 2], atB / vertices[3 * b + 2], atC / vertices[3 * c + 2]];
+      const depth = 1 / (wa + wb + wc);
+      if (depth >= nearest) continue;
+      // Counter-clockwise from the front, in an image whose y points down.
+      [nearest, isFront] = [depth, area < 0];
+      for (const k of /** @type {const} */ ([0, 1])) place[k] = depth * (wa * uv[2 * a + k] + wb * uv[2 * b + k] + wc * uv[2 * c + k]);
+    }
+    return isFront ? place : null;
   }
 }
 

@@ -151,7 +151,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
     const [{ png }] = frames;
     await page.setInputFiles("#image-file", { name: "frame.png", mimeType: "image/png", buffer: png });
     await page.waitForSelector('#live[data-mesh="true"]');
-    for (const overlay of ["shaded", "mesh", "depth", "paper"]) {
+    for (const overlay of ["object", "shaded", "mesh", "depth", "paper"]) {
       await page.click(`[data-overlay="${overlay}"]`);
       await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
       await demo.screenshot(`${name}-image-${overlay}`);

@@ -101,7 +101,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.waitForFunction(() => globalThis.meshes.length >= 3);
       assert.match(await page.textContent("#state-text"), /^Tracked/);
       assert.match(await page.locator("#model").textContent(), /harbour\.png, 148 × 105 mm/);
-      for (const overlay of ["paper", "shaded", "mesh", "depth", "plain"]) {
+      for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "plain"]) {
         await page.click(`[data-overlay="${overlay}"]`);
         await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
         await screenshot(`${name}-own-${overlay}`);

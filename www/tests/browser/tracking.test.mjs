@@ -238,7 +238,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.waitForFunction(() => document.querySelector("#video").readyState > 1);
       await page.evaluate(() => (document.querySelector("#video").playbackRate = 0.25));
       await page.waitForSelector('#live[data-mesh="true"]');
-      for (const overlay of ["paper", "shaded", "mesh", "depth", "mask", "plain"]) {
+      for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "mask", "plain"]) {
         await page.click(`[data-overlay="${overlay}"]`);
         await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
         await page.waitForTimeout(700);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { SurfaceMesh } from "deepsft";
+import { SurfaceMesh, verticesInImage } from "deepsft";
 
 /** A square of two faces in the plane z = 500 mm whose printed side looks at the camera, as the template's mesh is wound. */
 const square = (vertices) =>
@@ -39,4 +39,35 @@ test("at a fold a normal is the mean of both sides by their area, and has length
 test("a vertex of a face without area has a normal of length 0, not NaN", () => {
   const mesh = square(Array(4).fill([1, 2, 500]));
   assert.ok(mesh.normals.every((n) => n === 0));
+});
+
+const CAMERA = { width: 640, height: 480, fx: 500, fy: 510, cx: 310, cy: 250, distortion: [-0.1, 0.02, 0, 0, 0] };
+
+test("the place at a pixel is the place that is seen there", () => {
+  // Turned, so that one side is nearer by a third.
+  const mesh = square([
+    [-100, -60, 400],
+    [100, -60, 600],
+    [-100, 60, 400],
+    [100, 60, 600],
+  ]);
+  for (const [u, v] of [[0.2, 0.3], [0.5, 0.5], [0.9, 0.2], [0.05, 0.95]]) {
+    const [x, y] = verticesInImage(Float32Array.from(mesh.pointAt(u, v)), CAMERA);
+    const place = mesh.placeAt(x, y, CAMERA);
+    // A lens bends the sides of faces a little.
+    assert.ok(place && Math.hypot(place[0] - u, place[1] - v) < 0.01, `${place} at ${u}, ${v}`);
+  }
+  assert.equal(mesh.placeAt(5, 5, CAMERA), null);
+});
+
+test("of a sheet that lies before itself the nearest place counts, and its back hides", () => {
+  // The right half is folded over the left one, its back outside.
+  const fold = new SurfaceMesh(
+    { vertices: Float32Array.of(-50, -50, 500, 50, -50, 500, -50, 50, 500, 50, 50, 500, -20, -50, 480, -20, 50, 480), confidence: new Float32Array(6) },
+    { faces: Uint32Array.of(0, 2, 3, 0, 3, 1, 1, 3, 5, 1, 5, 4), textureCoordinates: Float32Array.of(0, 0, 0.5, 0, 0, 1, 0.5, 1, 1, 0, 1, 1) },
+    "tracking",
+  );
+  const at = (x, z) => fold.placeAt(...verticesInImage(Float32Array.of(x, 0, z), CAMERA), CAMERA);
+  assert.ok(at(-40, 500)[0] < 0.2, "beside the fold");
+  assert.equal(at(20, 491), null, "on the back of what is folded over");
 });

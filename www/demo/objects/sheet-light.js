@@ -1,0 +1,125 @@
+// The light on the sheet as light that falls on a thing that stands there: from somewhere, and from everywhere.
+
+/** Where the light comes from while the sheet does not tell: over the sheet, and this side of it. Camera frame. */
+const SIDE = /** @type {const} */ ([-0.8, -0.35, -0.5]);
+/** How far to that side it stands, against how high. */
+const SLANT = 1.1;
+/** Of the light on a sheet that faces it. */
+const USUAL = { everywhere: 0.42, directed: 0.85 };
+/** How much the usual light counts against all that is seen: a flat sheet shows one direction alone. */
+const PRIOR_WEIGHT = 0.03;
+/** Light is taken where at least so much of a vertex's surroundings is seen. */
+const LEAST_SEEN = 0.5;
+/** The light comes from the side of the sheet that is seen, at least this steeply (the sine of its height). */
+const LEAST_HEIGHT = 0.35;
+/** Seconds in which it follows what is seen most of the way. */
+const FOLLOW_SECONDS = 0.4;
+
+/**
+ * A surface whose normal is n receives everywhere + max(0, directed · n), 1 where the image is as bright as the print.
+ *
+ * @typedef {{ everywhere: number, directed: [number, number, number] }} Light
+ */
+
+export class SheetLight {
+  /** @type {Light | null} */
+  #light = null;
+  #atMs = 0;
+
+  /** Forgets the light. */
+  reset() {
+    this.#light = null;
+  }
+
+  /** What was seen last. @returns {Light} */
+  get light() {
+    return this.#light ?? usual(1);
+  }
+
+  /**
+   * Takes over how bright a bent sheet is: the better lit a direction is, the more light comes from there. Least squares of a sum of both
+   * kinds of light over the vertices, near the usual light.
+   *
+   * @param {Float32Array} light on each vertex
+   * @param {Float32Array} normals (x, y, z) each, camera frame
+   * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers
+   * @param {number} atMs
+   */
+  follow(light, normals, seen, atMs) {
+    /** @type {number[][]} a symmetric matrix and, last, what it is to give */
+    const system = Array.from({ length: 4 }, () => [0, 0, 0, 0, 0]);
+    const mean = [0, 0, 0];
+    let [count, brightness] = [0, 0];
+    for (let i = 0; i < light.length; i++) {
+      if (seen[i] < LEAST_SEEN) continue;
+      const row = [1, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]];
+      for (let j = 0; j < 4; j++) {
+        for (let k = 0; k < 4; k++) system[j][k] += row[j] * row[k];
+        system[j][4] += row[j] * light[i];
+      }
+      for (let k = 0; k < 3; k++) mean[k] += row[1 + k];
+      brightness += light[i];
+      count++;
+    }
+    if (count < 12) return;
+    const expected = usual(brightness / count, mean.map((value) => value / count));
+    [expected.everywhere, ...expected.directed].forEach((value, j) => {
+      system[j][j] += PRIOR_WEIGHT * count;
+      system[j][4] += PRIOR_WEIGHT * count * value;
+    });
+    const [everywhere, x, y, z] = solved(system);
+    const [strength, height] = [Math.hypot(x, y, z), (x * mean[0] + y * mean[1] + z * mean[2]) / count];
+    const isUsable = everywhere > 0.1 * expected.everywhere && height > LEAST_HEIGHT * strength;
+    const found = isUsable ? { everywhere, directed: /** @type {[number, number, number]} */ ([x, y, z]) } : expected;
+    const weight = this.#light ? 1 - Math.exp(-Math.max(0, atMs - this.#atMs) / 1000 / FOLLOW_SECONDS) : 1;
+    const from = this.#light ?? found;
+    const towards = (/** @type {number} */ a, /** @type {number} */ b) => a + weight * (b - a);
+    this.#atMs = atMs;
+    this.#light = {
+      everywhere: towards(from.everywhere, found.everywhere),
+      directed: /** @type {Light["directed"]} */ (from.directed.map((value, k) => towards(value, found.directed[k]))),
+    };
+  }
+}
+
+/**
+ * @param {number} brightness of the sheet
+ * @param {number[]} normal of the sheet
+ * @returns {Light}
+ */
+function usual(brightness, normal = [0, 0, -1]) {
+  const up = unit(normal);
+  const along = SIDE[0] * up[0] + SIDE[1] * up[1] + SIDE[2] * up[2];
+  const side = unit(SIDE.map((value, k) => value - along * up[k]));
+  const towards = unit(up.map((value, k) => value + SLANT * side[k]));
+  const scale = brightness / (USUAL.everywhere + USUAL.directed / Math.hypot(1, SLANT));
+  const [x, y, z] = towards.map((value) => value * USUAL.directed * scale);
+  return { everywhere: USUAL.everywhere * scale, directed: [x, y, z] };
+}
+
+/** @param {readonly number[]} vector */
+function unit(vector) {
+  const length = Math.hypot(...vector) || 1;
+  return vector.map((value) => value / length);
+}
+
+/**
+ * Solves a symmetric positive system by Gauss's elimination.
+ *
+ * @param {number[][]} system n rows of n + 1 numbers, changed
+ */
+function solved(system) {
+  const n = system.length;
+  for (let i = 0; i < n; i++)
+    for (let j = i + 1; j < n; j++) {
+      const factor = system[j][i] / system[i][i];
+      for (let k = i; k <= n; k++) system[j][k] -= factor * system[i][k];
+    }
+  const solution = new Array(n).fill(0);
+  for (let i = n - 1; i >= 0; i--) {
+    let sum = system[i][n];
+    for (let k = i + 1; k < n; k++) sum -= system[i][k] * solution[k];
+    solution[i] = sum / system[i][i];
+  }
+  return solution;
+}

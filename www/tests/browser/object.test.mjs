@@ -1,0 +1,172 @@
+// A thing that stands on the sheet, judged by the pixels that the stage draws and by where they must be.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { SurfaceMesh, SurfacePose } from "deepsft";
+import { OBJECTS } from "../../demo/objects/objects.js";
+import { STRIDE } from "../../demo/objects/solids.js";
+import { SCALE } from "../../demo/stage/object-layer.js";
+import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+import { decodePng } from "../support/png.mjs";
+import { depthsOf, inner } from "../support/silhouettes.mjs";
+
+/** All of its image is seen by the network: nothing is dimmed. */
+const CAMERA = { width: 640, height: 360, fx: 520, fy: 520, cx: 320, cy: 180, distortion: [0, 0, 0, 0, 0], source: "given" };
+const SHEET = { widthMm: 297, heightMm: 210 };
+const [COLUMNS, ROWS] = [31, 22];
+/** The frame: nothing that stands on the sheet has this hue. */
+const FRAME = "#c800c8";
+/** What is so little before the sheet or behind it may be seen or not, mm: depth in the buffer, and the bend of the sheet below a flat foot. */
+const NEAR_MM = 6;
+/** Where the processor draws, the canvas is coarser than the page. */
+const REACH_PX = 3;
+
+const TOPOLOGY = (() => {
+  const textureCoordinates = Float32Array.from({ length: 2 * COLUMNS * ROWS }, (_, i) => (i % 2 === 0 ? ((i / 2) % COLUMNS) / (COLUMNS - 1) : Math.floor(i / 2 / COLUMNS) / (ROWS - 1)));
+  const faces = [];
+  for (let i = 0; i < COLUMNS * (ROWS - 1); i++) if (i % COLUMNS < COLUMNS - 1) faces.push(i, i + COLUMNS, i + COLUMNS + 1, i, i + COLUMNS + 1, i + 1);
+  return { faces: Uint32Array.from(faces), textureCoordinates };
+})();
+
+/** A sheet rolled about its upright axis (towards the viewer where the radius is positive), tilted back, turned aside, and moved away. */
+function sheetOf({ radius = Infinity, tilt = 0, turn = 0, distance = 480 }) {
+  const vertices = new Float32Array(3 * COLUMNS * ROWS);
+  for (let i = 0; i < COLUMNS * ROWS; i++) {
+    const [u, v] = TOPOLOGY.textureCoordinates.subarray(2 * i, 2 * i + 2);
+    const [s, y] = [(u - 0.5) * SHEET.widthMm, (v - 0.5) * SHEET.heightMm];
+    const [x, bend] = radius === Infinity ? [s, 0] : [radius * Math.sin(s / radius), -radius * (1 - Math.cos(s / radius))];
+    const [up, depth] = [y * Math.cos(tilt) - bend * Math.sin(tilt), y * Math.sin(tilt) + bend * Math.cos(tilt)];
+    vertices.set([x * Math.cos(turn) + depth * Math.sin(turn), up, depth * Math.cos(turn) - x * Math.sin(turn) + distance], 3 * i);
+  }
+  return new SurfaceMesh({ vertices, confidence: new Float32Array(COLUMNS * ROWS).fill(1) }, TOPOLOGY, "tracking");
+}
+
+/** Depths of the sheet and of what stands at (u, v) on it, in each pixel. */
+function truth(name, mesh, [u, v]) {
+  const pose = new SurfacePose(TOPOLOGY, u, v);
+  pose.follow(mesh, 0);
+  const [x, y, z, w] = pose.quaternion;
+  const rotated = ([a, b, c]) => {
+    const [s, t, r] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+    return [a + w * s + y * r - z * t, b + w * t + z * s - x * r, c + w * r + x * t - y * s];
+  };
+  const corners = OBJECTS[name]();
+  const scale = SCALE * SHEET.heightMm;
+  const object = Array.from({ length: corners.length / STRIDE }, (_, i) => rotated(corners.subarray(STRIDE * i, STRIDE * i + 3)).map((value, k) => pose.position[k] + scale * value));
+  const sheet = [...TOPOLOGY.faces].map((vertex) => [...mesh.vertices.subarray(3 * vertex, 3 * vertex + 3)]);
+  return { object: depthsOf(object, CAMERA), sheet: depthsOf(sheet, CAMERA) };
+}
+
+let browser;
+before(async () => (browser = await launch({ webgpu: false })));
+after(() => browser?.close());
+
+/** A stage in the page's place; `draw` has it draw an object on a sheet and gives the pixels. */
+async function onStage(software, body) {
+  const { width, height } = CAMERA;
+  const demo = await openDemo(browser, { device: { viewport: { width, height } } });
+  const { page } = demo;
+  await page.evaluate(
+    async ([software, camera, topology, size, color]) => {
+      const [{ Stage }, { SurfaceMesh }, { TemplateLight }] = await Promise.all(["./demo/stage/stage.js", "deepsft", "deepsft/light"].map((name) => import(name)));
+      document.body.innerHTML = '<div id="live"><div id="below"><canvas></canvas><canvas></canvas></div><canvas id="stage"></canvas></div>';
+      document.body.dataset.view = "live";
+      const mesh = { faces: Uint32Array.from(topology.faces), textureCoordinates: Float32Array.from(topology.textureCoordinates) };
+      const texture = new ImageData(297, 210);
+      texture.data.fill(200);
+      const stage = new Stage(document.querySelector("#stage"), document.querySelector("#below"), software);
+      stage.setTemplate({ texture, mesh, ...size }, new TemplateLight(texture));
+      stage.overlay = "object";
+      const pen = new OffscreenCanvas(camera.width, camera.height).getContext("2d");
+      globalThis.draw = async ({ name, vertices, seen, tap }) => {
+        stage.object = name;
+        pen.fillStyle = color;
+        pen.fillRect(0, 0, camera.width, camera.height);
+        const surface = new SurfaceMesh({ vertices: Float32Array.from(vertices), confidence: new Float32Array(seen.length).fill(1) }, mesh, "tracking");
+        stage.showMesh({ frame: await createImageBitmap(pen.canvas), camera }, surface, Float32Array.from(seen));
+        if (tap) stage.placeObjectAt(...tap);
+        stage.draw(0);
+      };
+    },
+    [software, CAMERA, { faces: [...TOPOLOGY.faces], textureCoordinates: [...TOPOLOGY.textureCoordinates] }, SHEET, FRAME],
+  );
+  const draw = async (name, mesh, { seen = () => 1, tap } = {}) => {
+    const uv = TOPOLOGY.textureCoordinates;
+    const covered = Array.from({ length: COLUMNS * ROWS }, (_, i) => seen(uv[2 * i], uv[2 * i + 1]));
+    await page.evaluate((what) => draw(what), { name, vertices: [...mesh.vertices], seen: covered, tap });
+    await demo.screenshot(`object-${name}-${software ? "software" : "gpu"}`);
+    return decodePng(await page.screenshot());
+  };
+  await body(draw);
+  await demo.finish();
+}
+
+/** Whether a pixel shows the object; the frame in shadow keeps its hue. */
+function isObject({ channels, values }, i) {
+  const [r, g, b] = values.subarray(channels * i, channels * i + 3);
+  return g > 6 || Math.abs(r - b) > 8;
+}
+
+/** Checks which pixels show the object. `hides`: what must hide it, by pixel. */
+function check(picture, { object, sheet }, hides = () => false) {
+  const shown = [...object.keys()].map((i) => object[i] < sheet[i] + NEAR_MM && object[i] < Infinity && !hides(i));
+  const none = [...object.keys()].map((i) => !(object[i] < Infinity) || hides(i) || object[i] > sheet[i] + NEAR_MM);
+  const part = (mask) => {
+    const pixels = inner(mask, CAMERA, REACH_PX);
+    return { count: pixels.length, drawn: pixels.filter((i) => isObject(picture, i)).length / pixels.length };
+  };
+  const [visible, absent] = [part(shown), part(none)];
+  assert.ok(visible.count > 400, `${visible.count} pixels`);
+  assert.ok(visible.drawn > 0.99, `${visible.drawn} of what is to be seen is drawn`);
+  assert.ok(absent.drawn < 0.001, `${absent.drawn} of all else is drawn over`);
+}
+
+for (const software of [false, true]) {
+  const by = software ? "the processor" : "a graphics card";
+  test(`drawn by ${by}, each object stands on its place, and a tap moves it`, { timeout: SLOW_MS }, () =>
+    onStage(software, async (draw) => {
+      const mesh = sheetOf({ tilt: -0.9, turn: 0.4 });
+      for (const name of Object.keys(OBJECTS)) check(await draw(name, mesh), truth(name, mesh, [0.5, 0.5]));
+      const place = [0.3, 0.62];
+      const [x, y, z] = mesh.pointAt(...place);
+      const tap = [(CAMERA.fx * x) / z + CAMERA.cx, (CAMERA.fy * y) / z + CAMERA.cy];
+      check(await draw("house", mesh, { tap }), truth("house", mesh, place));
+      // Beside the sheet there is nothing to stand on.
+      check(await draw("house", mesh, { tap: [2, 2] }), truth("house", mesh, place));
+    }),
+  );
+
+  test(`drawn by ${by}, the sheet hides it where it bends in front, and so does what covers the sheet`, { timeout: SLOW_MS }, () =>
+    onStage(software, async (draw) => {
+      const mesh = sheetOf({ radius: 85, turn: 1.05, distance: 520 });
+      const depths = truth("boat", mesh, [0.5, 0.5]);
+      const hidden = [...depths.object.keys()].filter((i) => depths.object[i] < Infinity && depths.object[i] > depths.sheet[i] + NEAR_MM);
+      assert.ok(hidden.length > 400, `${hidden.length} pixels of it lie behind the sheet`);
+      check(await draw("boat", mesh), depths);
+
+      const flat = sheetOf({ tilt: -0.9 });
+      const left = truth("house", flat, [0.5, 0.5]);
+      // A hand over the sheet's left half.
+      const isLeft = (i) => (i % CAMERA.width) + 0.5 < CAMERA.cx && left.sheet[i] < Infinity;
+      check(await draw("house", flat, { seen: (u) => (u < 0.5 ? 0 : u > 0.5 ? 1 : 0.5) }), left, isLeft);
+    }),
+  );
+
+  test(`drawn by ${by}, its shadow darkens the sheet on the side away from the light, and nothing beside it`, { timeout: SLOW_MS }, () =>
+    onStage(software, async (draw) => {
+      const mesh = sheetOf({ distance: 600 });
+      const picture = await draw("boat", mesh);
+      const { object, sheet } = truth("boat", mesh, [0.5, 0.5]);
+      const red = (i) => picture.values[picture.channels * i];
+      const onSheet = inner([...sheet.keys()].map((i) => sheet[i] < Infinity && !(object[i] < Infinity)), CAMERA, REACH_PX);
+      const beside = inner([...sheet.keys()].map((i) => !(sheet[i] < Infinity) && !(object[i] < Infinity)), CAMERA, REACH_PX);
+      assert.ok(beside.every((i) => Math.abs(red(i) - 0xc8) <= 3), "beside the sheet the frame is as it was");
+      const dark = onSheet.filter((i) => red(i) < 0.85 * 0xc8);
+      assert.ok(dark.length > 60, `${dark.length} pixels of shadow`);
+      // Without a bend the light comes from above on the left.
+      const right = dark.filter((i) => (i % CAMERA.width) > CAMERA.cx).length;
+      assert.ok(right > 0.8 * dark.length, `${right} of ${dark.length} pixels lie on the right`);
+    }),
+  );
+}
