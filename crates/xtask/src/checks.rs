@@ -145,6 +145,20 @@ pub fn engines(root: &Path, build: bool) -> Result<()> {
     Ok(())
 }
 
+/// Has the page and the package work for long, with the options of `www/bench/soak/soak.mjs`, and leaves samples and curves in `out`.
+///
+/// # Errors
+/// When a program is missing, the page fails, or something has grown.
+pub fn soak(root: &Path, build: bool, out: &Path, options: &[&str]) -> Result<()> {
+    tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
+    if build {
+        web::build(root)?;
+        build_program(root)?;
+    }
+    let mut command = in_browsers(root, &["run", "soak", "--"])?;
+    tools::run(command.args(options).arg("--out").arg(out))
+}
+
 /// The tests of `www/tests/engines`, in all three engines.
 fn engine_tests(root: &Path) -> Result<Command> {
     let mut command = in_browsers(root, &["run", "test:engines"])?;

@@ -13,7 +13,7 @@ mod web;
 use anyhow::{Context, Result, bail};
 use std::{
     env, fs,
-    path::{Path, PathBuf},
+    path::{self, Path, PathBuf},
     process::{Command, ExitCode},
 };
 
@@ -39,6 +39,15 @@ Tasks of the DeepSfT workspace
     cargo xtask engines [--no-build]
         The page in Chromium, Firefox and WebKit: camera, clip, image, own picture, errors. Ends with a table, which it
         leaves in www/tests/screenshots/engines.md. Installs the browsers where it can. Linux only.
+        --no-build  take what was built last
+
+    cargo xtask soak [--frames N] [--only PARTS] [--out DIR] [--no-build]
+        Long life in Chromium: the demo page follows the poster before a camera, on the CPU and by WebGPU; its camera, its tab and its
+        GPU are taken away and given back; things are started and stopped again and again. Fails when memory has grown, and leaves
+        samples and curves. Takes more than an hour.
+        --frames    frames that are followed on each device, 1000 or more (default: 10000)
+        --only      some of cpu,webgpu,cycles
+        --out       the folder (default: soak in the target folder)
         --no-build  take what was built last
 
     cargo xtask web
@@ -98,6 +107,7 @@ fn run(arguments: Vec<String>) -> Result<()> {
         "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
         "engines" => engines(&root, &rest),
         "site" => site(&root, &rest),
+        "soak" => soak(&root, &rest),
         "notices" => notices(&root, &rest),
         "web" => takes_no_arguments("web", &rest).and_then(|()| web::build(&root)),
         "bench" => bench::run(&root, &bench::Options::parse(&rest)?),
@@ -149,6 +159,22 @@ fn engines(root: &Path, arguments: &[String]) -> Result<()> {
         [only] if only == "--no-build" => checks::engines(root, false),
         [other, ..] => bail!("cargo xtask engines does not know {other:?}\n\n{HELP}"),
     }
+}
+
+fn soak(root: &Path, arguments: &[String]) -> Result<()> {
+    let mut out = tools::target_folder(root)?.join("soak");
+    let (mut build, mut passed_on) = (true, Vec::new());
+    let mut arguments = arguments.iter();
+    while let Some(argument) = arguments.next() {
+        let mut value = || arguments.next().with_context(|| format!("{argument} wants a value"));
+        match argument.as_str() {
+            "--frames" | "--only" => passed_on.extend([argument.as_str(), value()?]),
+            "--out" => out = path::absolute(value()?).context("finding the folder")?,
+            "--no-build" => build = false,
+            other => bail!("cargo xtask soak does not know {other:?}\n\n{HELP}"),
+        }
+    }
+    checks::soak(root, build, &out, &passed_on)
 }
 
 fn site(root: &Path, arguments: &[String]) -> Result<()> {

@@ -14,9 +14,13 @@ import { EngineWorker } from "./engine-worker.js";
 
 /** @typedef {{ worker: EngineWorker, info: EngineInfo, model: TargetDescription | null }} StartedEngine */
 
-/** A GPU that is lost is started again so many times within an hour; after that the CPU does the work. */
-const GPU_RESTARTS_PER_HOUR = 2;
-const HOUR_MS = 3_600_000;
+/**
+ * A GPU that is lost sooner than this after its start may be broken, milliseconds. One that worked for longer was taken away: systems do
+ * that to pages in the background, when they sleep and when a driver is renewed, and any number of times.
+ */
+const EARLY_MS = 60_000;
+/** After so many early losses in a row the CPU does the work. */
+const MOST_EARLY_LOSSES = 3;
 
 /** An engine that outlives the loss of its GPU, with its targets. */
 export class LastingEngine {
@@ -27,8 +31,10 @@ export class LastingEngine {
   #info;
   /** Those that were added, by number. @type {Map<number, TargetSource>} */
   #sources = new Map();
-  /** When the GPU was started again within the last hour, milliseconds. @type {number[]} */
-  #gpuRestarts = [];
+  /** When the engine was last started, milliseconds. */
+  #startedAt = Date.now();
+  /** How often in a row the GPU was lost soon after that. */
+  #earlyLosses = 0;
   /** @type {Promise<void> | null} settles when the engine has been started again */
   #restarting = null;
   #closed = false;
@@ -120,19 +126,19 @@ export class LastingEngine {
    */
   async #restart(loss) {
     this.#worker.terminate(loss);
-    const now = Date.now();
-    this.#gpuRestarts = this.#gpuRestarts.filter((at) => now - at < HOUR_MS);
-    const isWornOut = this.#gpuRestarts.length >= GPU_RESTARTS_PER_HOUR;
+    this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
+    const isBroken = this.#earlyLosses >= MOST_EARLY_LOSSES;
     const { request } = this.#plan;
-    const message = `The GPU was lost ${GPU_RESTARTS_PER_HOUR + 1} times within an hour.`;
-    if (isWornOut && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
-    this.#gpuRestarts.push(now);
+    const message = `The GPU was lost ${MOST_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
+    if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
+    /** @type {StartedEngine | undefined} */
     let started;
     try {
-      const device = isWornOut ? "cpu" : request.device;
+      const device = isBroken ? "cpu" : request.device;
       started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
       for (const [id, source] of this.#sources) await started.worker.addTarget({ id, source });
     } catch (cause) {
+      started?.worker.terminate(cause);
       throw new DeepSftError(
         "gpu-lost",
         `The GPU was lost and could not be started again: ${asDeepSftError(cause).message}`,
@@ -141,7 +147,8 @@ export class LastingEngine {
     }
     if (this.#closed) return started.worker.terminate(closedError());
     /** @type {EngineInfo["fallback"]} */
-    const fallback = isWornOut ? { code: "gpu-lost", message } : started.info.fallback;
+    const fallback = isBroken ? { code: "gpu-lost", message } : started.info.fallback;
+    this.#startedAt = Date.now();
     [this.#worker, this.#info] = [started.worker, { ...started.info, fallback }];
   }
 }

@@ -35,8 +35,8 @@ const SCREENSHOTS = join(WWW, "tests", "screenshots");
  * @property {string} [camera] a .y4m file that the camera shows; no camera without
  */
 
-/** @param {LaunchOptions} options */
-function startOptions({ webgpu = true, webgl = true, testCameras = 0, camera }) {
+/** How the browser starts, for those who start it themselves. @param {LaunchOptions} options */
+export function startOptions({ webgpu = true, webgl = true, testCameras = 0, camera }) {
   // A software GPU on a busy machine is slow, not hung.
   const args = [...FLAGS.filter((flag) => webgpu || !WEBGPU_FLAGS.test(flag)), "--disable-gpu-watchdog"];
   if (!webgpu) args.push("--disable-features=WebGPU", "--disable-gpu");

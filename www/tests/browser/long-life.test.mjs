@@ -1,0 +1,112 @@
+// A page that stays open: what is taken from it comes back, and it holds no more than before. `cargo xtask soak` does the same for ten
+// thousand frames, and on a GPU.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { SLOW_MS } from "../support/browser.mjs";
+import { CYCLES, prepare } from "../support/cycles.mjs";
+import { FollowedPage, posterFilm } from "../support/followed-page.mjs";
+import { BLANK } from "../support/page.mjs";
+
+const SCENE_FRAMES = 24;
+const HIDDEN_MS = 3000;
+/** The page has settled after so many frames, and is followed for so many more. */
+const SETTLED_FRAMES = 100;
+const FRAMES = 200;
+/** What is done with the package before it is measured, and how often more. */
+const WARM_UP = 3;
+const TIMES = { trackings: 6, targets: 20, images: 40 };
+
+/**
+ * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never
+ * goes. What leaks a canonical image each time (0.5 MB), or 2 KB of each frame, grows by more.
+ */
+const MOST_HEAP_BYTES = 400_000;
+const MOST_WASM = 1.05;
+/** Pictures that are on their way at once: one drawn, one followed, the finders', and what each is copied to. */
+const MOST_PICTURES = 12;
+
+let folder;
+let film;
+
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "deepsft-long-life-"));
+  film = await posterFilm(folder, ["motion"], SCENE_FRAMES);
+}, { timeout: SLOW_MS });
+after(() => rm(folder, { recursive: true, force: true }));
+
+/** Runs `body` on a page that may see the film; nothing may be said on its console. */
+async function onPage(path, body) {
+  const page = await FollowedPage.open({ camera: film, device: "cpu", path });
+  try {
+    await body(page);
+    assert.deepEqual(page.problems, []);
+  } finally {
+    await page.close();
+  }
+}
+
+/** What a page holds now must be about what it held before. */
+function assertHoldsNoMore(now, before, when) {
+  for (const part of ["page", "engine", "tracker"].filter((part) => before[part] && now[part])) {
+    const figures = `${when}, ${part}: ${JSON.stringify(before[part])}, then ${JSON.stringify(now[part])}`;
+    assert.ok(now[part].heapBytes <= before[part].heapBytes + MOST_HEAP_BYTES, figures);
+    assert.ok(now[part].wasmBytes <= MOST_WASM * before[part].wasmBytes, figures);
+    assert.ok(now[part].bitmaps + now[part].videoFrames <= MOST_PICTURES, figures);
+    assert.deepEqual([now[part].webglTextures, now[part].webglBuffers], [before[part].webglTextures, before[part].webglBuffers], figures);
+  }
+  const figures = `${when}: ${JSON.stringify(before)}, then ${JSON.stringify(now)}`;
+  assert.ok(now.nodes <= 1.02 * before.nodes && now.listeners <= 1.02 * before.listeners, figures);
+  assert.equal(now.workers, before.workers, figures);
+}
+
+test("a page follows on after its tab was hidden, its camera turned and its permission withdrawn, and holds no more", { timeout: SLOW_MS }, (t) =>
+  onPage("/?device=cpu", async (page) => {
+    await page.start();
+    const { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
+    const settled = await page.footprint();
+    await page.until((now) => now.frames >= frames + FRAMES);
+    assertHoldsNoMore(await page.footprint(), settled, "after more frames");
+
+    t.diagnostic(`${await page.hide(HIDDEN_MS)} frames in the hidden tab`);
+    await page.followsOn();
+
+    const { upright } = await page.counts();
+    await page.turn(true);
+    await page.until((now) => now.upright >= upright + 5);
+    await page.turn(false);
+    await page.followsOn();
+
+    await page.permit("denied");
+    assert.equal(await page.message(), "camera-lost");
+    await page.permit("granted");
+    await page.page.click("#message-remedies button");
+    await page.followsOn();
+
+    await page.page.click("#back");
+    await page.start();
+    assertHoldsNoMore(await page.footprint(), settled, "after all that");
+
+    await page.crash();
+    assert.equal(await page.message(), "internal");
+    assert.equal(page.page.workers().length, 0, "workers that crashed are gone");
+    await page.reload();
+    await page.start();
+  }),
+);
+
+test("trackings that are started and stopped, targets that come and go, and images one by one leave nothing behind", { timeout: SLOW_MS }, () =>
+  onPage(BLANK, async ({ page, footprint }) => {
+    await prepare(page);
+    for (const [name, times] of Object.entries(TIMES)) {
+      for (let i = 0; i < WARM_UP; i++) await page.evaluate(CYCLES[name]);
+      const before = await footprint();
+      for (let i = 0; i < times; i++) await page.evaluate(CYCLES[name]);
+      assertHoldsNoMore(await footprint(), before, name);
+    }
+  }),
+);

@@ -1,0 +1,209 @@
+// The demo page while its camera shows the poster, and what can befall it: a permission withdrawn, a phone turned, a tab hidden, a
+// worker that crashes, a GPU lost.
+
+import { writeFile } from "node:fs/promises";
+import { join } from "node:path";
+
+import { makeClip } from "./clips.mjs";
+import { destroyDevices, footprintOf, launchToMeasure } from "./footprint.mjs";
+import { y4m } from "./y4m.mjs";
+import { serve } from "../../serve.mjs";
+
+/** A page that shows nothing new for so long counts as stopped, milliseconds. */
+const PATIENCE_MS = 180_000;
+const POLL_MS = 200;
+/** When nothing has come for so long, nothing is on its way, milliseconds. */
+const QUIET_MS = 2500;
+const WINDOW = { width: 1280, height: 720 };
+
+/** Clips have seeds from 9,000,000 on; these are the soak's own. */
+const SEED = 9_700_061;
+/** 960 x 540 pixels. */
+const SCALE = 2;
+const CAMERA_FPS = 30;
+
+/**
+ * A film of the poster for the browser's camera.
+ *
+ * @param {string} folder to work in
+ * @param {string[]} events what happens in it, one scene each
+ * @param {number} frames of each scene
+ * @returns {Promise<string>} the file
+ */
+export async function posterFilm(folder, events, frames) {
+  const pictures = [];
+  for (const [i, event] of events.entries()) {
+    const clip = await makeClip(join(folder, event), { event, frames, seed: SEED + i, scale: SCALE });
+    pictures.push(...clip.frames.map(({ picture }) => picture));
+  }
+  const film = join(folder, "camera.y4m");
+  await writeFile(film, y4m(pictures, CAMERA_FPS));
+  return film;
+}
+
+/** On the page: counts what it follows. */
+function count() {
+  const seen = { frames: 0, found: 0, answers: 0, upright: 0, device: "" };
+  Object.assign(globalThis, { seen });
+  document.addEventListener("deepsft-tracked", ({ tracked: { found, camera } }) => {
+    seen.frames++;
+    if (found) seen.found++;
+    if (camera.height > camera.width) seen.upright++;
+  });
+  document.addEventListener("deepsft-estimate", () => seen.answers++);
+}
+
+export class FollowedPage {
+  #browser;
+  #server;
+  #session;
+  /** Errors that nobody expected. @type {string[]} */
+  problems = [];
+
+  /**
+   * Use {@link FollowedPage.open}.
+   *
+   * @param {import("puppeteer-core").Browser} browser
+   * @param {Awaited<ReturnType<typeof serve>>} server
+   * @param {import("puppeteer-core").Page} page
+   * @param {import("puppeteer-core").CDPSession} session of the browser
+   */
+  constructor(browser, server, page, session) {
+    [this.#browser, this.#server, this.#session] = [browser, server, session];
+    this.page = page;
+    page.on("pageerror", (error) => this.problems.push(String(error)));
+    page.on("console", (message) => message.type() === "error" && this.problems.push(message.text()));
+  }
+
+  /**
+   * Opens the page, its camera allowed.
+   *
+   * @param {{ camera: string, device: "cpu" | "webgpu", path?: string }} options
+   */
+  static async open({ camera, device, path = `/?device=${device}` }) {
+    const server = await serve();
+    const browser = await launchToMeasure({ webgpu: device === "webgpu", camera });
+    const session = await browser.target().createCDPSession();
+    const page = await browser.newPage();
+    page.setDefaultTimeout(PATIENCE_MS);
+    await page.setViewport(WINDOW);
+    const followed = new FollowedPage(browser, server, page, session);
+    await followed.permit("granted");
+    await page.goto(server.origin + path);
+    await page.evaluate(count);
+    return followed;
+  }
+
+  /** Opens the camera, as a person does. */
+  async start() {
+    await this.page.click("#use-camera");
+    await this.followsOn();
+  }
+
+  /** @returns {Promise<{ frames: number, found: number, answers: number, upright: number }>} so far */
+  counts() {
+    return this.page.evaluate(() => globalThis.seen);
+  }
+
+  /**
+   * What the page and its workers hold while the video stands still and nothing is on its way. (A worker that is computing now and then
+   * takes Chromium down with it when its objects are counted.)
+   */
+  async footprint() {
+    const play = (/** @type {boolean} */ on) =>
+      this.page.$$eval("video", (videos, on) => Promise.all(videos.map((video) => (on ? video.srcObject && video.play() : video.pause()))), on);
+    await play(false);
+    let [last, since] = ["", performance.now()];
+    while (performance.now() - since < QUIET_MS) {
+      const now = JSON.stringify(await this.counts());
+      if (now !== last) [last, since] = [now, performance.now()];
+      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    }
+    const footprint = await footprintOf(this.page);
+    await play(true);
+    return footprint;
+  }
+
+  /** Waits until the counts are as `isEnough` wants them; fails when they stand still. @param {(counts: Awaited<ReturnType<FollowedPage["counts"]>>) => boolean} isEnough */
+  async until(isEnough) {
+    let [last, changed] = ["", performance.now()];
+    for (;;) {
+      const counts = await this.counts();
+      if (isEnough(counts)) return counts;
+      const now = JSON.stringify(counts);
+      if (now !== last) [last, changed] = [now, performance.now()];
+      else if (performance.now() - changed > PATIENCE_MS) throw new Error(`the page stands still at ${now}: ${await this.says()}`);
+      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    }
+  }
+
+  /** Waits for more frames in which the sheet is found, and for more answers of the network. */
+  async followsOn({ found = 10, answers = 1 } = {}) {
+    const before = await this.counts();
+    await this.until((now) => now.found >= before.found + found && now.answers >= before.answers + answers);
+  }
+
+  /** What the page tells a person. */
+  says() {
+    return this.page.evaluate(() => {
+      const text = (/** @type {string} */ id) => document.querySelector(id)?.textContent?.replace(/\s+/g, " ").trim();
+      return `${text("#state-text")}; ${document.querySelector("#message")?.checkVisibility() ? text("#message") : "no message"}`;
+    });
+  }
+
+  /** Waits for the card that says what is in the way. @returns {Promise<string>} its code */
+  async message() {
+    await this.page.waitForSelector("#message:not([hidden])");
+    return this.page.$eval("#message-code", ({ textContent }) => textContent ?? "");
+  }
+
+  /** What a person decides about the camera, in the browser's own settings. @param {"granted" | "denied"} setting */
+  async permit(setting) {
+    await this.#session.send("Browser.setPermission", { permission: { name: "camera" }, setting, origin: this.#server.origin });
+  }
+
+  /** Turns the camera's picture, as a phone does that is turned: its track goes on with another size. @param {boolean} upright */
+  async turn(upright) {
+    await this.page.evaluate(async (upright) => {
+      const [long, short] = [960, 540];
+      const [width, height] = upright ? [short, long] : [long, short];
+      const video = /** @type {HTMLVideoElement} */ (document.querySelector("#video"));
+      const [track] = /** @type {MediaStream} */ (video.srcObject).getVideoTracks();
+      await track.applyConstraints({ width: { exact: width }, height: { exact: height } });
+    }, upright);
+  }
+
+  /** Lies behind another tab for some time. @returns {Promise<number>} frames that were followed there */
+  async hide(/** @type {number} */ ms) {
+    const other = await this.#browser.newPage();
+    await other.bringToFront();
+    await this.page.waitForFunction(() => document.visibilityState === "hidden", { polling: POLL_MS });
+    const before = await this.counts();
+    await new Promise((resolve) => setTimeout(resolve, ms));
+    const after = await this.counts();
+    await other.close();
+    await this.page.bringToFront();
+    return after.frames - before.frames;
+  }
+
+  /** Has each worker throw what nobody catches. */
+  async crash() {
+    for (const worker of this.page.workers()) await worker.evaluate(() => void setTimeout(() => { throw new Error("crash"); }));
+  }
+
+  /** Takes the GPU away. */
+  async loseGpu() {
+    if ((await destroyDevices(this.page)) !== 1) throw new Error("there is no GPU device, or more than one");
+  }
+
+  /** Loads the page anew, as a person does. */
+  async reload() {
+    await this.page.reload();
+    await this.page.evaluate(count);
+  }
+
+  async close() {
+    await this.#browser.close();
+    await this.#server.close();
+  }
+}
