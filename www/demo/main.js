@@ -62,6 +62,7 @@ const view = {
   papers: byId("papers", HTMLDivElement),
   overlays: byId("overlays", HTMLDivElement),
   calibrate: byId("calibrate", HTMLButtonElement),
+  forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
 };
@@ -222,7 +223,7 @@ function createLive() {
     calibration.add(estimate);
   };
   // Kept in this browser, and what the frames after this one are measured with.
-  created.onFocal = ({ width, height, focal }) => source?.stream?.calibrate(width, height, focal);
+  created.onFocal = ({ width, height, focal, spread }) => source?.stream?.calibrate(width, height, focal, spread);
   created.onDraw = () => shots.add(scene);
   created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
   created.onFrame = () => subjects.kind === "picture" && shown();
@@ -439,6 +440,10 @@ view.papers.addEventListener("click", ({ target }) => {
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
   if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
+});
+view.forget.addEventListener("click", () => {
+  const { videoWidth, videoHeight } = view.video;
+  source?.stream?.calibrate(videoWidth, videoHeight, null);
 });
 addEventListener("resize", () => {
   measureControls();

@@ -20,7 +20,9 @@ pub fn picture(path: &Path) -> Result<Picture> {
 pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
     let read = || -> Result<(Picture, Option<Camera>)> {
         let bytes = fs::read(path)?;
-        Ok((decode_picture(&bytes)?, deepsft_formats::exif_camera(&bytes)))
+        let picture = decode_picture(&bytes)?;
+        let camera = deepsft_formats::exif_camera(&bytes, (picture.width() as u32, picture.height() as u32));
+        Ok((picture, camera))
     };
     read().blame("image", path)
 }

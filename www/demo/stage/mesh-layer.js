@@ -1,5 +1,6 @@
 // The tracked mesh on the stage: projected by the frame's camera, lit by the frame's light.
 
+import { lensUniform } from "deepsft";
 import { VertexLight } from "deepsft/light";
 import { SMALL_LENGTH } from "./frame-picture.js";
 import { createTexture, programVariants } from "../graphics/gl.js";
@@ -293,7 +294,7 @@ export class MeshLayer {
   #project(uniform, camera, view, targetSize) {
     const gl = this.#gl;
     gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
-    gl.uniform1fv(uniform("u_distortion"), camera.distortion);
+    gl.uniform1fv(uniform("u_lens"), lensUniform(camera));
     gl.uniform3f(uniform("u_view"), ...view);
     gl.uniform2f(uniform("u_targetSize"), ...targetSize);
     gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);

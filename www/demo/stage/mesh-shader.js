@@ -1,6 +1,6 @@
 // The mesh's shaders: its projection, the overlays that are drawn from it, and the light on it.
 
-import { DISTORTION_GLSL } from "deepsft";
+import { LENS_GLSL } from "deepsft";
 import { PAPERS_GLSL, paperGlsl } from "../graphics/papers.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
@@ -25,7 +25,7 @@ layout(location = 5) in float a_light;     // on a painted paper, its power
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
 uniform vec2 u_targetSize;         // pixels
-${DISTORTION_GLSL}
+${LENS_GLSL}
 out vec3 v_position;
 out vec3 v_normal;
 out vec2 v_seen;
