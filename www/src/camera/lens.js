@@ -57,13 +57,14 @@ vec2 undistorted(vec2 place) {
     vec2 at = lensRadius(r);
     r = clamp(r + (radius - at.x) / max(at.y, 0.02), 0.0, last);
   }
-  if (isFisheye) return place * (tan(r) / radius);
-  vec2 ray = place * (r / radius);
+  vec2 ray = place * ((isFisheye ? tan(r) : r) / radius);
+  // What is tangential, and what the shader's tangent is off.
   for (int i = 0; i < 3; i++) {
     float l = max(length(ray), 1e-7);
-    vec2 at = lensRadius(l), missing = place - distorted(ray), direction = ray / l;
-    float across = at.x / l;
-    ray += missing / across + direction * dot(direction, missing) * (1.0 / max(at.y, 0.02) - 1.0 / across);
+    vec2 at = lensRadius(isFisheye ? atan(l) : l), missing = place - distorted(ray), direction = ray / l;
+    float across = at.x / l, along = max(at.y, 0.02) / (isFisheye ? 1.0 + l * l : 1.0);
+    ray += missing / across + direction * dot(direction, missing) * (1.0 / along - 1.0 / across);
+    ray *= min(1.0, u_lens[6] / max(length(ray), 1e-7));
   }
   return ray;
 }`;
