@@ -70,6 +70,7 @@ const view = {
   objects: byId("objects", HTMLDivElement),
   stage: byId("stage", HTMLCanvasElement),
   calibrate: byId("calibrate", HTMLButtonElement),
+  forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
 };
@@ -236,7 +237,7 @@ function createLive() {
     calibration.add(estimate);
   };
   // Kept in this browser, and what the frames after this one are measured with.
-  created.onFocal = ({ width, height, focal }) => source?.stream?.calibrate(width, height, focal);
+  created.onFocal = ({ width, height, focal, spread }) => source?.stream?.calibrate(width, height, focal, spread);
   created.onDraw = () => shots.add(scene);
   created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
   created.onFrame = () => subjects.kind === "picture" && shown();
@@ -471,6 +472,11 @@ view.papers.addEventListener("click", ({ target }) => {
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
   if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
+});
+view.forget.addEventListener("click", () => {
+  const { videoWidth, videoHeight } = view.video;
+  source?.stream?.calibrate(videoWidth, videoHeight, null);
+});
 view.objects.addEventListener("click", ({ target }) => {
   const object = target instanceof HTMLElement && target.closest("button")?.dataset.object;
   if (object) chooseObject(/** @type {ObjectName} */ (object));
@@ -487,7 +493,6 @@ view.stage.addEventListener("keydown", (event) => {
   event.preventDefault();
   stage.moveObject(...step);
   live.redraw();
-});
 });
 // Told once the page is laid out: when a phone is turned the window tells earlier.
 new ResizeObserver(() => {

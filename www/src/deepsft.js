@@ -7,7 +7,7 @@ import { requireBrowser } from "./engine/requirements.js";
 import { Estimate } from "./results/estimate.js";
 import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
-import { cameraForFrame, intrinsicsOf } from "./camera/intrinsics.js";
+import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
 import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
@@ -16,7 +16,7 @@ import { Tracking } from "./tracking/tracking.js";
 
 /** @import { FoundFocal } from "./tracking/mesh-tracking.js" */
 /** @import { LoadProgress } from "./engine/bundle.js" */
-/** @import { MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
+/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
 /** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
@@ -50,7 +50,8 @@ import { Tracking } from "./tracking/tracking.js";
 /**
  * @typedef {object} EstimateOptions
  * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
- * @property {CameraOption} [camera] estimated when absent
+ * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+ *   estimated
  * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
  *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
  *   by its features is fitted in any case.
@@ -70,8 +71,9 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the model's network, with the number
  *   of its frame, and owns it: call its `close()` when done
  * @property {(focal: FoundFocal) => void} [onFocal] is told the camera's focal length once the moving, bending sheet has given it
- *   away, to 1.5 % or better; asked for only while `camera` is estimated. Have `camera` answer with it from then on
- *   (`CameraStream.calibrate` does): depth is off by as much as the focal length is.
+ *   away, to 1.5 % or better, and again as it becomes surer, down to 0.5 %; only while `camera` is estimated, or calibrated with a
+ *   greater `spread`. Have `camera` answer with it from then on (`CameraStream.calibrate` does): depth is off by as much as the focal
+ *   length is.
  */
 
 /** What of a model's files the tracker needs. */
@@ -384,7 +386,7 @@ export class DeepSft {
       const grabMs = performance.now() - grabbing;
       const { frame } = grabbed;
       try {
-        const camera = cameraForFrame(cameraOption, grabbed);
+        const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
         const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), fit };
         return { raw: await worker.estimate(request), camera, grabMs };
       } catch (error) {
@@ -441,6 +443,20 @@ export class DeepSft {
     const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
     return new Estimate(raw, camera, times, target, makeMesh);
   }
+}
+
+/**
+ * The camera that the file of a photograph tells of, for the picture as browsers show it, turned upright.
+ *
+ * @param {EngineWorker} worker
+ * @param {ImageInput} image
+ * @param {{ width: number, height: number }} size of the image, pixels
+ * @returns {Promise<SourcedCamera | undefined>}
+ */
+async function exifCamera(worker, image, { width, height }) {
+  if (!(image instanceof Blob)) return undefined;
+  const focal = await worker.exifFocal({ file: image, width, height });
+  return focal === undefined ? undefined : centredCamera(width, height, focal, "exif");
 }
 
 /**

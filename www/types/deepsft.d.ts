@@ -61,7 +61,8 @@ export type EstimateOptions = {
      */
     target?: Target;
     /**
-     * estimated when absent
+     * when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+     * estimated
      */
     camera?: CameraOption;
     /**
@@ -106,8 +107,9 @@ export type TrackMeshOptions = {
     onEstimate?: (estimate: Estimate, frame: number) => void;
     /**
      * is told the camera's focal length once the moving, bending sheet has given it
-     * away, to 1.5 % or better; asked for only while `camera` is estimated. Have `camera` answer with it from then on
-     * (`CameraStream.calibrate` does): depth is off by as much as the focal length is.
+     * away, to 1.5 % or better, and again as it becomes surer, down to 0.5 %; only while `camera` is estimated, or calibrated with a
+     * greater `spread`. Have `camera` answer with it from then on (`CameraStream.calibrate` does): depth is off by as much as the focal
+     * length is.
      */
     onFocal?: (focal: FoundFocal) => void;
 };

@@ -1,10 +1,11 @@
-export { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH, DISTORTION_GLSL, canonicalFromImage, canonicalSize, imageFromCanonical, verticesInImage, visibleRegion, } from "./camera/canonical.js";
+export { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH, canonicalFromImage, canonicalSize, imageFromCanonical, verticesInImage, visibleRegion, } from "./camera/canonical.js";
+export { LENS_GLSL, lensUniform } from "./camera/lens.js";
 export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js";
 export { DeepSft } from "./deepsft.js";
 export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
-export { TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
+export { PAPER_CAMERAS, TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { measureSheet } from "./results/measures.js";

@@ -44,7 +44,7 @@ pub fn camera_of(
 ) -> Result<(Camera, &'static str)> {
     match (file, exif) {
         (Some((camera, path)), _) => camera_for(image, camera).blame("camera file", path),
-        (None, Some(camera)) if camera.size() == image.size() => Ok((camera, "exif")),
+        (None, Some(camera)) => Ok((camera, "exif")),
         _ => Ok((Camera::typical(image.size())?, "assumed")),
     }
 }

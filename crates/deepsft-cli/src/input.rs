@@ -20,7 +20,9 @@ pub fn picture(path: &Path) -> Result<Picture> {
 pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
     let read = || -> Result<(Picture, Option<Camera>)> {
         let bytes = fs::read(path)?;
-        Ok((decode_picture(&bytes)?, deepsft_formats::camera_from_exif(&bytes)))
+        let picture = decode_picture(&bytes)?;
+        let camera = deepsft_formats::camera_from_exif(&bytes, picture.size());
+        Ok((picture, camera))
     };
     read().blame("image", path)
 }

@@ -3,7 +3,6 @@
 use ::exif::{Exif, In, Reader, Tag, Value};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec2;
-use image::{ImageDecoder, ImageReader};
 use std::io::Cursor;
 
 /// Diagonal of a 35 mm frame (36 x 24 mm): equivalent focal lengths are those with the same angle across it.
@@ -15,37 +14,39 @@ const POSSIBLE: std::ops::RangeInclusive<f64> = 0.2..=50.0;
 /// How far the sides that EXIF tells may be from those of the image, as a fraction, after a resize: more is a crop.
 const SAME_SHAPE: f64 = 0.01;
 
-/// The camera of a PNG or JPEG file as its EXIF data tell it: the focal length from `FocalLengthIn35mmFilm`, or else from `FocalLength` and
-/// the resolution of the sensor; square pixels, principal point in the middle, no distortion. For the picture as
-/// [`crate::decode_picture`] gives it, turned upright.
+/// The camera of a JPEG, PNG, WebP, TIFF or HEIF file as its EXIF data tell it, for the picture of `size` (columns, rows) that it
+/// holds, turned upright or not: square pixels, principal point in the middle, no distortion.
 ///
-/// `None` where the file says nothing of it, nothing possible, or another shape than the image has: it was cropped.
-pub fn camera_from_exif(bytes: &[u8]) -> Option<Camera> {
-    let mut decoder = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .ok()?
-        .into_decoder()
+/// The focal length comes from `FocalLengthIn35mmFilm`, taken across the diagonal; digital zoom is part of it. Where that is missing
+/// it comes from `FocalLength`, the sensor's resolution (`FocalPlaneXResolution`) and `DigitalZoomRatio`. A resized picture has the same
+/// angles, so both follow its size.
+///
+/// `None` where the file says nothing of it, nothing possible, or another shape than the picture has: it was cropped. A crop of
+/// the same shape looks like a resize.
+pub fn camera_from_exif(bytes: &[u8], (width, height): (usize, usize)) -> Option<Camera> {
+    let exif = Reader::new()
+        .continue_on_error(true)
+        .read_from_container(&mut Cursor::new(bytes))
+        .or_else(|error| error.distill_partial_result(|_| ()))
         .ok()?;
-    let (width, height) = decoder.dimensions();
-    let raw = decoder.exif_metadata().ok()??;
-    let exif = Reader::new().read_raw(raw).ok()?;
-    let focal = focal_px(&exif, [width, height].map(f64::from))?;
-    // EXIF counts orientations 5 to 8 as those that exchange the sides.
-    let lies = number(&exif, Tag::Orientation).is_some_and(|orientation| (5.0..=8.0).contains(&orientation));
-    let (width, height) = if lies { (height, width) } else { (width, height) };
-    let centre = DVec2::new(width.into(), height.into()) / 2.0;
-    Camera::pinhole((width as usize, height as usize), DVec2::splat(focal), centre).ok()
+    let focal = focal_px(&exif, [width as f64, height as f64])?;
+    let centre = DVec2::new(width as f64, height as f64) / 2.0;
+    Camera::pinhole((width, height), DVec2::splat(focal), centre).ok()
 }
 
-fn focal_px(exif: &Exif, [width, height]: [f64; 2]) -> Option<f64> {
-    let taken = [Tag::PixelXDimension, Tag::PixelYDimension].map(|tag| number(exif, tag).filter(|side| *side > 0.0));
-    if let [Some(x), Some(y)] = taken
-        && (x * height / (y * width) - 1.0).abs() > SAME_SHAPE
-    {
+/// Sides in any order: EXIF gives them as the sensor lies.
+fn focal_px(exif: &Exif, sides: [f64; 2]) -> Option<f64> {
+    let long = |[a, b]: [f64; 2]| a.max(b);
+    let shape = |[a, b]: [f64; 2]| a.max(b) / a.min(b);
+    let taken = match [Tag::PixelXDimension, Tag::PixelYDimension].map(|tag| positive(exif, tag)) {
+        [Some(x), Some(y)] => [x, y],
+        _ => sides,
+    };
+    if (shape(taken) / shape(sides) - 1.0).abs() > SAME_SHAPE {
         return None;
     }
-    let equivalent = number(exif, Tag::FocalLengthIn35mmFilm).filter(|focal| *focal > 0.0);
-    let by_equivalent = equivalent.map(|focal_mm| focal_mm / FRAME_DIAGONAL_MM * width.hypot(height));
+    let equivalent = positive(exif, Tag::FocalLengthIn35mmFilm);
+    let by_equivalent = equivalent.map(|focal_mm| focal_mm / FRAME_DIAGONAL_MM * sides[0].hypot(sides[1]));
     let by_sensor = || {
         // EXIF: 2 are inches, which go without saying; others have more.
         let unit_mm = match number(exif, Tag::FocalPlaneResolutionUnit).unwrap_or(2.0) as u32 {
@@ -55,11 +56,17 @@ fn focal_px(exif: &Exif, [width, height]: [f64; 2]) -> Option<f64> {
             _ => 25.4,
         };
         let pixels_per_mm = number(exif, Tag::FocalPlaneXResolution)? / unit_mm;
-        Some(number(exif, Tag::FocalLength)? * pixels_per_mm * width / taken[0].unwrap_or(width))
+        let zoom = positive(exif, Tag::DigitalZoomRatio).unwrap_or(1.0);
+        Some(number(exif, Tag::FocalLength)? * zoom * pixels_per_mm * long(sides) / long(taken))
     };
     by_equivalent
         .or_else(by_sensor)
-        .filter(|focal| POSSIBLE.contains(&(focal / width.max(height))))
+        .filter(|focal| POSSIBLE.contains(&(focal / long(sides))))
+}
+
+/// 0 stands for unknown, of a digital zoom for none.
+fn positive(exif: &Exif, tag: Tag) -> Option<f64> {
+    number(exif, tag).filter(|number| *number > 0.0)
 }
 
 fn number(exif: &Exif, tag: Tag) -> Option<f64> {

@@ -96,6 +96,18 @@ impl Engine {
         ])
     }
 
+    /// The focal length, pixels, that the EXIF data of a photograph's file tell for its picture, which is shown with `width` x `height`
+    /// pixels.
+    ///
+    /// Resolves to `undefined` where they tell none: see [`deepsft_formats::camera_from_exif`].
+    #[wasm_bindgen(js_name = exifFocal, unchecked_return_type = "Promise<number | undefined>")]
+    pub fn exif_focal(file: Vec<u8>, width: u32, height: u32) -> Promise {
+        settle::promise(async move {
+            let camera = deepsft_formats::camera_from_exif(&file, (width as usize, height as usize));
+            Ok(camera.map_or(JsValue::UNDEFINED, |camera| camera.focal().x.into()))
+        })
+    }
+
     /// Looks for the sheet of `width_mm` x `height_mm` with a picture (RGBA, alpha left out) from now on.
     ///
     /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.

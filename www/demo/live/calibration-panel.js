@@ -81,8 +81,9 @@ export class CalibrationPanel {
       return;
     }
     const { width, height } = this.#size;
-    camera.calibrate(width, height, result.focal);
-    this.#say("Calibrated", `f = ${result.focal.toFixed(0)} ± ${result.spread.toFixed(0)} px, kept in this browser.`);
+    const isKept = camera.calibrate(width, height, result.focal, result.spread);
+    const found = `f = ${result.focal.toFixed(0)} ± ${result.spread.toFixed(0)} px`;
+    this.#say("Calibrated", isKept ? `${found}, kept in this browser.` : `${found}. What is kept already is surer; forget that first.`);
   }
 
   #showProgress() {

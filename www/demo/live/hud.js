@@ -19,7 +19,8 @@ const STATE_WORDS = { found: "Found", tracked: "Tracked" };
 /** Where intrinsics come from, in words. */
 const SOURCE_WORDS = {
   given: "given with the clip",
-  calibrated: "calibrated here",
+  calibrated: "found here",
+  exif: "by the photograph's EXIF data",
   estimated: "estimated, ±\u00a015\u00a0%",
 };
 
@@ -231,10 +232,11 @@ export class Hud {
   }
 
   /** @param {SourcedCamera} camera */
-  #showCamera({ width, height, fx, source }) {
+  #showCamera({ width, height, fx, source, spread }) {
     element("#frame-size").textContent = `${width} × ${height}`;
     element("#focal").textContent = `f ${fx.toFixed(0)} px`;
-    element("#focal-source").textContent = SOURCE_WORDS[source];
+    const sure = spread ? `, ±\u00a0${((100 * spread) / fx).toFixed(1)}\u00a0%` : "";
+    element("#focal-source").textContent = `${SOURCE_WORDS[source]}${sure}`;
     element("#camera-row").dataset.source = source;
   }
 

@@ -1,6 +1,6 @@
 // From the camera's frame to the canvas, in GLSL: what all that is drawn in space shares.
 
-import { DISTORTION_GLSL } from "deepsft";
+import { LENS_GLSL, lensUniform } from "deepsft";
 
 /** Distances between which surfaces hide each other, mm. */
 const NEAR_MM = 20;
@@ -11,7 +11,7 @@ export const PROJECTION_GLSL = `
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec3 u_view;               // target = image * z + xy, pixels from the top left
 uniform vec2 u_targetSize;         // pixels
-${DISTORTION_GLSL}
+${LENS_GLSL}
 vec2 imagePixel(vec3 p) { return distorted(p.xy / p.z) * u_camera.xy + u_camera.zw; }
 vec4 projected(vec3 p) {
   vec2 target = (imagePixel(p) * u_view.z + u_view.xy) / u_targetSize;
@@ -33,7 +33,7 @@ vec4 projected(vec3 p) {
  */
 export function setProjection(gl, uniform, camera, view, targetSize) {
   gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
-  gl.uniform1fv(uniform("u_distortion"), camera.distortion);
+  gl.uniform1fv(uniform("u_lens"), lensUniform(camera));
   gl.uniform3f(uniform("u_view"), ...view);
   gl.uniform2f(uniform("u_targetSize"), ...targetSize);
 }

@@ -1,6 +1,6 @@
 // The stage's shader: one pass that draws the frame and the overlay for every pixel of the canvas.
 
-import { DISTORTION_GLSL } from "deepsft";
+import { LENS_GLSL } from "deepsft";
 import { PAINTED_POWER, paperGlsl } from "../graphics/papers.js";
 
 /** @import { PaperSource } from "../graphics/papers.js" */
@@ -85,14 +85,11 @@ out vec4 o_color;
 
 ${paperGlsl(paper)}
 
-${DISTORTION_GLSL}
+${LENS_GLSL}
 
 /* The canonical warp's inverse: K_canonical undistort(K^-1 p). */
 vec2 canonicalFromImage(vec2 pixel) {
-  vec2 target = (pixel - u_camera.zw) / u_camera.xy;
-  vec2 ray = target;
-  for (int i = 0; i < 5; i++) ray += target - distorted(ray);
-  return ray * u_canonical.z + 0.5 * u_canonical.xy;
+  return undistorted((pixel - u_camera.zw) / u_camera.xy) * u_canonical.z + 0.5 * u_canonical.xy;
 }
 
 /* The contour of the softened mask that is drawn: a little outside, where the sheet's white rim would show. */

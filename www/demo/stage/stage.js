@@ -1,6 +1,6 @@
 // The stage: the canvas on which frame and overlay are drawn.
 
-import { CANONICAL_FOCAL, canonicalSize } from "deepsft";
+import { CANONICAL_FOCAL, canonicalSize, lensUniform } from "deepsft";
 import { VertexLight } from "deepsft/light";
 import { FrameCanvas, layOut } from "./frame-canvas.js";
 import { FramePicture } from "./frame-picture.js";
@@ -359,7 +359,7 @@ export class Stage {
     gl.uniform3f(uniform("u_view"), left, top, scale);
     gl.uniform2f(uniform("u_frameSize"), camera.width, camera.height);
     gl.uniform4f(uniform("u_camera"), camera.fx, camera.fy, camera.cx, camera.cy);
-    gl.uniform1fv(uniform("u_distortion"), camera.distortion);
+    gl.uniform1fv(uniform("u_lens"), lensUniform(camera));
     gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
     const canonical = canonicalSize(camera);
     gl.uniform3f(uniform("u_canonical"), canonical.width, canonical.height, CANONICAL_FOCAL);

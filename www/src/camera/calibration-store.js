@@ -3,9 +3,15 @@
 const PREFIX = "deepsft/focal/";
 
 /**
+ * A focal length and its standard deviation, pixels; null where nobody knows it.
+ *
+ * @typedef {{ focal: number, spread: number | null }} Calibration
+ */
+
+/**
  * What was read or written since the page was opened; all there is where storage is blocked.
  *
- * @type {Map<string, number | null>}
+ * @type {Map<string, Calibration | null>}
  */
 const known = new Map();
 
@@ -19,28 +25,45 @@ function withStorage(action) {
 }
 
 /**
+ * @param {string | null} text focal length and deviation, or the focal length alone, as earlier versions wrote it
+ * @returns {Calibration | null}
+ */
+function parsed(text) {
+  const [focal, spread] = (text ?? "").split(" ").map(Number);
+  if (!(Number.isFinite(focal) && focal > 0)) return null;
+  return { focal, spread: Number.isFinite(spread) && spread > 0 ? spread : null };
+}
+
+/**
  * @param {string} key
- * @returns {number | null} focal length, pixels
+ * @returns {Calibration | null}
  */
 export function readCalibration(key) {
   if (!known.has(key)) {
     known.set(key, null);
-    withStorage((storage) => {
-      const focal = Number(storage.getItem(PREFIX + key));
-      if (Number.isFinite(focal) && focal > 0) known.set(key, focal);
-    });
+    withStorage((storage) => known.set(key, parsed(storage.getItem(PREFIX + key))));
   }
   return known.get(key) ?? null;
 }
 
 /**
  * @param {string} key
- * @param {number | null} focal pixels; null forgets
+ * @param {Calibration | null} calibration null forgets
  */
-export function writeCalibration(key, focal) {
-  known.set(key, focal);
+export function writeCalibration(key, calibration) {
+  known.set(key, calibration);
   withStorage((storage) => {
-    if (focal === null) storage.removeItem(PREFIX + key);
-    else storage.setItem(PREFIX + key, String(focal));
+    if (calibration === null) storage.removeItem(PREFIX + key);
+    else storage.setItem(PREFIX + key, [calibration.focal, calibration.spread ?? []].flat().join(" "));
   });
+}
+
+/**
+ * Whether one calibration is surer than another: both deviations are known, and its own is the smaller part of the focal length.
+ *
+ * @param {Calibration} one
+ * @param {Calibration} other
+ */
+export function isSurer(one, other) {
+  return one.spread !== null && other.spread !== null && one.spread / one.focal < other.spread / other.focal;
 }

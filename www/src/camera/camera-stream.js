@@ -1,7 +1,7 @@
 // A camera that plays in a video element, and what interrupts it.
 
 import { DeepSftError } from "../error.js";
-import { readCalibration, writeCalibration } from "./calibration-store.js";
+import { isSurer, readCalibration, writeCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
 import { cameraError, facingOf, requestCamera, requestFacing, requestStream, stopStream } from "./request.js";
 
@@ -130,19 +130,28 @@ export class CameraStream extends EventTarget {
    * @type {(width: number, height: number) => SourcedCamera}
    */
   intrinsics = (width, height) => {
-    const focal = readCalibration(this.#calibrationKey(width, height));
-    return focal === null ? estimatedCamera(width, height) : centredCamera(width, height, focal, "calibrated");
+    const known = readCalibration(this.#calibrationKey(width, height));
+    if (!known) return estimatedCamera(width, height);
+    const camera = centredCamera(width, height, known.focal, "calibrated");
+    return known.spread === null ? camera : { ...camera, spread: known.spread };
   };
 
   /**
-   * Keeps a focal length for this camera at this image size, in this browser; null forgets it.
+   * Keeps a focal length for this camera at this image size, in this browser, unless a surer one is kept already; null forgets it.
    *
    * @param {number} width pixels
    * @param {number} height pixels
    * @param {number | null} focal pixels
+   * @param {number | null} [spread] its standard deviation, pixels; without one it takes the place of any other
+   * @returns {boolean} whether it is what is kept now
    */
-  calibrate(width, height, focal) {
-    writeCalibration(this.#calibrationKey(width, height), focal);
+  calibrate(width, height, focal, spread = null) {
+    const key = this.#calibrationKey(width, height);
+    const found = focal === null ? null : { focal, spread };
+    const kept = readCalibration(key);
+    if (found && kept && isSurer(kept, found)) return false;
+    writeCalibration(key, found);
+    return true;
   }
 
   /**

@@ -1,6 +1,8 @@
 // The canonical image: the one imaging geometry the network was trained with, and where it lies in a
 // camera's image. Maps live on its pixels, so this is what an overlay needs.
 
+import { distorted, undistorted } from "./lens.js";
+
 /** Columns of the canonical image and of maps, of an upright camera rows. */
 export const CANONICAL_WIDTH = 480;
 /** Rows of the canonical image and of maps, of an upright camera columns. */
@@ -23,46 +25,6 @@ export function canonicalSize({ width, height }) {
 }
 
 /**
- * Distortion of the normalised image plane, OpenCV's model.
- *
- * @param {readonly number[]} distortion (k1, k2, p1, p2, k3)
- * @param {number} x
- * @param {number} y
- * @returns {[number, number]}
- */
-function distort([k1, k2, p1, p2, k3], x, y) {
-  const r2 = x * x + y * y;
-  const radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
-  return [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y];
-}
-
-/** GLSL of the same: `vec2 distorted(vec2 p)`, given by the uniform `u_distortion`. */
-export const DISTORTION_GLSL = `
-uniform float u_distortion[5];     // k1, k2, p1, p2, k3
-vec2 distorted(vec2 p) {
-  float r2 = dot(p, p);
-  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));
-  return p * radial + vec2(
-    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),
-    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);
-}`;
-
-/**
- * Distance from the centre, in focal lengths, of what a fisheye sees at an angle from its axis, and its derivative.
- *
- * @param {readonly number[]} fisheye (k1, k2, k3, k4)
- * @param {number} angle radians
- * @returns {[number, number]}
- */
-function fisheyeRadius([k1, k2, k3, k4], angle) {
-  const t2 = angle * angle;
-  return [
-    angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))),
-    1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4))),
-  ];
-}
-
-/**
  * Position in a camera's image, pixels, of a position in the canonical image, pixels.
  *
  * @param {Camera} camera
@@ -73,9 +35,7 @@ function fisheyeRadius([k1, k2, k3, k4], angle) {
 export function imageFromCanonical(camera, x, y) {
   const { width, height } = canonicalSize(camera);
   const ray = [(x - width / 2) / CANONICAL_FOCAL, (y - height / 2) / CANONICAL_FOCAL];
-  const [dx, dy] = camera.fisheye
-    ? scaled(ray, (r) => fisheyeRadius(camera.fisheye ?? [], Math.atan(r))[0])
-    : distort(camera.distortion ?? [0, 0, 0, 0, 0], ray[0], ray[1]);
+  const [dx, dy] = distorted(camera, ray[0], ray[1]);
   return [dx * camera.fx + camera.cx, dy * camera.fy + camera.cy];
 }
 
@@ -102,7 +62,7 @@ export function verticesInImage(vertices, camera, scale = 1) {
 
 /**
  * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
- * {@link imageFromCanonical}, by iteration where the lens distorts.
+ * {@link imageFromCanonical}.
  *
  * @param {Camera} camera
  * @param {number} x
@@ -110,64 +70,26 @@ export function verticesInImage(vertices, camera, scale = 1) {
  * @returns {[number, number]}
  */
 export function canonicalFromImage(camera, x, y) {
-  const distorted = [(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy];
-  let ray = camera.fisheye ? fisheyeRay(camera.fisheye, distorted) : [...distorted];
-  const distortion = camera.distortion ?? [0, 0, 0, 0, 0];
-  for (let i = 0; i < 50 && distortion.some((k) => k !== 0); i++) {
-    const [dx, dy] = distort(distortion, ray[0], ray[1]);
-    const step = [distorted[0] - dx, distorted[1] - dy];
-    ray = [ray[0] + step[0], ray[1] + step[1]];
-    if (step[0] * step[0] + step[1] * step[1] < 1e-24) break;
-  }
+  const ray = undistorted(camera, (x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy);
   const { width, height } = canonicalSize(camera);
   return [ray[0] * CANONICAL_FOCAL + width / 2, ray[1] * CANONICAL_FOCAL + height / 2];
 }
 
 /**
- * A vector with another length.
- *
- * @param {number[]} vector
- * @param {(length: number) => number} lengthOf
- * @returns {[number, number]}
- */
-function scaled([x, y], lengthOf) {
-  const length = Math.hypot(x, y);
-  const factor = length === 0 ? 1 : lengthOf(length) / length;
-  return [x * factor, y * factor];
-}
-
-/**
- * The ray (x, y, 1) that a fisheye brings to a place in focal lengths from the centre, by Newton's method.
- *
- * @param {readonly number[]} fisheye (k1, k2, k3, k4)
- * @param {number[]} distorted
- * @returns {[number, number]}
- */
-function fisheyeRay(fisheye, distorted) {
-  return scaled(distorted, (radius) => {
-    let angle = Math.min(radius, Math.PI / 2);
-    for (let i = 0; i < 20; i++) {
-      const [actual, slope] = fisheyeRadius(fisheye, angle);
-      angle = Math.min(Math.max(angle + (radius - actual) / slope, 0), Math.PI / 2 - 1e-9);
-    }
-    return Math.tan(angle);
-  });
-}
-
-/**
- * The part of a camera's image that the network sees, pixels: the canonical image's rectangle (lens distortion
- * left aside) cut to the image. A wide image reaches beyond it.
+ * The part of a camera's image that the network sees, pixels: the canonical image's rectangle, of a lens that distorts the
+ * one through the middle of its sides, cut to the image. A wide image reaches beyond it.
  *
  * @param {Camera} camera
  * @returns {{ left: number, top: number, right: number, bottom: number }}
  */
-export function visibleRegion({ width, height, fx, fy, cx, cy }) {
-  const canonical = canonicalSize({ width, height });
-  const [halfWidth, halfHeight] = [canonical.width / 2 / CANONICAL_FOCAL, canonical.height / 2 / CANONICAL_FOCAL];
+export function visibleRegion(camera) {
+  const { width, height } = canonicalSize(camera);
+  const [[left], [right]] = [0, width].map((x) => imageFromCanonical(camera, x, height / 2));
+  const [[, top], [, bottom]] = [0, height].map((y) => imageFromCanonical(camera, width / 2, y));
   return {
-    left: Math.max(0, cx - halfWidth * fx),
-    top: Math.max(0, cy - halfHeight * fy),
-    right: Math.min(width, cx + halfWidth * fx),
-    bottom: Math.min(height, cy + halfHeight * fy),
+    left: Math.max(0, left),
+    top: Math.max(0, top),
+    right: Math.min(camera.width, right),
+    bottom: Math.min(camera.height, bottom),
   };
 }

@@ -18,19 +18,37 @@ import { DeepSftError } from "../error.js";
  */
 
 /**
- * Where intrinsics come from: the caller, a calibration made in this browser, or the typical phone.
+ * Where intrinsics come from: the caller, a calibration made in this browser, a photograph's EXIF data, or the typical phone.
  *
- * @typedef {"given" | "calibrated" | "estimated"} CameraSource
+ * @typedef {"given" | "calibrated" | "exif" | "estimated"} CameraSource
  */
+
+/** @typedef {Camera & { source?: CameraSource, spread?: number }} KnownCamera */
 
 /**
  * A camera, or a function that gives the camera for an image size; after a phone is turned it is asked again.
  * Without one the camera is estimated.
  *
- * @typedef {(Camera & { source?: CameraSource }) | ((width: number, height: number) => Camera & { source?: CameraSource })} CameraOption
+ * @typedef {KnownCamera | ((width: number, height: number) => KnownCamera)} CameraOption
  */
 
-/** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
+/**
+ * `spread` is the standard deviation of the focal length where it is known, pixels.
+ *
+ * @typedef {Camera & { distortion: readonly number[], source: CameraSource, spread?: number }} SourcedCamera
+ */
+
+/**
+ * The cameras of the paper by name (its table of intrinsics), as the command line program knows them. One device differs from
+ * the next by a few per cent.
+ *
+ * @type {Readonly<Record<"kinect-v2" | "realsense-d435" | "gopro-hero3", Readonly<Camera>>>}
+ */
+export const PAPER_CAMERAS = {
+  "kinect-v2": { width: 1920, height: 1080, fx: 1057.8, fy: 1064, cx: 947.6, cy: 530.4 },
+  "realsense-d435": { width: 1280, height: 720, fx: 915.5, fy: 915.5, cx: 645.5, cy: 366.3 },
+  "gopro-hero3": { width: 1920, height: 1080, fx: 1686.8, fy: 1694.2, cx: 952.8, cy: 563.5 },
+};
 
 /**
  * Focal length of an unknown camera as a fraction of its image's long side: the median of a public table of 98
@@ -66,7 +84,7 @@ export function centredCamera(width, height, focal, source) {
 /**
  * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled.
  *
- * @param {Camera & { source?: CameraSource }} camera
+ * @param {KnownCamera} camera
  * @param {number} width of the image, pixels
  * @param {number} height of the image, pixels
  * @returns {SourcedCamera}
@@ -119,6 +137,7 @@ export function cameraForImage(camera, width, height) {
     distortion,
     ...(fisheye && { fisheye }),
     source: camera.source ?? "given",
+    ...(camera.spread && { spread: camera.spread * sx }),
   };
 }
 

@@ -8,10 +8,13 @@ import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
 /** @import { RawEstimate as EngineEstimate, RawMesh as EngineMesh } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
 
 /** Number of the model's target. */
 const MODEL_TARGET = 0;
+
+/** So much of a photograph's file is looked through, bytes: what it tells of its camera is near its beginning. */
+const MOST_FILE_BYTES = 1 << 24;
 
 /** @type {Engine | undefined} */
 let engine;
@@ -68,6 +71,15 @@ export async function addTarget({ id, source }) {
 export function removeTarget({ id }) {
   started().removeTarget(id);
   return { value: undefined, transfer: [] };
+}
+
+/**
+ * @param {PhotographRequest} request
+ * @returns {Promise<{ value: number | undefined, transfer: Transferable[] }>}
+ */
+export async function exifFocal({ file, width, height }) {
+  const bytes = await file.slice(0, MOST_FILE_BYTES).arrayBuffer();
+  return { value: await Engine.exifFocal(new Uint8Array(bytes), width, height), transfer: [] };
 }
 
 /**

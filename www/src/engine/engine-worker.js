@@ -74,6 +74,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 
@@ -178,6 +179,14 @@ export class EngineWorker extends WorkerCalls {
    */
   find(request) {
     return this.call("find", request, [transferable(request.frame)]);
+  }
+
+  /**
+   * @param {PhotographRequest} request
+   * @returns {Promise<number | undefined>} the focal length that the file's EXIF data tell, pixels
+   */
+  exifFocal(request) {
+    return this.call("exifFocal", request);
   }
 
   /**

@@ -1,7 +1,7 @@
 // The camera's image behind everything else in a scene.
 
 import { BufferAttribute, BufferGeometry, LinearFilter, Mesh, ShaderMaterial, SRGBColorSpace, Texture, Vector2, Vector4 } from "three";
-import { DISTORTION_GLSL } from "../camera/canonical.js";
+import { LENS_GLSL, lensUniform } from "../camera/lens.js";
 import { FrameCamera } from "./frame-camera.js";
 
 /** Before all that a page orders by itself. */
@@ -20,7 +20,7 @@ uniform sampler2D u_frame;         // its first row at v = 0
 uniform vec4 u_camera;             // fx, fy, cx, cy, pixels
 uniform vec2 u_size;               // pixels
 varying vec2 v_pixel;
-${DISTORTION_GLSL}
+${LENS_GLSL}
 void main() {
   vec2 uv = (distorted((v_pixel - u_camera.zw) / u_camera.xy) * u_camera.xy + u_camera.zw) / u_size;
   if (any(greaterThan(abs(uv - 0.5), vec2(0.5)))) discard;
@@ -49,7 +49,7 @@ export class FrameBackground extends Mesh {
     const uniforms = {
       u_frame: { value: /** @type {Texture | null} */ (null) },
       u_camera: { value: new Vector4() },
-      u_distortion: { value: [0, 0, 0, 0, 0] },
+      u_lens: { value: lensUniform({}) },
       u_region: { value: new Vector4() },
       u_size: { value: new Vector2(1, 1) },
     };
@@ -109,12 +109,12 @@ export class FrameBackground extends Mesh {
   /** @param {FrameCamera} camera */
   #lookThrough({ intrinsics, region }) {
     if (!intrinsics) return;
-    const { u_camera, u_distortion, u_region, u_size } = this.#uniforms;
+    const { u_camera, u_lens, u_region, u_size } = this.#uniforms;
     // Those of the picture at another scale are scaled.
     const [sx, sy] = [u_size.value.x / intrinsics.width, u_size.value.y / intrinsics.height];
     u_camera.value.set(intrinsics.fx * sx, intrinsics.fy * sy, intrinsics.cx * sx, intrinsics.cy * sy);
     u_region.value.set(region.left * sx, region.top * sy, region.right * sx, region.bottom * sy);
-    for (let i = 0; i < 5; i++) u_distortion.value[i] = intrinsics.distortion?.[i] ?? 0;
+    u_lens.value = lensUniform(intrinsics);
     /** @type {ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
   }
 }

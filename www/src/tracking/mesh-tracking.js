@@ -26,8 +26,11 @@ const KEPT_FRAMES = 24;
 /** So long after a missed frame the processor counts as too slow for tracker and finders, milliseconds. */
 const BUSY_MS = 2000;
 
-/** A focal length is told of when its standard deviation is below this fraction of it. */
+/** A focal length is told of when its standard deviation is below this fraction of it, and then when it is smaller by a fifth. */
 const MOST_FOCAL_DEVIATION = 0.015;
+const TOLD_AGAIN = 0.8;
+/** Below this the search for it, which takes as long as following every second frame, is over. */
+const FOCAL_DEVIATION_SOUGHT = 0.005;
 
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
@@ -83,8 +86,8 @@ export class MeshTracking {
   #findingMs = 0;
   /** Ends the finders' rest. */
   #wakeFinders = () => {};
-  /** Sizes of images whose focal length was told. @type {Set<string>} */
-  #focalsTold = new Set();
+  /** Camera of the last frame, and how sure its focal length is: the standard deviation, as a fraction. */
+  #focal = { of: "", deviation: Infinity };
   /** Columns of the canonical image of the last frame. */
   #canonicalWidth = 0;
   /** The first frame of those that this camera has taken as it is held now. */
@@ -200,12 +203,26 @@ export class MeshTracking {
   }
 
   /**
+   * Whether the tracker is to look for the focal length in this frame. Where the camera changes it begins anew, for what it saw until
+   * then was seen through another.
+   *
+   * @param {SourcedCamera} camera of the frame
+   */
+  #seeksFocal({ source, spread = Infinity, fx, ...camera }) {
+    const isSought = this.#parts.onFocal !== undefined && (source === "estimated" || source === "calibrated");
+    const of = JSON.stringify([source, fx, camera]);
+    const isSame = of === this.#focal.of;
+    if (!isSame) this.#focal = { of, deviation: source === "calibrated" && spread === Infinity ? 0 : spread / fx };
+    return isSought && isSame && this.#focal.deviation > FOCAL_DEVIATION_SOUGHT;
+  }
+
+  /**
    * @param {Following} following
    * @param {{ ratio: number, deviation: number }} found
    */
   #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
-    if (deviation > MOST_FOCAL_DEVIATION) return;
-    this.#focalsTold.add(`${width}x${height}`);
+    if (deviation > Math.min(MOST_FOCAL_DEVIATION, TOLD_AGAIN * this.#focal.deviation)) return;
+    this.#focal.deviation = deviation;
     const focal = (ratio * camera.fx * width) / camera.width;
     this.#parts.onFocal?.({ width, height, focal, spread: deviation * focal });
   }
@@ -281,7 +298,7 @@ export class MeshTracking {
       const afresh = changes !== this.#changes;
       this.#changes = changes;
       if (!afresh) this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
-      else this.#focalsTold.clear();
+      else this.#focal = { of: "", deviation: Infinity };
       const number = ++this.#number;
       const ids = this.#findersBusy ? [] : this.#plan.next(began);
       if (ids.length > 0) {
@@ -293,8 +310,7 @@ export class MeshTracking {
       const looked = canonical ?? (await createImageBitmap(frame));
       const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
       const { width, height } = grabbed;
-      const isUnknown = camera.source === "estimated" && !afresh && !this.#focalsTold.has(`${width}x${height}`);
-      const calibrate = isUnknown && this.#parts.onFocal !== undefined;
+      const calibrate = !afresh && this.#seeksFocal(camera);
       const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, calibrate });
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());

@@ -8,6 +8,7 @@ import { after, before, test } from "node:test";
 
 import { DESKTOP, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
+import { cut } from "../support/pictures.mjs";
 import { y4m } from "../support/y4m.mjs";
 
 /** Clips have seeds from 9,000,000 on; this is the tests' own. */
@@ -15,7 +16,7 @@ const SEED = 9_700_041;
 const FRAMES = 90;
 const FRAMES_PER_SECOND = 12;
 /** The middle of the clip's frames: the same camera with a smaller image, so that the page's guess is 0.83 of its focal length. */
-const [WIDTH, HEIGHT] = [800, 450];
+const SIZE = { width: 800, height: 450 };
 /** Of the true focal length. */
 const MOST_ERROR = 0.03;
 
@@ -28,18 +29,9 @@ before(async () => {
   const clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
   focal = clip.camera.fx;
   cameraFile = join(folder, "camera.y4m");
-  await writeFile(cameraFile, y4m(clip.frames.map(({ picture }) => middle(picture)), FRAMES_PER_SECOND));
+  await writeFile(cameraFile, y4m(clip.frames.map(({ picture }) => cut(picture, SIZE)), FRAMES_PER_SECOND));
 }, { timeout: SLOW_MS });
 after(() => rm(folder, { recursive: true, force: true }));
-
-function middle({ width, height, rgb }) {
-  const [left, top] = [(width - WIDTH) / 2, (height - HEIGHT) / 2];
-  const rows = Array.from({ length: HEIGHT }, (_, y) => {
-    const from = 3 * ((top + y) * width + left);
-    return rgb.subarray(from, from + 3 * WIDTH);
-  });
-  return { width: WIDTH, height: HEIGHT, rgb: Buffer.concat(rows) };
-}
 
 test("the page finds the focal length of a camera from the moving sheet, and keeps it", { timeout: SLOW_MS }, async (t) => {
   const browser = await launch({ camera: cameraFile });
@@ -57,7 +49,7 @@ test("the page finds the focal length of a camera from the moving sheet, and kee
     await page.waitForFunction(() => cameras.some(({ source }) => source === "calibrated"));
     const [first, last] = await page.evaluate(() => [cameras[0], cameras.at(-1)]);
     t.diagnostic(`true ${focal}, assumed ${first.fx}, found ${last.fx} of ${last.width} x ${last.height}`);
-    assert.deepEqual([first.source, first.width, first.height], ["estimated", WIDTH, HEIGHT]);
+    assert.deepEqual([first.source, first.width, first.height], ["estimated", SIZE.width, SIZE.height]);
     assert.ok(Math.abs(first.fx / focal - 1) > 0.15, "the guess is far off");
     assert.ok(Math.abs(last.fx / focal - 1) < MOST_ERROR, `${last.fx} in place of ${focal}`);
     // The sheet is found again with it, and it is there on the next visit.

@@ -328,42 +328,49 @@ test("a video plays on the sheet, upright and in its place", { timeout: 2 * SLOW
 });
 
 test("of a lens that distorts the background shows what a pinhole would see", { timeout: SLOW_MS }, async () => {
-  const lens = { width: 320, height: 180, fx: 250, fy: 255, cx: 165, cy: 88, distortion: [-0.25, 0.08, 0.004, -0.003, 0.01] };
+  const pinhole = { width: 320, height: 180, fx: 250, fy: 255, cx: 165, cy: 88 };
+  const lenses = [{ ...pinhole, distortion: [-0.25, 0.08, 0.004, -0.003, 0.01] }, { ...pinhole, fisheye: [0.04, -0.02, 0.006, -0.001] }];
   const demo = await openDemo(browser, { path: "/examples/object.html?clip" });
   try {
     // Red tells the column of the frame, green its row.
-    const shown = await demo.page.evaluate(async (lens) => {
+    const pictures = await demo.page.evaluate(async (lenses) => {
       const [{ Scene, WebGLRenderer }, { FrameBackground, FrameCamera }] = [await import("three"), await import("deepsft/three")];
-      const { width, height } = lens;
+      const [{ width, height }] = lenses;
       const pixels = Uint8ClampedArray.from({ length: 4 * width * height }, (_, i) => {
         const [x, y] = [Math.floor(i / 4) % width, Math.floor(i / 4 / width)];
         return [(255 * (x + 0.5)) / width, (255 * (y + 0.5)) / height, 90, 255][i % 4];
       });
-      const frame = await createImageBitmap(new ImageData(pixels, width, height));
       const renderer = new WebGLRenderer();
       renderer.setSize(width, height);
       const [camera, background] = [new FrameCamera(), new FrameBackground()];
-      camera.setIntrinsics(lens, lens);
-      background.show({ frame });
-      renderer.render(new Scene().add(background), camera);
-      const read = new Uint8Array(4 * width * height);
-      const gl = renderer.getContext();
-      gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, read);
-      return [...read];
-    }, lens);
-    const canonical = canonicalSize(lens);
-    let most = 0;
-    for (const [x, y] of [[30.5, 20.5], [160.5, 90.5], [280.5, 30.5], [60.5, 150.5], [250.5, 140.5]]) {
-      const ray = [(x - lens.cx) / lens.fx, (y - lens.cy) / lens.fy];
-      const at = imageFromCanonical(lens, ray[0] * CANONICAL_FOCAL + canonical.width / 2, ray[1] * CANONICAL_FOCAL + canonical.height / 2);
-      most = Math.max(most, Math.hypot(at[0] - x, at[1] - y));
-      // The first row that is read is the lowest.
-      const pixel = 4 * ((lens.height - 0.5 - y) * lens.width + x - 0.5);
-      const is = [(shown[pixel] * lens.width) / 255, (shown[pixel + 1] * lens.height) / 255];
-      // A grey level is 1.25 columns.
-      assert.ok(Math.hypot(is[0] - at[0], is[1] - at[1]) < 2, `(${x}, ${y}) shows ${is}, not ${at}`);
+      const scene = new Scene().add(background);
+      const pictures = [];
+      for (const lens of lenses) {
+        camera.setIntrinsics(lens, lens);
+        background.show({ frame: await createImageBitmap(new ImageData(pixels, width, height)) });
+        renderer.render(scene, camera);
+        const read = new Uint8Array(4 * width * height);
+        const gl = renderer.getContext();
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, read);
+        pictures.push([...read]);
+      }
+      return pictures;
+    }, lenses);
+    const canonical = canonicalSize(pinhole);
+    for (const [k, lens] of lenses.entries()) {
+      let most = 0;
+      for (const [x, y] of [[30.5, 20.5], [160.5, 90.5], [280.5, 30.5], [60.5, 150.5], [250.5, 140.5]]) {
+        const ray = [(x - lens.cx) / lens.fx, (y - lens.cy) / lens.fy];
+        const at = imageFromCanonical(lens, ray[0] * CANONICAL_FOCAL + canonical.width / 2, ray[1] * CANONICAL_FOCAL + canonical.height / 2);
+        most = Math.max(most, Math.hypot(at[0] - x, at[1] - y));
+        // The first row that is read is the lowest.
+        const pixel = 4 * ((lens.height - 0.5 - y) * lens.width + x - 0.5);
+        const is = [(pictures[k][pixel] * lens.width) / 255, (pictures[k][pixel + 1] * lens.height) / 255];
+        // A grey level is 1.25 columns.
+        assert.ok(Math.hypot(is[0] - at[0], is[1] - at[1]) < 2, `lens ${k}: (${x}, ${y}) shows ${is}, not ${at}`);
+      }
+      assert.ok(most > 6, `lens ${k} moves places by ${most} px at most`);
     }
-    assert.ok(most > 6, `the lens moves places by ${most} px at most`);
   } finally {
     await demo.finish();
   }

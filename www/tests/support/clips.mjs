@@ -5,6 +5,7 @@ import { join } from "node:path";
 
 import { MODEL, deepsft } from "./native.mjs";
 import { readNpy } from "./npy.mjs";
+import { sample } from "./pictures.mjs";
 import { decodePng } from "./png.mjs";
 import { untar } from "./tar.mjs";
 
@@ -73,19 +74,6 @@ export function sideBySide(left, right) {
     }
     return { picture: { width, height, rgb }, vertices: [turned(vertices, turn), turned(right.frames[i].vertices, -turn)] };
   });
-}
-
-/** Writes the colour between pixels, beyond the border that of the border, to `to` at `at`. */
-function sample({ width, height, rgb }, x, y, to, at) {
-  const [px, py] = [Math.min(Math.max(x, 0), width - 1.001), Math.min(Math.max(y, 0), height - 1.001)];
-  const [left, top] = [Math.floor(px), Math.floor(py)];
-  const [a, b] = [px - left, py - top];
-  const from = 3 * (top * width + left);
-  const below = from + 3 * width;
-  for (let k = 0; k < 3; k++)
-    to[at + k] = Math.round(
-      (rgb[from + k] * (1 - a) + rgb[from + 3 + k] * a) * (1 - b) + (rgb[below + k] * (1 - a) + rgb[below + 3 + k] * a) * b,
-    );
 }
 
 /** Points in the frame of a camera that is turned about its vertical axis. */

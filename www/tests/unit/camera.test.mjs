@@ -1,9 +1,10 @@
 // openCamera against getUserMedia stand-ins that refuse as browsers do; the real thing is in tests/browser.
 
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { afterEach, beforeEach, test } from "node:test";
 
-import { listCameras, openCamera } from "deepsft";
+import { PAPER_CAMERAS, listCameras, openCamera } from "deepsft";
 
 class Track extends EventTarget {
   label = "Front Camera";
@@ -396,4 +397,47 @@ test("intrinsics are estimated from the size, follow a turned phone, and a calib
   assert.equal(camera.intrinsics(640, 480).source, "estimated", "another size is another camera");
   camera.calibrate(1280, 720, null);
   assert.equal(camera.intrinsics(1280, 720).source, "estimated");
+});
+
+test("a calibration is kept with its deviation, and a less sure one does not take its place", async () => {
+  const stored = new Map();
+  const localStorage = {
+    getItem: (key) => stored.get(key) ?? null,
+    setItem: (key, value) => stored.set(key, value),
+    removeItem: (key) => stored.delete(key),
+  };
+  globalThis.self.localStorage = localStorage;
+  withDevices({ getUserMedia: async () => new Stream("Phone's back", "other"), enumerateDevices: async () => [] });
+  const camera = await openCamera(new Video());
+  const kept = (width, height) => {
+    const { fx, spread, source } = camera.intrinsics(width, height);
+    return [fx, spread, source];
+  };
+  assert.equal(camera.calibrate(1280, 720, 1000, 12), true);
+  assert.deepEqual(kept(720, 1280), [1000, 12, "calibrated"]);
+  assert.equal(camera.calibrate(1280, 720, 1100, 14), false, "1.3 % are more than 1.2 %");
+  assert.deepEqual(kept(1280, 720), [1000, 12, "calibrated"]);
+  assert.equal(camera.calibrate(1280, 720, 1020, 6), true);
+  assert.deepEqual(kept(1280, 720), [1020, 6, "calibrated"]);
+  assert.deepEqual([...stored.values()], ["1020 6"]);
+  assert.equal(camera.calibrate(1280, 720, 990), true, "what somebody says without a deviation holds");
+  assert.deepEqual([kept(1280, 720), [...stored.values()]], [[990, undefined, "calibrated"], ["990"]]);
+  camera.calibrate(1280, 720, null);
+  assert.deepEqual([kept(1280, 720)[2], stored.size], ["estimated", 0]);
+  // As an earlier version of this package left it, and as nobody did.
+  const [key] = ["deepsft/focal/Phone's back|environment|640|480"];
+  stored.set(key, "505.5");
+  assert.deepEqual(kept(640, 480), [505.5, undefined, "calibrated"]);
+  stored.set(key.replace("640|480", "320|240"), "nonsense");
+  assert.equal(kept(320, 240)[2], "estimated");
+});
+
+test("the cameras of the paper are those of the command line program", async () => {
+  const source = await readFile(new URL("../../../crates/deepsft-geometry/src/camera/pinhole.rs", import.meta.url), "utf8");
+  const theirs = [...source.matchAll(/\("([a-z0-9-]+)", (\d+), (\d+), \[([^\]]+)\]\)/g)].map(([, name, width, height, intrinsics]) => {
+    const [fx, fy, cx, cy] = intrinsics.split(", ").map(Number);
+    return [name, { width: Number(width), height: Number(height), fx, fy, cx, cy }];
+  });
+  assert.equal(theirs.length, 3);
+  assert.deepEqual(PAPER_CAMERAS, Object.fromEntries(theirs));
 });

@@ -64,13 +64,15 @@ export declare class CameraStream extends EventTarget {
      */
     intrinsics: (width: number, height: number) => SourcedCamera;
     /**
-     * Keeps a focal length for this camera at this image size, in this browser; null forgets it.
+     * Keeps a focal length for this camera at this image size, in this browser, unless a surer one is kept already; null forgets it.
      *
      * @param {number} width pixels
      * @param {number} height pixels
      * @param {number | null} focal pixels
+     * @param {number | null} [spread] its standard deviation, pixels; without one it takes the place of any other
+     * @returns {boolean} whether it is what is kept now
      */
-    calibrate(width: number, height: number, focal: number | null): void;
+    calibrate(width: number, height: number, focal: number | null, spread?: number | null): boolean;
     /**
      * Plays another camera in the same video, so that what follows the video goes on. Switches called meanwhile happen in turn.
      * Interruptions from then on are about the new camera. One that does not open leaves the former one playing.

@@ -19,8 +19,6 @@ export declare function canonicalSize({ width, height }: {
     width: number;
     height: number;
 };
-/** GLSL of the same: `vec2 distorted(vec2 p)`, given by the uniform `u_distortion`. */
-export declare const DISTORTION_GLSL = "\nuniform float u_distortion[5];     // k1, k2, p1, p2, k3\nvec2 distorted(vec2 p) {\n  float r2 = dot(p, p);\n  float radial = 1.0 + r2 * (u_distortion[0] + r2 * (u_distortion[1] + r2 * u_distortion[4]));\n  return p * radial + vec2(\n    2.0 * u_distortion[2] * p.x * p.y + u_distortion[3] * (r2 + 2.0 * p.x * p.x),\n    u_distortion[2] * (r2 + 2.0 * p.y * p.y) + 2.0 * u_distortion[3] * p.x * p.y);\n}";
 /**
  * Position in a camera's image, pixels, of a position in the canonical image, pixels.
  *
@@ -41,7 +39,7 @@ export declare function imageFromCanonical(camera: Camera, x: number, y: number)
 export declare function verticesInImage(vertices: Float32Array, camera: Camera, scale?: number): Float32Array;
 /**
  * Position in the canonical image, pixels, of a position in a camera's image, pixels: the inverse of
- * {@link imageFromCanonical}, by iteration where the lens distorts.
+ * {@link imageFromCanonical}.
  *
  * @param {Camera} camera
  * @param {number} x
@@ -50,13 +48,13 @@ export declare function verticesInImage(vertices: Float32Array, camera: Camera, 
  */
 export declare function canonicalFromImage(camera: Camera, x: number, y: number): [number, number];
 /**
- * The part of a camera's image that the network sees, pixels: the canonical image's rectangle (lens distortion
- * left aside) cut to the image. A wide image reaches beyond it.
+ * The part of a camera's image that the network sees, pixels: the canonical image's rectangle, of a lens that distorts the
+ * one through the middle of its sides, cut to the image. A wide image reaches beyond it.
  *
  * @param {Camera} camera
  * @returns {{ left: number, top: number, right: number, bottom: number }}
  */
-export declare function visibleRegion({ width, height, fx, fy, cx, cy }: Camera): {
+export declare function visibleRegion(camera: Camera): {
     left: number;
     top: number;
     right: number;

@@ -33,15 +33,16 @@ export type Camera = {
      */
     fisheye?: readonly number[];
 };
-export type CameraSource = "given" | "calibrated" | "estimated";
-export type CameraOption = (Camera & {
+export type CameraSource = "given" | "calibrated" | "exif" | "estimated";
+export type KnownCamera = Camera & {
     source?: CameraSource;
-}) | ((width: number, height: number) => Camera & {
-    source?: CameraSource;
-});
+    spread?: number;
+};
+export type CameraOption = KnownCamera | ((width: number, height: number) => KnownCamera);
 export type SourcedCamera = Camera & {
     distortion: readonly number[];
     source: CameraSource;
+    spread?: number;
 };
 /**
  * A camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
@@ -58,17 +59,29 @@ export type SourcedCamera = Camera & {
  *   see more than about 100 degrees
  */
 /**
- * Where intrinsics come from: the caller, a calibration made in this browser, or the typical phone.
+ * Where intrinsics come from: the caller, a calibration made in this browser, a photograph's EXIF data, or the typical phone.
  *
- * @typedef {"given" | "calibrated" | "estimated"} CameraSource
+ * @typedef {"given" | "calibrated" | "exif" | "estimated"} CameraSource
  */
+/** @typedef {Camera & { source?: CameraSource, spread?: number }} KnownCamera */
 /**
  * A camera, or a function that gives the camera for an image size; after a phone is turned it is asked again.
  * Without one the camera is estimated.
  *
- * @typedef {(Camera & { source?: CameraSource }) | ((width: number, height: number) => Camera & { source?: CameraSource })} CameraOption
+ * @typedef {KnownCamera | ((width: number, height: number) => KnownCamera)} CameraOption
  */
-/** @typedef {Camera & { distortion: readonly number[], source: CameraSource }} SourcedCamera */
+/**
+ * `spread` is the standard deviation of the focal length where it is known, pixels.
+ *
+ * @typedef {Camera & { distortion: readonly number[], source: CameraSource, spread?: number }} SourcedCamera
+ */
+/**
+ * The cameras of the paper by name (its table of intrinsics), as the command line program knows them. One device differs from
+ * the next by a few per cent.
+ *
+ * @type {Readonly<Record<"kinect-v2" | "realsense-d435" | "gopro-hero3", Readonly<Camera>>>}
+ */
+export declare const PAPER_CAMERAS: Readonly<Record<"kinect-v2" | "realsense-d435" | "gopro-hero3", Readonly<Camera>>>;
 /**
  * Focal length of an unknown camera as a fraction of its image's long side: the median of a public table of 98
  * phones. Four of five lie within 0.73 and 1.01, so depth from it may be off by a sixth.
@@ -96,15 +109,13 @@ export declare function centredCamera(width: number, height: number, focal: numb
 /**
  * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled.
  *
- * @param {Camera & { source?: CameraSource }} camera
+ * @param {KnownCamera} camera
  * @param {number} width of the image, pixels
  * @param {number} height of the image, pixels
  * @returns {SourcedCamera}
  * @throws {DeepSftError} `camera-intrinsics` when a number is impossible or the image has another shape
  */
-export declare function cameraForImage(camera: Camera & {
-    source?: CameraSource;
-}, width: number, height: number): SourcedCamera;
+export declare function cameraForImage(camera: KnownCamera, width: number, height: number): SourcedCamera;
 /**
  * The camera of an image that may have been made smaller on its way.
  *

@@ -1,4 +1,4 @@
-import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
 /**
  * @param {StartRequest} request
  * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
@@ -25,6 +25,14 @@ export declare function removeTarget({ id }: {
     value: undefined;
     transfer: never[];
 };
+/**
+ * @param {PhotographRequest} request
+ * @returns {Promise<{ value: number | undefined, transfer: Transferable[] }>}
+ */
+export declare function exifFocal({ file, width, height }: PhotographRequest): Promise<{
+    value: number | undefined;
+    transfer: Transferable[];
+}>;
 /**
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}

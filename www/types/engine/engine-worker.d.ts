@@ -103,6 +103,11 @@ export type TargetRequest = {
     id: number;
     source: TargetSource;
 };
+export type PhotographRequest = {
+    file: Blob;
+    width: number;
+    height: number;
+};
 export type EstimateRequest = {
     id: number;
     frame: ImageBitmap | ImageData;
@@ -198,6 +203,7 @@ export type MeshRequest = {
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 /**
@@ -256,6 +262,11 @@ export declare class EngineWorker extends WorkerCalls {
      * @returns {Promise<RawFinding>}
      */
     find(request: FindRequest): Promise<RawFinding>;
+    /**
+     * @param {PhotographRequest} request
+     * @returns {Promise<number | undefined>} the focal length that the file's EXIF data tell, pixels
+     */
+    exifFocal(request: PhotographRequest): Promise<number | undefined>;
     /**
      * @param {EstimateRequest} request
      * @returns {Promise<RawEstimate>}
