@@ -21,7 +21,7 @@ pub mod paths;
 pub mod progress;
 pub mod synthesis;
 mod truth;
-mod video;
+pub mod video;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -27,8 +27,8 @@ pub use loss::{
     step_one_loss, supervised_maps_loss,
 };
 pub use run::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Fingerprint, Progress, TrainingCourse, curve_csv,
-    existing_checkpoints, model_card,
+    CARD_FILE, CURVE_FILE, Checkpoint, CheckpointFolder, CurvePoint, Fingerprint, Progress, Saved, TrainingCourse,
+    curve_csv, existing_checkpoints, model_card,
 };
 pub use supervised::{ACCURACY_SEED, Trained, export_bundle, train};
 pub use tuning::{
