@@ -55,6 +55,18 @@ const ARROWS: &[(&str, &[&str])] = &[
             "deepsft-cli",
         ],
     ),
+    (
+        "deepsft-fuzz",
+        &[
+            "deepsft",
+            "deepsft-network",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-formats",
+            "deepsft-geometry",
+            "deepsft-cli",
+        ],
+    ),
     ("deepsft-web", &["deepsft", "deepsft-formats", "deepsft-geometry"]),
     ("xtask", &[]),
 ];
@@ -65,6 +77,7 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-synth",
     "deepsft-cli",
     "deepsft-lab",
+    "deepsft-fuzz",
     "clap",
     "anyhow",
     "gltf",

@@ -31,7 +31,7 @@ pub mod progress;
 #[doc(hidden)]
 pub mod synthesis;
 mod truth;
-mod video;
+pub mod video;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -13,7 +13,8 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
-use yuv4mpeg::Yuv4Mpeg;
+
+pub use yuv4mpeg::Yuv4Mpeg;
 
 /// Complaints of ffmpeg that an error quotes.
 const MOST_COMPLAINTS: usize = 3;

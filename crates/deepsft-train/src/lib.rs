@@ -41,4 +41,4 @@ pub use data::{Batch, BatchTensors, MapBatch, MapTensors};
 #[doc(hidden)]
 pub use loss::{TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss};
 #[doc(hidden)]
-pub use run::Fingerprint;
+pub use run::{CheckpointFolder, Fingerprint, Saved};

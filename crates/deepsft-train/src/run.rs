@@ -6,10 +6,9 @@ mod model_card;
 mod progress;
 mod training_run;
 
-pub use checkpoint::{Checkpoint, CurvePoint, existing_checkpoints};
+pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, Saved, existing_checkpoints};
 pub use fingerprint::Fingerprint;
 pub use model_card::{CARD_FILE, CURVE_FILE, TrainingCourse, curve_csv, model_card};
 pub use progress::Progress;
 
-pub(crate) use checkpoint::CheckpointFolder;
 pub(crate) use training_run::{Finished, RunSettings, TrainingStep, run};

@@ -1,6 +1,7 @@
 //! `cargo xtask test`: every check of the workspace, cheapest first, one count at the end.
 
 use crate::{
+    fuzz,
     manifest::{Manifest, TARGET},
     tools, web,
 };
@@ -15,6 +16,9 @@ use std::{
 
 /// Whether this system has WebKitGTK and a screen that nobody sees.
 const OTHER_ENGINES: bool = cfg!(target_os = "linux");
+
+/// How long all fuzz targets run together, s.
+const FUZZING_S: u64 = 60;
 
 /// Who asks.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -85,6 +89,18 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         let test = ["test", "--release", "--workspace", "--no-fail-fast"];
         counted(tools::cargo(root).args(test).args(locked))
     });
+    if fuzz::HERE {
+        check("fuzzing", &|| {
+            fuzz::check_that_failures_are_seen(root)?;
+            let all = fuzz::Options {
+                target: None,
+                effort: fuzz::Effort::Seconds(FUZZING_S),
+                jobs: 2,
+                input: None,
+            };
+            fuzz::run(root, &all).map(|()| Count { passed: 1, failed: 0 })
+        });
+    }
     check("browser build", &|| {
         web::build(root).map(|()| Count { passed: 1, failed: 0 })
     });

@@ -4,6 +4,7 @@
 
 mod bench;
 mod checks;
+mod fuzz;
 mod manifest;
 mod serve;
 mod third_party;
@@ -50,6 +51,16 @@ Tasks of the DeepSfT workspace
         --out       the folder (default: soak in the target folder)
         --no-build  take what was built last
 
+    cargo xtask fuzz [--target NAME] [--seconds N | --runs N] [--jobs N]
+        Feeds the readers of all formats with inputs that mutate (libFuzzer), and ends with an error at the first input on
+        which one panics, takes more than 1 GB or 10 s. Inputs that reached something new stay in fuzz in the target
+        folder, and the next run begins with them. Linux only; needs a C++ compiler.
+        --target   one of bundle, checkpoint, gltf, obj, picture, recording, shard, template, weights, y4m (default: all)
+        --seconds  how long for all targets together (default: 60)
+        --runs     go on until each target has had so many inputs, those of earlier runs included
+        --jobs     processes at once (default: 1)
+        --input    run this file alone, an input of --target
+
     cargo xtask web
         Builds the browser package into www/pkg as wasm-pack.toml says, and holds it to its size budget.
 
@@ -82,7 +93,14 @@ Tasks of the DeepSfT workspace
 ";
 
 fn main() -> ExitCode {
-    match run(env::args().skip(1).collect()) {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    if let Some((rustc, arguments)) = fuzz::instrument::called_as_rustc(&arguments) {
+        return fuzz::instrument::rustc(rustc, arguments).unwrap_or_else(|error| {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        });
+    }
+    match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -106,6 +124,7 @@ fn run(arguments: Vec<String>) -> Result<()> {
         "test" => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
         "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
         "engines" => engines(&root, &rest),
+        "fuzz" => fuzz::run(&root, &fuzz::Options::parse(&rest)?),
         "site" => site(&root, &rest),
         "soak" => soak(&root, &rest),
         "notices" => notices(&root, &rest),

@@ -5,7 +5,8 @@ use super::texture_grid::texture_barycentric;
 use super::triangle_mesh::TriangleMesh;
 use super::welding::Welding;
 use crate::error::GeometryError;
-use std::collections::{HashMap, HashSet};
+use glam::DVec2;
+use std::collections::HashSet;
 
 /// Texels along each side of the raster on which [`texture_overlap`] counts.
 const OVERLAP_TEXELS: usize = 512;
@@ -113,35 +114,50 @@ fn pieces(mesh: &TriangleMesh) -> usize {
 /// surface. Measured at the centres of 512 x 512 texels.
 pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     let side = OVERLAP_TEXELS as f64;
-    let mut uses: HashMap<u32, u32> = HashMap::new();
+    // Faces of each texel: none, one, several.
+    let mut uses = vec![0_u8; OVERLAP_TEXELS * OVERLAP_TEXELS];
+    // Centres lie at whole numbers plus one half.
+    let range = |low: f64, high: f64| {
+        let first = (low - 0.5).ceil().max(0.0) as usize;
+        first..((high - 0.5).floor().max(-1.0) + 1.0).min(side) as usize
+    };
     for face in mesh.faces() {
-        let [a, b, c] = face.map(|v| mesh.texture_coordinates()[v] * side);
+        let corners @ [a, b, c] = face.map(|v| mesh.texture_coordinates()[v] * side);
         if (b - a).perp_dot(c - a) == 0.0 {
             continue;
         }
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // Centres lie at whole numbers plus one half.
-        let range = |low: f64, high: f64| {
-            let first = (low - 0.5).ceil().max(0.0) as usize;
-            first..((high - 0.5).floor().max(-1.0) + 1.0).min(side) as usize
-        };
-        for row in range(low.y, high.y) {
-            for column in range(low.x, high.x) {
-                let p = glam::DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                if texture_barycentric(p, [a, b, c]).into_iter().all(|w| w > INSIDE) {
-                    *uses.entry((row * OVERLAP_TEXELS + column) as u32).or_default() += 1;
+        for row in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y)) {
+            let y = row as f64 + 0.5;
+            let (low, high) = across(corners, y);
+            for column in range(low - 1.0, high + 1.0) {
+                let p = DVec2::new(column as f64 + 0.5, y);
+                if texture_barycentric(p, corners).into_iter().all(|w| w > INSIDE) {
+                    let uses = &mut uses[row * OVERLAP_TEXELS + column];
+                    *uses = (*uses + 1).min(2);
                 }
             }
         }
     }
-    let shared = uses.values().filter(|&&count| count > 1).count();
-    shared as f64 / uses.len().max(1) as f64
+    let count = |least: u8| uses.iter().filter(|&&uses| uses >= least).count();
+    count(2) as f64 / count(1).max(1) as f64
+}
+
+/// From where to where a triangle reaches in the row at `y`: many faces are narrow, and most of the box around them is not
+/// theirs.
+fn across([a, b, c]: [DVec2; 3], y: f64) -> (f64, f64) {
+    let crossings = [[a, b], [b, c], [c, a]]
+        .into_iter()
+        .filter(|[p, q]| (p.y <= y) != (q.y <= y));
+    crossings
+        .map(|[p, q]| p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
 
     #[test]
     fn charts_on_one_another_are_counted() {

@@ -1,0 +1,58 @@
+//! Several files in one input.
+
+/// What stands between two files. A mark survives mutations that lengths before the files would not.
+const MARK: &[u8] = b"\n<part>\n";
+
+/// The files of an input.
+pub(crate) fn split(input: &[u8]) -> Vec<&[u8]> {
+    let mut parts = Vec::new();
+    let mut rest = input;
+    while let Some(at) = rest.windows(MARK.len()).position(|window| window == MARK) {
+        parts.push(&rest[..at]);
+        rest = &rest[at + MARK.len()..];
+    }
+    parts.push(rest);
+    parts
+}
+
+/// The input of these files.
+pub(crate) fn join(parts: &[&[u8]]) -> Vec<u8> {
+    parts.join(MARK)
+}
+
+/// `part`, or where it begins with `~` the file `whole` with changes: three bytes of position and one of content each.
+/// So mutations reach what lies deep in a file that is too large to be an input.
+pub(crate) fn patched(part: &[u8], whole: &[u8]) -> Vec<u8> {
+    let Some(changes) = part.strip_prefix(b"~") else {
+        return part.to_vec();
+    };
+    let mut file = whole.to_vec();
+    for &[a, b, c, content] in changes.as_chunks().0 {
+        let position = u32::from_le_bytes([a, b, c, 0]) as usize;
+        // Any position is one of the file.
+        let position = position % file.len().max(1);
+        if let Some(byte) = file.get_mut(position) {
+            *byte = content;
+        }
+    }
+    file
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_come_back_and_empty_ones_count() {
+        let parts: [&[u8]; 4] = [b"a\n", b"", b"<part>", b""];
+        assert_eq!(split(&join(&parts)), parts);
+        assert_eq!(split(b""), [b""]);
+    }
+
+    #[test]
+    fn a_patch_changes_bytes_of_the_whole_file() {
+        assert_eq!(patched(b"~\x01\x00\x00z\x05\x00\x00y\x01", b"abc"), b"azy");
+        assert_eq!(patched(b"new", b"abc"), b"new");
+        assert_eq!(patched(b"~\x01\x00\x00z", b""), b"");
+    }
+}

@@ -1,0 +1,81 @@
+//! Checkpoints of trainings.
+
+use super::weights;
+use crate::files::with_folder;
+use crate::parts::{join, patched, split};
+use anyhow::{Context, Result};
+use deepsft::NetworkConfig;
+use deepsft_network::Network;
+use deepsft_train::{Checkpoint, CheckpointFolder, CurvePoint, Device, Fingerprint, Optimizer};
+use std::fs;
+use std::sync::OnceLock;
+
+/// A checkpoint's files, the average of the weights last.
+const FILES: [&str; 4] = ["state.json", "network.bpk", "optimizer.bpk", "average.bpk"];
+
+/// The optimiser of the training.
+const OPTIMIZER: Optimizer = Optimizer::Adam { betas: [0.9, 0.999] };
+
+/// The files are those of a checkpoint, as they are or as changes of one that was saved.
+pub(crate) fn read(input: &[u8]) -> Result<()> {
+    let saved = saved()?;
+    let files: Vec<Vec<u8>> = (split(input).into_iter().zip(saved))
+        .map(|(part, whole)| patched(part, whole))
+        .collect();
+    let names = FILES.map(|name| format!("checkpoint/{name}"));
+    let files: Vec<(&str, &[u8])> = (names.iter().map(String::as_str).zip(files.iter().map(Vec::as_slice)))
+        .filter(|(_, file)| !file.is_empty())
+        .collect();
+    with_folder(&files, |folder| {
+        let checkpoint = CheckpointFolder::new(folder.join("checkpoint"));
+        let (_, state) = checkpoint.state()?.context("there is no checkpoint")?;
+        let config = weights::small_config()?;
+        let make = || Ok(Network::new(&config, &Device::flex()));
+        let loaded = checkpoint.load(make, OPTIMIZER.init(), &state.fingerprint, state.seed)?;
+        let loaded = loaded.context("a checkpoint has a state and nothing else")?;
+        assert_eq!(loaded.state.samples, state.samples);
+        Ok(())
+    })
+}
+
+/// The files of a checkpoint of the smallest network.
+fn saved() -> Result<&'static [Vec<u8>; 4]> {
+    static FILES: OnceLock<Option<[Vec<u8>; 4]>> = OnceLock::new();
+    FILES
+        .get_or_init(|| save().ok())
+        .as_ref()
+        .context("no checkpoint can be saved")
+}
+
+fn save() -> Result<[Vec<u8>; 4]> {
+    let folder = tempfile::tempdir()?;
+    let place = folder.path().join("checkpoint");
+    let config: NetworkConfig = weights::small_config()?;
+    let network = Network::new(&config, &Device::flex());
+    let state = Checkpoint {
+        step: 3,
+        samples: 12,
+        seconds: 1.5,
+        fingerprint: Fingerprint::default().with("network", &config),
+        seed: 7,
+        curve: vec![CurvePoint {
+            samples: 12,
+            loss: f64::NAN,
+            depth_rmse_mm: Some(1.0),
+            ..CurvePoint::default()
+        }],
+        ..Checkpoint::default()
+    };
+    CheckpointFolder::new(&place).save(&state, &network, Some(&network), &OPTIMIZER.init())?;
+    let [state, network, optimizer, average] = FILES.map(|name| fs::read(place.join(name)));
+    Ok([state?, network?, optimizer?, average?])
+}
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let [state, _, optimizer, _] = saved()?;
+    Ok(vec![
+        join(&[b"~", b"~", b"~", b"~"]),
+        join(&[state, b"~\xff\xf0\x00\x07", optimizer]),
+        join(&[state, b"~", b"~", b"~\xff\xf0\x00\x07"]),
+    ])
+}

@@ -1,0 +1,68 @@
+//! Meshes and scans as OBJ files, with materials and textures beside them.
+
+use super::{picture, template};
+use crate::parts::{join, split};
+use crate::png;
+use anyhow::Result;
+use deepsft::{encode_png, mesh_from_obj, mesh_to_obj};
+use deepsft_formats::{FormatError, assemble_scan, read_scan};
+use deepsft_geometry::Picture;
+use std::path::Path;
+
+/// The files are the mesh, its materials and its texture. Without materials the texture is that of all parts.
+pub(crate) fn read(input: &[u8]) -> Result<()> {
+    let parts = split(input);
+    let part = |number: usize| parts.get(number).copied().unwrap_or_default();
+    if let Ok(mesh) = mesh_from_obj(part(0)) {
+        let again = mesh_from_obj(mesh_to_obj(&mesh).as_bytes());
+        assert!(
+            again.is_ok_and(|again| again.faces() == mesh.faces()),
+            "written and read again it is another mesh"
+        );
+    }
+    let texture = png::repaired(part(2));
+    read_files("scan.obj", part(0), part(1).is_empty(), &texture, &|path| {
+        if path.extension().is_some_and(|ending| ending == "mtl") {
+            part(1).to_vec()
+        } else {
+            texture.clone()
+        }
+    })
+}
+
+/// Reads a scan and makes a template of it. `texture` is that of all parts if `of_all`.
+pub(super) fn read_files(
+    name: &str,
+    scan: &[u8],
+    of_all: bool,
+    texture: &[u8],
+    beside: &dyn Fn(&Path) -> Vec<u8>,
+) -> Result<()> {
+    if picture::is_slow(texture) {
+        return Ok(());
+    }
+    let of_all: Option<Picture> = of_all.then(|| deepsft::decode_picture(texture)).transpose()?;
+    let scan = read_scan(name, scan, of_all, &|path| {
+        assert!(
+            path.is_relative() && !path.to_string_lossy().contains(".."),
+            "it reads {}",
+            path.display()
+        );
+        Ok::<_, FormatError>(beside(path))
+    })?;
+    let mm_per_unit = scan.mm_per_unit;
+    template::check(&assemble_scan(scan, mm_per_unit)?.template);
+    Ok(())
+}
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let texture = encode_png(&picture::small(4, 3))?;
+    let own = mesh_to_obj(&template::small_mesh()?);
+    let foreign = "mtllib a.mtl\no tent\nv 0 0 0\nv 2 0 0\nv 2 2 1 0.5 0.5 0.5\nv 0 2 0\nvt 0 0\nvt .1 0\nvt .1 .1\n\
+        vn 0 0 1\ng front\nusemtl red\nf 1/1/1 2/2/1 -2/-1/-1\nusemtl blue\nf 1/1 3/3 4/2 # a comment\n";
+    let materials = "newmtl red\nKd 1 0 0\nmap_Kd art.png\nnewmtl blue\nmap_Kd -s 1 1 1 other art.png\n";
+    Ok(vec![
+        join(&[own.as_bytes(), b"", &texture]),
+        join(&[foreign.as_bytes(), materials.as_bytes(), &texture]),
+    ])
+}

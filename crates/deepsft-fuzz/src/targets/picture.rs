@@ -1,0 +1,108 @@
+//! Pictures of people: PNG and JPEG, and what EXIF says of the camera.
+
+use crate::png;
+use anyhow::Result;
+use deepsft::{decode_picture, encode_png};
+use deepsft_formats::{encode_jpeg, exif_camera};
+use deepsft_geometry::Picture;
+use image::codecs::jpeg::JpegEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageReader};
+use std::io::Cursor;
+
+/// Pixels from which few JPEG files are decoded: their pixels are all there, however short the file is.
+const MANY_PIXELS: u64 = 1 << 18;
+
+/// One of so many of them is.
+const RARELY: u32 = 256;
+
+pub(crate) fn read(input: &[u8]) -> Result<()> {
+    let file = png::repaired(input);
+    let camera = exif_camera(&file);
+    if is_slow(&file) {
+        return Ok(());
+    }
+    let picture = decode_picture(&file)?;
+    if let Some(camera) = camera {
+        assert_eq!(camera.size(), picture.size(), "EXIF tells of another picture");
+    }
+    check(&picture);
+    Ok(())
+}
+
+/// Whether a file is a JPEG file of many pixels that is left out.
+pub(super) fn is_slow(file: &[u8]) -> bool {
+    if !file.starts_with(&[0xff, 0xd8]) {
+        return false;
+    }
+    let size = ImageReader::new(Cursor::new(file))
+        .with_guessed_format()
+        .map(ImageReader::into_dimensions);
+    let Ok(Ok((width, height))) = size else { return false };
+    let mut crc = flate2::Crc::new();
+    crc.update(file);
+    u64::from(width) * u64::from(height) > MANY_PIXELS && crc.sum() % RARELY != 0
+}
+
+/// What is promised of a picture.
+pub(super) fn check(picture: &Picture) {
+    let (width, height) = picture.size();
+    assert_eq!(picture.rgb().len(), 3 * width * height);
+    for (x, y) in [
+        (0.0, 0.0),
+        (width as f64, height as f64),
+        (width as f64 / 3.0, f64::INFINITY),
+    ] {
+        assert!(picture.sample(x, y).iter().all(|value| (0.0..=255.0).contains(value)));
+    }
+    let again = encode_png(picture).and_then(|png| decode_picture(&png));
+    assert!(
+        again.is_ok_and(|again| again == *picture),
+        "written and read again it is another picture"
+    );
+}
+
+/// A picture of few pixels.
+pub(super) fn small(width: usize, height: usize) -> Picture {
+    Picture::from_fn(width, height, |x, y| [40 * x as u8, 60 * y as u8, 90])
+}
+
+/// EXIF data: a focal length of 26 mm and a picture that lies on its side.
+const EXIF: &[u8] =
+    b"MM\0*\0\0\0\x08\0\x02\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\xa4\x05\0\x03\0\0\0\x01\0\x1a\0\0\0\0\0\0";
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let picture = small(5, 4);
+    let mut jpeg = Vec::new();
+    let mut encoder = JpegEncoder::new_with_quality(&mut jpeg, 60);
+    encoder.set_exif_metadata(EXIF.to_vec())?;
+    encoder.write_image(picture.rgb(), 5, 4, ExtendedColorType::Rgb8)?;
+    let mut grey = Vec::new();
+    JpegEncoder::new(&mut grey).write_image(&[9; 63], 9, 7, ExtendedColorType::L8)?;
+    let palette: (&[u8; 4], &[u8]) = (b"PLTE", &[255, 0, 0, 0, 255, 0]);
+    Ok(vec![
+        encode_png(&picture)?,
+        encode_jpeg(&picture, 90)?,
+        jpeg,
+        grey,
+        // RGB of 8 bits with each filter; RGBA of 16; grey with alpha, interlaced; a palette of 1 bit, with EXIF data.
+        png::stored(
+            [1, 5],
+            [8, 2, 0],
+            &[],
+            &[0, 1, 2, 3, 1, 4, 5, 6, 2, 7, 8, 9, 3, 1, 2, 3, 4, 4, 5, 6],
+        ),
+        png::stored(
+            [2, 1],
+            [16, 6, 0],
+            &[],
+            &[0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 7, 6, 5, 4, 3, 2, 1],
+        ),
+        png::stored([2, 2], [8, 4, 1], &[], &[0, 1, 2, 0, 3, 4, 0, 5, 6, 7, 8]),
+        png::stored(
+            [8, 2],
+            [1, 3, 0],
+            &[palette, (b"tRNS", &[9]), (b"eXIf", EXIF)],
+            &[0, 0x5a, 0, 0xa5],
+        ),
+    ])
+}

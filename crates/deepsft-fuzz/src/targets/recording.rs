@@ -1,0 +1,82 @@
+//! RGB-D recordings.
+
+use super::picture;
+use crate::files::with_folder;
+use crate::parts::{join, split};
+use crate::png;
+use anyhow::Result;
+use deepsft_formats::{encode_depth_png, encode_mask_png};
+use deepsft_geometry::Camera;
+use deepsft_synth::{Recording, RgbdSensor};
+
+const FILES: [&str; 5] = [
+    "camera.json",
+    "associations.txt",
+    "rgb/a.png",
+    "depth/a.png",
+    "mask/a.png",
+];
+
+/// The files are those of a recording of one frame; an empty one is not there.
+pub(crate) fn read(input: &[u8]) -> Result<()> {
+    let parts: Vec<Vec<u8>> = split(input).into_iter().map(png::repaired).collect();
+    if parts.iter().any(|part| picture::is_slow(part)) {
+        return Ok(());
+    }
+    let files: Vec<(&str, &[u8])> = (FILES.into_iter().zip(&parts))
+        .map(|(name, part)| (name, part.as_slice()))
+        .filter(|(_, part)| !part.is_empty())
+        .collect();
+    with_folder(&files, |folder| {
+        let recording = Recording::open(folder)?;
+        let sensor = recording.sensor();
+        let again = RgbdSensor::from_json(&sensor.to_json()?);
+        assert!(again.is_ok(), "a sensor that was written cannot be read: {again:?}");
+        let canonical = Camera::pinhole(16, 9, 12.0, 12.0, 8.0, 4.5)?;
+        let pixels = 16 * 9;
+        let frame = recording.frame(0, &canonical)?;
+        assert_eq!((frame.image.size(), frame.depth_mm.len()), ((16, 9), pixels));
+        assert!(
+            frame.depth_mm.iter().all(|depth| depth.is_finite() && *depth >= 0.0),
+            "{:?}",
+            frame.depth_mm
+        );
+        assert_eq!(
+            frame.mask.map(|mask| mask.len()),
+            recording.has_masks().then_some(pixels)
+        );
+        Ok(())
+    })
+}
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let color = Camera::pinhole(6, 4, 5.0, 5.0, 3.0, 2.0)?;
+    let depth_camera = Camera::pinhole(4, 3, 3.0, 3.0, 2.0, 1.5)?.with_distortion([0.01, 0.0, 0.0, 0.001, 0.0])?;
+    let together = RgbdSensor::registered(color);
+    let apart = RgbdSensor {
+        depth: depth_camera,
+        simulated: true,
+        ..together.clone()
+    };
+    let image = deepsft::encode_png(&picture::small(6, 4))?;
+    let mask: Vec<bool> = (0..24).map(|pixel| pixel % 3 > 0).collect();
+    let depth = |camera: &Camera| -> Result<Vec<u8>> {
+        let (width, height) = camera.size();
+        let units: Vec<u8> = (0..width * height)
+            .flat_map(|pixel| (500 + 100 * pixel as u16).to_be_bytes())
+            .collect();
+        let rows: Vec<u8> = units.chunks(2 * width).flat_map(|row| [&[0], row].concat()).collect();
+        Ok(png::stored([width as u32, height as u32], [16, 0, 0], &[], &rows))
+    };
+    let coded = encode_depth_png(&[700; 24], &color)?;
+    Ok(vec![
+        join(&[together.to_json()?.as_bytes(), b"", &image, &coded]),
+        join(&[
+            apart.to_json()?.as_bytes(),
+            b"# time rgb time depth\n0.1 rgb/a.png 0.2 depth/a.png\n",
+            &image,
+            &depth(&apart.depth)?,
+            &encode_mask_png(&mask, &color)?,
+        ]),
+    ])
+}

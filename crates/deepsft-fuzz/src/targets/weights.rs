@@ -1,0 +1,126 @@
+//! Weights of networks.
+
+use crate::parts::patched;
+use anyhow::{Context, Result, anyhow, bail};
+use deepsft::{
+    CompactConfig, Executor, FoldedNetwork, NetworkConfig, PlanError, WeightArray, Weights, weights_from_burnpack,
+    weights_to_burnpack,
+};
+use deepsft_geometry::{Camera, Maps};
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+/// A file, or changes of the file of a small network.
+pub(crate) fn read(input: &[u8]) -> Result<()> {
+    let weights = weights_from_burnpack(&patched(input, small_file()?)).map_err(|error| anyhow!(error))?;
+    for array in weights.values() {
+        assert_eq!(
+            array.values.len(),
+            array.shape.iter().product::<usize>(),
+            "values that no shape has"
+        );
+    }
+    if let Ok(file) = weights_to_burnpack(&weights) {
+        let again = weights_from_burnpack(&file).expect("weights that were written can be read");
+        let shape = |weights: &Weights| -> Vec<(String, Vec<usize>)> {
+            weights
+                .iter()
+                .map(|(name, array)| (name.clone(), array.shape.clone()))
+                .collect()
+        };
+        assert_eq!(shape(&again), shape(&weights));
+    }
+    let network = FoldedNetwork {
+        config: small_config()?,
+        weights,
+    };
+    if network.check().is_ok() {
+        run(&network);
+    }
+    Ok(())
+}
+
+/// Looks at a picture through a network, whatever its weights are.
+pub(super) fn run(network: &FoldedNetwork) {
+    const SIDES: [usize; 2] = [32, 16];
+    // The other architectures are for larger images.
+    let Ok(mut executor) = Executor::new(&network.config, SIDES, &network.weights, 1) else {
+        return;
+    };
+    let picture = super::picture::small(SIDES[0], SIDES[1]);
+    let mut maps = Maps::empty(SIDES[0], SIDES[1]);
+    let read = executor
+        .run(&picture)
+        .and_then(|()| executor.read(deepsft::Stage::Main, None, &mut maps));
+    assert!(read.is_ok(), "a network that was checked does not run: {read:?}");
+}
+
+/// The camera of a small network.
+pub(super) fn small_camera() -> Result<Camera> {
+    Ok(Camera::pinhole(16, 9, 12.0, 12.0, 8.0, 4.5)?)
+}
+
+/// The least compact network.
+pub(super) fn small_config() -> Result<NetworkConfig> {
+    let layers = CompactConfig {
+        channels: [1; 4],
+        blocks_at_32: 0,
+        bins: [2; 3],
+        refinement_channels: 1,
+        mask_channels: 1,
+        seams: false,
+    };
+    Ok(NetworkConfig::new(
+        deepsft::Architecture::Compact(layers),
+        [40.0, 30.0],
+        &small_camera()?,
+    ))
+}
+
+/// A network of [`small_config`]. The weights are those that its plan asks for, one after another.
+pub(super) fn small_network() -> Result<FoldedNetwork> {
+    let mut network = FoldedNetwork {
+        config: small_config()?,
+        weights: BTreeMap::new(),
+    };
+    loop {
+        let (name, shape) = match network.check() {
+            Ok(()) => return Ok(network),
+            Err(PlanError::Missing(name)) => (name, Vec::new()),
+            Err(PlanError::Shape { what, expected, .. }) if network.weights.contains_key(&what) => (what, expected),
+            Err(error) => bail!("what it asks for is not understood: {error}"),
+        };
+        let count: usize = shape.iter().product();
+        let values = (0..count).map(|k| 0.1 * (k % 7) as f32 - 0.2).collect();
+        network.weights.insert(name, WeightArray { shape, values });
+    }
+}
+
+/// The file of [`small_network`]'s weights.
+pub(super) fn small_file() -> Result<&'static [u8]> {
+    static FILE: OnceLock<Option<Vec<u8>>> = OnceLock::new();
+    let make = || weights_to_burnpack(&small_network().ok()?.weights).ok();
+    FILE.get_or_init(make)
+        .as_deref()
+        .context("a small network cannot be made")
+}
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let array = |shape: &[usize]| {
+        let count: usize = shape.iter().product();
+        WeightArray {
+            shape: shape.to_vec(),
+            values: vec![0.5; count],
+        }
+    };
+    let few = Weights::from([
+        ("a.weight".to_owned(), array(&[2, 3, 1, 1])),
+        ("a.bias".to_owned(), array(&[2])),
+    ]);
+    Ok(vec![
+        weights_to_burnpack(&few).map_err(|error| anyhow!(error))?,
+        b"~".to_vec(),
+        // The sign of a weight near the end.
+        b"~\xf0\xff\x00\x80".to_vec(),
+    ])
+}
