@@ -9,8 +9,8 @@ use crate::in_order::in_order;
 use crate::scene::Synthesizer;
 use deepsft_formats::{
     DATASET_FILE, DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, FolderKind,
-    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, replace_folder, sha256_file,
-    unfinished_dataset, write_file,
+    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, recover_folder,
+    remove_unfinished_files, replace_folder, sha256_file, unfinished_dataset, write_file,
 };
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -115,7 +115,10 @@ impl UnfinishedDataset {
     pub fn open(place: &Path, plan: DatasetPlan) -> Result<Self, SynthError> {
         check_folder(place, &FolderKind::DATASET)?;
         let alone = FolderLock::acquire(place)?;
+        recover_folder(place)?;
+        tidy(place)?;
         let folder = unfinished_dataset(place);
+        remove_unfinished_files(&folder)?;
         let path = folder.join(STATE_FILE);
         let mut shards = Vec::new();
         if path.exists() {
@@ -255,8 +258,7 @@ impl UnfinishedDataset {
     fn finish(self, description: &DatasetDescription) -> Result<(), SynthError> {
         write_file(&self.folder.join(DATASET_FILE), description.to_json()?.as_bytes())?;
         replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
-        let state = self.place.join(STATE_FILE);
-        Ok(fs::remove_file(&state).map_err(|error| unwritten(&state, &error))?)
+        tidy(&self.place)
     }
 
     fn save(&self) -> Result<(), SynthError> {
@@ -264,6 +266,35 @@ impl UnfinishedDataset {
         let text = serde_json::to_vec(&self.state).map_err(|error| unwritten(&path, &error.into()))?;
         Ok(write_file(&path, &text)?)
     }
+}
+
+/// Puts the last touches to a finished data set at `place` that a kill may have kept from it. It does nothing to any other, and
+/// nothing while another process works on it.
+///
+/// # Errors
+/// [`FormatError::Write`].
+pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
+    match FolderLock::acquire(place) {
+        Ok(_alone) => tidy(place),
+        Err(FormatError::Locked { .. }) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// A state in the place of a finished data set says that it has just come there: what is beside it without a state is the older
+/// set that stood there before.
+fn tidy(place: &Path) -> Result<(), SynthError> {
+    let (state, older) = (place.join(STATE_FILE), unfinished_dataset(place));
+    if !state.is_file() {
+        return Ok(());
+    }
+    let tidy = || -> io::Result<()> {
+        if older.is_dir() && !older.join(STATE_FILE).exists() {
+            fs::remove_dir_all(&older)?;
+        }
+        fs::remove_file(&state)
+    };
+    Ok(tidy().map_err(|error| unwritten(&state, &error))?)
 }
 
 /// A sample as it stands in a shard, and what is counted of it.
