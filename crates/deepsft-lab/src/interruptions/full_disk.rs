@@ -32,16 +32,16 @@ Example, as root:
   mount -t tmpfs -o size=96m none /mnt/small
   deepsft-lab full-disk --command train --template models/poster-a4/template --folder /mnt/small --fillings 40")]
 pub struct FullDiskArguments {
-    /// What finds no space
-    #[arg(long, value_name = "COMMAND", value_enum)]
-    command: Subject,
+    /// What finds no space: one or several of synth, train, track, clip, reconstruct
+    #[arg(long, value_name = "COMMAND", value_enum, value_delimiter = ',', required = true)]
+    command: Vec<Subject>,
     /// Folder of a template
     #[arg(long, value_name = "DIR")]
     template: PathBuf,
     /// An empty folder on a small file system of its own, of 256 MB at most
     #[arg(long, value_name = "DIR")]
     folder: PathBuf,
-    /// How often the disk is filled
+    /// How often the disk is filled, for each
     #[arg(long, value_name = "N", default_value_t = 40)]
     fillings: u32,
     /// Seed of the bytes that are left
@@ -72,20 +72,37 @@ struct Report {
 pub fn run(arguments: &FullDiskArguments) -> Result<()> {
     let disk = Disk::new(&arguments.folder)?;
     let work = tempfile::tempdir()?;
-    let inputs = Inputs::make(
-        arguments.program.as_deref(),
-        &arguments.template,
-        work.path().join("inputs"),
-    )?;
-    let subject = arguments.command;
-    let expected = Expected::make(subject, &inputs, work.path())?;
+    let program = arguments.program.as_deref();
+    let folder = work.path().join("inputs");
+    let inputs = Inputs::make(program, &arguments.template, folder, &arguments.command)?;
+    let mut reports = Vec::new();
+    for &subject in &arguments.command {
+        let expected = Expected::make(subject, &inputs, &work.path().join(subject.name()))?;
+        let report = fill(subject, &inputs, &expected, &disk, arguments).context(subject.name())?;
+        println!("{}", serde_json::to_string(&report)?);
+        reports.push(report);
+    }
+    if let Some(path) = &arguments.json {
+        write_file(path, &serde_json::to_vec_pretty(&reports)?)?;
+    }
+    Ok(())
+}
+
+/// Fills the disk for one command.
+fn fill(
+    subject: Subject,
+    inputs: &Inputs,
+    expected: &Expected,
+    disk: &Disk,
+    arguments: &FullDiskArguments,
+) -> Result<Report> {
     let case = arguments.folder.join("case");
     let mut rng = Pcg64Mcg::seed_from_u64(arguments.seed);
     let mut report = Report {
         command: subject.name(),
         needed_bytes: disk.needed(|| {
             expected.begin(&case, true)?;
-            inputs.run(&subject.arguments(&inputs, SEED), &case)?;
+            inputs.run(&subject.arguments(inputs, SEED), &case)?;
             expected.check_finished(&case, true)
         })?,
         ..Report::default()
@@ -96,7 +113,7 @@ pub fn run(arguments: &FullDiskArguments) -> Result<()> {
         expected.begin(&case, with_older)?;
         let free = (MORE_THAN_NEEDED * report.needed_bytes as f64 * rng.random::<f64>()) as u64;
         disk.fill(free)?;
-        let ended = inputs.run(&subject.arguments(&inputs, SEED), &case);
+        let ended = inputs.run(&subject.arguments(inputs, SEED), &case);
         disk.free()?;
         let ended = ended?;
         if ended.succeeded {
@@ -117,7 +134,7 @@ pub fn run(arguments: &FullDiskArguments) -> Result<()> {
             if !report.messages.contains(&message) {
                 report.messages.push(message);
             }
-            let again = inputs.run(&subject.again(&inputs, SEED), &case)?;
+            let again = inputs.run(&subject.again(inputs, SEED), &case)?;
             ensure!(again.succeeded, "it does not go on: {}, {}", again.stderr, context());
             report.failed_and_equal += 1;
         }
@@ -128,11 +145,7 @@ pub fn run(arguments: &FullDiskArguments) -> Result<()> {
     }
     bar.finish_and_clear();
     fs::remove_dir_all(&case)?;
-    println!("{}", serde_json::to_string_pretty(&report)?);
-    if let Some(path) = &arguments.json {
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
-    }
-    Ok(())
+    Ok(report)
 }
 
 /// The same message for every frame and shard.

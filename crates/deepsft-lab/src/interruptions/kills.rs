@@ -1,7 +1,7 @@
 //! `deepsft-lab kills`: a command is killed at random moments, again and again, and has to end as if it had not been.
 
 use super::subject::{Expected, Inputs, SEED, Subject};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use deepsft_cli::progress;
 use deepsft_formats::write_file;
@@ -37,13 +37,13 @@ beside it. Half of the runs begin with an older result in the folder and a file 
 Example:
   deepsft-lab kills --command train --template models/poster-a4/template --kills 200 --seed 1")]
 pub struct KillsArguments {
-    /// What is killed
-    #[arg(long, value_name = "COMMAND", value_enum)]
-    command: Subject,
+    /// What is killed: one or several of synth, train, track, clip, reconstruct
+    #[arg(long, value_name = "COMMAND", value_enum, value_delimiter = ',', required = true)]
+    command: Vec<Subject>,
     /// Folder of a template
     #[arg(long, value_name = "DIR")]
     template: PathBuf,
-    /// Number of kills, evenly over the whole run
+    /// Number of kills of each, evenly over the whole run
     #[arg(long, value_name = "N", default_value_t = 200)]
     kills: u32,
     /// Number of kills more, while folders are put in place
@@ -105,27 +105,53 @@ enum Moment {
 
 pub fn run(arguments: &KillsArguments) -> Result<()> {
     let work = tempfile::tempdir()?;
-    let inputs = Inputs::make(
-        arguments.program.as_deref(),
-        &arguments.template,
-        work.path().join("inputs"),
-    )?;
-    let expected = Expected::make(arguments.command, &inputs, work.path())?;
-    let case = work.path().join("case");
+    let program = arguments.program.as_deref();
+    let folder = work.path().join("inputs");
+    let inputs = Inputs::make(program, &arguments.template, folder, &arguments.command)?;
+    let mut reports = Vec::new();
+    for &subject in &arguments.command {
+        let outcome = kill(
+            subject,
+            &inputs,
+            &work.path().join(subject.name()),
+            arguments,
+            &mut reports,
+        );
+        if let Some(path) = &arguments.json {
+            write_file(path, &serde_json::to_vec_pretty(&reports)?)?;
+        }
+        if let Err(error) = outcome {
+            let kept = work.keep();
+            return Err(error.context(format!("{}, whose folder is kept: {}", subject.name(), kept.display())));
+        }
+    }
+    Ok(())
+}
+
+/// Kills one command, in `folder`. The report is made whatever is found.
+fn kill(
+    subject: Subject,
+    inputs: &Inputs,
+    folder: &Path,
+    arguments: &KillsArguments,
+    reports: &mut Vec<Report>,
+) -> Result<()> {
+    let expected = Expected::make(subject, inputs, folder)?;
+    let case = folder.join("case");
     expected.begin(&case, false)?;
     let start = Instant::now();
-    let ended = inputs.run(&arguments.command.arguments(&inputs, SEED), &case)?;
+    let ended = inputs.run(&subject.arguments(inputs, SEED), &case)?;
     ensure!(ended.succeeded, "{}", ended.stderr);
     let whole_run = start.elapsed();
     expected.check_finished(&case, false)?;
     let mut killer = Killer {
         rng: Pcg64Mcg::seed_from_u64(arguments.seed),
-        inputs: &inputs,
+        inputs,
         expected: &expected,
         case: &case,
         whole_run,
         report: Report {
-            command: arguments.command.name(),
+            command: subject.name(),
             seed: arguments.seed,
             seconds: whole_run.as_secs_f64(),
             anywhere: Hits::default(),
@@ -137,12 +163,9 @@ pub fn run(arguments: &KillsArguments) -> Result<()> {
         },
     };
     let outcome = killer.kill(arguments);
-    let report = killer.report;
-    println!("{}", serde_json::to_string_pretty(&report)?);
-    if let Some(path) = &arguments.json {
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
-    }
-    outcome.with_context(|| format!("the folder is kept: {}", work.keep().display()))
+    println!("{}", serde_json::to_string(&killer.report)?);
+    reports.push(killer.report);
+    outcome
 }
 
 struct Killer<'a> {

@@ -14,6 +14,9 @@ use std::process::{Child, Command, Stdio};
 const OUT: &str = "out";
 const FOREIGN: &str = "notes.txt";
 
+/// Bytes before the values of an .npy file with so short a header.
+const NPY_HEADER: usize = 128;
+
 /// A command that is interrupted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Subject {
@@ -31,21 +34,26 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Makes them in `folder` for the template in `template`. The program is that at `program`, or what this program has of it.
-    pub fn make(program: Option<&Path>, template: &Path, folder: PathBuf) -> Result<Self> {
+    /// Makes those of `subjects` in `folder` for the template in `template`. The program is that at `program`, or what this
+    /// program has of it.
+    pub fn make(program: Option<&Path>, template: &Path, folder: PathBuf, subjects: &[Subject]) -> Result<Self> {
         let program = match program {
             Some(program) => vec![fs::canonicalize(program)?.into()],
             None => vec![env::current_exe()?.into(), "deepsft".into()],
         };
         results::copy(template, &folder.join("template"))?;
         let inputs = Self { program, folder };
-        let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
-        for line in [
-            "clip --template template --frames 6 --seed 9000101 --out clip",
-            "synth --template template --count 20 --seed 8 --out data",
+        let clip = "clip --template template --frames 6 --seed 9000101 --out clip";
+        let data = "synth --template template --count 20 --seed 8 --out data";
+        for (line, users) in [
+            (clip, &[Subject::Track, Subject::Reconstruct][..]),
+            (data, &[Subject::Train]),
         ] {
-            let run = inputs.run(&words(line), &inputs.folder)?;
-            ensure!(run.succeeded, "{line}: {}", run.stderr);
+            if users.iter().any(|user| subjects.contains(user)) {
+                let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+                let run = inputs.run(&words, &inputs.folder)?;
+                ensure!(run.succeeded, "{line}: {}", run.stderr);
+            }
         }
         Ok(inputs)
     }
@@ -251,13 +259,25 @@ impl Expected {
     }
 
     /// Whether the new result is in its place after an interruption. An error when what is there is neither the older result
-    /// (or nothing, where there was none) nor the new one, whole.
+    /// (or nothing, where there was none) nor the new one, whole. Of a video that could not be followed to its end, `track`
+    /// keeps the frames until then: in its place if nothing else is there.
     pub fn check_interrupted(&self, case: &Path, with_older: bool) -> Result<bool> {
+        if self.subject == Subject::Track
+            && let Some(beginning) = results::files(&case.join("out.partial"))?
+        {
+            ensure!(with_older, "a partial track lies beside no whole one");
+            self.check_beginning(beginning)?;
+        }
         let Some(found) = results::files(&case.join(self.subject.result()))? else {
             ensure!(!with_older, "the older result is gone");
             return Ok(false);
         };
         if with_older && found == self.older_files {
+            return Ok(false);
+        }
+        let report = found.get("track.json");
+        if !with_older && report.is_some_and(|report| String::from_utf8_lossy(report).contains("ended_early")) {
+            self.check_beginning(found)?;
             return Ok(false);
         }
         let mut found = results::without_times(found)?;
@@ -269,6 +289,58 @@ impl Expected {
             None => Ok(true),
             Some(difference) => bail!("the result in its place is neither the older one nor the new one: {difference}"),
         }
+    }
+
+    /// An error when `found` is not a track of the first frames, whole as far as it goes.
+    fn check_beginning(&self, found: Files) -> Result<()> {
+        let found = results::without_times(found)?;
+        let frames = |files: &Files| -> Result<Vec<Value>> {
+            let report = files.get("track.json").context("it has no report")?;
+            let report: Value = serde_json::from_slice(report)?;
+            Ok(report["per_frame"]
+                .as_array()
+                .context("its report has no frames")?
+                .clone())
+        };
+        let (some, all) = (frames(&found)?, frames(&self.whole)?);
+        ensure!(
+            !some.is_empty() && all.starts_with(&some),
+            "the frames of a partial track differ"
+        );
+        let pictures = found.keys().filter(|name| name.starts_with("pictures/")).count();
+        let rows = found
+            .get("track.csv")
+            .context("it has no table")?
+            .split(|&byte| byte == b'\n')
+            .count();
+        // The header, and nothing after the last line's end.
+        ensure!(
+            pictures == some.len() && rows == some.len() + 2,
+            "{} frames, {pictures} pictures, {rows} lines in a partial track",
+            some.len()
+        );
+        for (name, bytes) in &found {
+            let whole = self
+                .whole
+                .get(name)
+                .with_context(|| format!("{name} is no file of a track"))?;
+            let begins_at = match name.as_str() {
+                "track.json" => continue,
+                // After the number of frames.
+                "vertices.npy" => NPY_HEADER.min(bytes.len()),
+                _ => 0,
+            };
+            ensure!(
+                whole[begins_at..].starts_with(&bytes[begins_at..]),
+                "{name} of a partial track differs"
+            );
+        }
+        let a_frame = (self.whole["vertices.npy"].len() - NPY_HEADER) / all.len();
+        ensure!(
+            found["vertices.npy"].len() == NPY_HEADER + a_frame * some.len(),
+            "vertices.npy of a partial track has no whole frames"
+        );
+        Ok(())
     }
 
     /// An error when a command that has ended well has not left the result of an uninterrupted one, and nothing else.

@@ -206,8 +206,19 @@ impl UnfinishedDataset {
         (sum.shapes > 0).then_some(sum)
     }
 
-    /// Writes the next shard.
+    /// Writes the next shard. One that fails leaves nothing: it may be the disk that is full.
     fn write_shard(
+        &mut self,
+        samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
+    ) -> Result<(), SynthError> {
+        let written = self.write_next_shard(samples);
+        if written.is_err() {
+            let _ = fs::remove_file(self.folder.join(OPEN_SHARD));
+        }
+        written
+    }
+
+    fn write_next_shard(
         &mut self,
         samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
     ) -> Result<(), SynthError> {
@@ -383,6 +394,46 @@ mod tests {
     }
 
     #[test]
+    fn a_set_that_was_killed_while_it_first_saved_its_state_is_begun_again() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let folder = above.path().join("set.partial");
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join(".unfinished-x"), "{").unwrap();
+        drop(UnfinishedDataset::open(&place, plan(1)).unwrap());
+        let names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(names, [STATE_FILE]);
+    }
+
+    #[test]
+    fn a_set_that_was_killed_as_it_came_to_its_place_is_finished_and_the_older_one_goes() {
+        let above = tempfile::tempdir().unwrap();
+        let (place, beside) = (above.path().join("set"), above.path().join("set.partial"));
+        let write = |folder: &Path, names: &[&str]| {
+            fs::create_dir_all(folder).unwrap();
+            names
+                .iter()
+                .for_each(|name| fs::write(folder.join(name), "{}").unwrap());
+        };
+        // After the folders were exchanged, and before the older one was removed.
+        write(&place, &[DATASET_FILE, STATE_FILE]);
+        write(&beside, &[DATASET_FILE]);
+        tidy_dataset(&place).unwrap();
+        assert!(place.join(DATASET_FILE).exists() && !place.join(STATE_FILE).exists() && !beside.exists());
+        // Another set in the making is not touched, nor is anything beside a set without a state.
+        write(&place, &[STATE_FILE]);
+        write(&beside, &[DATASET_FILE, STATE_FILE]);
+        tidy_dataset(&place).unwrap();
+        assert!(!place.join(STATE_FILE).exists() && beside.join(STATE_FILE).exists());
+        fs::remove_file(beside.join(STATE_FILE)).unwrap();
+        tidy_dataset(&place).unwrap();
+        assert!(beside.join(DATASET_FILE).exists());
+    }
+
+    #[test]
     fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
@@ -407,6 +458,7 @@ mod tests {
         set.write_shard([sample(0)].into_iter()).unwrap();
         let failing = [sample(1), Err(SynthError::recording("no memory", Path::new("rgb")))];
         assert!(set.write_shard(failing.into_iter()).is_err());
+        assert!(!above.path().join("set.partial").join(OPEN_SHARD).exists());
         drop(set);
         assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
     }
