@@ -9,7 +9,7 @@ use crate::scene::photographs::{Photographs, SHEETS_PER_PHOTOGRAPH};
 use crate::scene::pose::sample_pose;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Picture, Template};
-use rand::{Rng, RngExt};
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::sync::Arc;
 
