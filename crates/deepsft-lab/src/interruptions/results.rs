@@ -50,7 +50,9 @@ pub fn without_times(files: Files) -> Result<Files> {
         let bytes = match base {
             "track.json" | "report.json" => without_fields(&bytes, &["ms", "median_ms", "stage_ms"])?,
             "model.json" => without_fields(&bytes, &["seconds", "command"])?,
-            "track.csv" | "curve.csv" => without_columns(&bytes, |name| name.ends_with("_ms") || name == "seconds"),
+            "track.csv" => table(&bytes, |name| name.ends_with("_ms"), str::to_owned),
+            // A resumed training has read its curve from JSON, which may change the last bit of a number.
+            "curve.csv" => table(&bytes, |name| name == "seconds", ten_digits),
             "CARD.md" => without_lines(&bytes, &["    deepsft ", "| hours |", "| 0 |", "| samples | hours |"]),
             // Drawn over hours.
             "curve.png" => Vec::new(),
@@ -77,19 +79,20 @@ fn without_fields(json: &[u8], names: &[&str]) -> Result<Vec<u8>> {
     Ok(serde_json::to_vec(&value)?)
 }
 
-fn without_columns(table: &[u8], is_left_out: impl Fn(&str) -> bool) -> Vec<u8> {
+/// A table without some of its columns, and each cell as `cell` gives it.
+fn table(table: &[u8], is_left_out: impl Fn(&str) -> bool, cell: impl Fn(&str) -> String) -> Vec<u8> {
     let text = String::from_utf8_lossy(table);
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let names: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
     let kept = |line: &str| {
-        let cells = line.split(',').zip(&header);
-        let cells: Vec<&str> = cells
-            .filter(|(_, name)| !is_left_out(name))
-            .map(|(cell, _)| cell)
-            .collect();
-        cells.join(",") + "\n"
+        let cells = line.split(',').zip(&names).filter(|(_, name)| !is_left_out(name));
+        cells.map(|(text, _)| cell(text)).collect::<Vec<_>>().join(",") + "\n"
     };
-    (kept(&header.join(",")) + &lines.map(kept).collect::<String>()).into_bytes()
+    text.lines().map(kept).collect::<String>().into_bytes()
+}
+
+fn ten_digits(number: &str) -> String {
+    let parsed = number.parse::<f64>();
+    parsed.map_or_else(|_| number.to_owned(), |number| format!("{number:.9e}"))
 }
 
 fn without_lines(text: &[u8], beginnings: &[&str]) -> Vec<u8> {
