@@ -2,6 +2,10 @@
 //!
 //! The library has no stable interface: it is there for the program and for our own measurements.
 
+#![allow(
+    missing_debug_implementations,
+    reason = "for the program and our own measurements alone"
+)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 // First: its macros are for all that follow.
@@ -31,6 +35,7 @@ pub mod progress;
 #[doc(hidden)]
 pub mod synthesis;
 mod truth;
+#[doc(hidden)]
 pub mod video;
 
 use clap::{Parser, Subcommand};
@@ -64,6 +69,7 @@ Exit codes:
   141  the reader of the output went away before its end, as head does";
 
 /// What the program can do.
+#[doc(hidden)]
 #[derive(Subcommand)]
 pub enum Command {
     /// Make a template.
@@ -101,6 +107,7 @@ pub fn run() -> ExitCode {
 }
 
 /// Runs a command.
+#[doc(hidden)]
 pub fn execute(command: &Command) -> ExitCode {
     let result = match command {
         Command::Template(command) => commands::template::run(command),

@@ -38,7 +38,7 @@ fn a_loop_of_losses_and_returns_leaves_no_memory_behind() {
             .collect::<Vec<_>>()
     };
     let images: Vec<_> = clips.iter().flat_map(there_and_back).collect();
-    let mut finder = TargetFinder::new(Target::mesh(template)).unwrap();
+    let mut finder = TargetFinder::new(Target::from_template(template)).unwrap();
     let options = VideoOptions {
         // Every fourth frame: a loop begins as the one before.
         pace: FindingPace::Delayed(3),

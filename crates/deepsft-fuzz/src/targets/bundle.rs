@@ -60,7 +60,7 @@ fn sealed(description: &[u8], files: &BTreeMap<String, Vec<u8>>) -> Vec<u8> {
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let card = ModelCard {
         name: "small".to_owned(),
-        licence: "CC0-1.0".to_owned(),
+        licence: Some("CC0-1.0".to_owned()),
         found: FoundRule::default(),
         provenance: Provenance::default(),
         accuracy: Accuracy::default(),

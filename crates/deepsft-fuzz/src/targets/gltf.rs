@@ -8,7 +8,7 @@ use anyhow::Result;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use deepsft::encode_png;
-use deepsft_formats::textured_glb;
+use deepsft_formats::mesh_to_glb;
 use serde_json::{Value, json};
 use std::iter::repeat_n;
 
@@ -97,7 +97,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let data = |kind: &str, content: &[u8]| format!("data:{kind};base64,{}", STANDARD.encode(content));
     let coded = json!({"byteLength": 52, "uri": data("application/octet-stream", &buffer)});
     Ok(vec![
-        textured_glb(&template::small_mesh()?, &texture),
+        mesh_to_glb(&template::small_mesh()?, &texture),
         join(&[
             &document(within, json!({"bufferView": 3, "mimeType": "image/png"})),
             &whole,

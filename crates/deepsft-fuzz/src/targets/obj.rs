@@ -50,8 +50,7 @@ pub(super) fn read_files(
         );
         Ok::<_, FormatError>(beside(path))
     })?;
-    let mm_per_unit = scan.mm_per_unit;
-    template::check(&assemble_scan(scan, mm_per_unit)?.template);
+    template::check(&assemble_scan(scan)?.template);
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use crate::png;
 use anyhow::Result;
 use deepsft_formats::{encode_depth_png, encode_mask_png};
 use deepsft_geometry::Camera;
+use deepsft_geometry::glam::DVec2;
 use deepsft_synth::{Recording, RgbdSensor};
 
 const FILES: [&str; 5] = [
@@ -32,7 +33,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
         let sensor = recording.sensor();
         let again = RgbdSensor::from_json(&sensor.to_json()?);
         assert!(again.is_ok(), "a sensor that was written cannot be read: {again:?}");
-        let canonical = Camera::pinhole(16, 9, 12.0, 12.0, 8.0, 4.5)?;
+        let canonical = Camera::pinhole((16, 9), DVec2::new(12.0, 12.0), DVec2::new(8.0, 4.5))?;
         let pixels = 16 * 9;
         let frame = recording.frame(0, &canonical)?;
         assert_eq!((frame.image.size(), frame.depth_mm.len()), ((16, 9), pixels));
@@ -50,8 +51,9 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
-    let color = Camera::pinhole(6, 4, 5.0, 5.0, 3.0, 2.0)?;
-    let depth_camera = Camera::pinhole(4, 3, 3.0, 3.0, 2.0, 1.5)?.with_distortion([0.01, 0.0, 0.0, 0.001, 0.0])?;
+    let color = Camera::pinhole((6, 4), DVec2::new(5.0, 5.0), DVec2::new(3.0, 2.0))?;
+    let depth_camera = Camera::pinhole((4, 3), DVec2::new(3.0, 3.0), DVec2::new(2.0, 1.5))?
+        .with_distortion([0.01, 0.0, 0.0, 0.001, 0.0])?;
     let together = RgbdSensor::registered(color);
     let apart = RgbdSensor {
         depth: depth_camera,

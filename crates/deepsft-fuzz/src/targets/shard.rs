@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use deepsft_formats::{
     DatasetDescription, DatasetFolder, IndexedShards, Sample, SampleRecord, ShardReader, write_shard,
 };
+use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps};
 use serde_json::json;
@@ -104,7 +105,7 @@ fn archive(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
-    let camera = Camera::pinhole(5, 4, 5.0, 5.0, 2.5, 2.0)?;
+    let camera = Camera::pinhole((5, 4), DVec2::new(5.0, 5.0), DVec2::new(2.5, 2.0))?;
     let mut truth = Maps::empty(5, 4);
     truth.set(7, 321.5, [0.25, 0.75]);
     let vertices = vec![DVec3::new(1.0, 2.0, 321.5); 2];

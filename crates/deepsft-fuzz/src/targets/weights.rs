@@ -6,6 +6,7 @@ use deepsft::{
     CompactConfig, Executor, FoldedNetwork, NetworkConfig, PlanError, WeightArray, Weights, weights_from_burnpack,
     weights_to_burnpack,
 };
+use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -42,13 +43,13 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 
 /// Looks at a picture through a network, whatever its weights are.
 pub(super) fn run(network: &FoldedNetwork) {
-    const SIDES: [usize; 2] = [32, 16];
+    const SIZE: (usize, usize) = (32, 16);
     // The other architectures are for larger images.
-    let Ok(mut executor) = Executor::new(&network.config, SIDES, &network.weights, 1) else {
+    let Ok(mut executor) = Executor::new(&network.config, SIZE, &network.weights, 1) else {
         return;
     };
-    let picture = super::picture::small(SIDES[0], SIDES[1]);
-    let mut maps = Maps::empty(SIDES[0], SIDES[1]);
+    let picture = super::picture::small(SIZE.0, SIZE.1);
+    let mut maps = Maps::empty(SIZE.0, SIZE.1);
     let read = executor
         .run(&picture)
         .and_then(|()| executor.read(deepsft::Stage::Main, None, &mut maps));
@@ -57,7 +58,7 @@ pub(super) fn run(network: &FoldedNetwork) {
 
 /// The camera of a small network.
 pub(super) fn small_camera() -> Result<Camera> {
-    Ok(Camera::pinhole(16, 9, 12.0, 12.0, 8.0, 4.5)?)
+    Ok(Camera::pinhole((16, 9), DVec2::new(12.0, 12.0), DVec2::new(8.0, 4.5))?)
 }
 
 /// The least compact network.

@@ -82,6 +82,14 @@ pub struct Saved {
     pub optimizer: ModuleOptimizer,
 }
 
+impl std::fmt::Debug for Saved {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Saved")
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
 const STATE: &str = "state.json";
 const NETWORK: &str = "network.bpk";
 const AVERAGE: &str = "average.bpk";
@@ -89,6 +97,7 @@ const OPTIMIZER: &str = "optimizer.bpk";
 
 /// A folder that holds one checkpoint. A new one is written beside it and renamed, so that a kill at
 /// any moment leaves a whole one.
+#[derive(Debug)]
 pub struct CheckpointFolder {
     folder: PathBuf,
 }
