@@ -4,6 +4,7 @@
 //! `cargo xtask fuzz` runs the targets under libFuzzer, whose mutations are guided by the code that they reach.
 
 #![allow(clippy::expect_used, reason = "a panic is what a fuzz target tells by")]
+#![cfg_attr(test, allow(clippy::unwrap_used))]
 
 mod files;
 mod parts;

@@ -118,7 +118,7 @@ impl Happened {
             TrackUpdate::Confirmed => &mut self.confirmed,
             TrackUpdate::Restarted => &mut self.restarted,
             TrackUpdate::Dropped => &mut self.dropped,
-            TrackUpdate::Ignored => &mut self.ignored,
+            _ => &mut self.ignored,
         } += 1;
     }
 }
@@ -140,7 +140,7 @@ impl EndlessVideo {
         };
         let bar = progress::counting((frames * ClipEvent::ALL.len()) as u64, "frames rendered");
         let mut clips = Vec::new();
-        for (event, seed) in ClipEvent::ALL.into_iter().zip(SEED..) {
+        for (&event, seed) in ClipEvent::ALL.iter().zip(SEED..) {
             let story = ClipStory::new(&synthesizer, length.clone(), event, seed)?;
             let images = clip_frames(&story, 0..frames).map(|sample| {
                 bar.inc(1);
