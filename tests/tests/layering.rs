@@ -67,7 +67,6 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-lab",
     "clap",
     "anyhow",
-    "gltf",
     "rayon",
     "tar",
     "indicatif",

@@ -32,6 +32,7 @@ mod mesh;
 pub mod planar_calibration;
 mod recovery;
 pub mod solver;
+mod unrolling;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{
@@ -51,3 +52,4 @@ pub use maps::{
 };
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
 pub use recovery::{MeshRecovery, RecoveredMesh};
+pub use unrolling::{UnrolledSheet, unroll};

@@ -5,6 +5,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -74,6 +75,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 
@@ -170,6 +172,14 @@ export class EngineWorker extends WorkerCalls {
    */
   removeTarget(request) {
     return this.call("removeTarget", request);
+  }
+
+  /**
+   * @param {ScanRequest} request
+   * @returns {Promise<RawScan>}
+   */
+  readScan(request) {
+    return this.call("readScan", request);
   }
 
   /**

@@ -1,4 +1,5 @@
-import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { RawScan } from "../targets/scan.js";
 /**
  * @param {StartRequest} request
  * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
@@ -25,6 +26,14 @@ export declare function removeTarget({ id }: {
     value: undefined;
     transfer: never[];
 };
+/**
+ * @param {ScanRequest} request
+ * @returns {Promise<{ value: RawScan, transfer: Transferable[] }>}
+ */
+export declare function readScan({ files, mmPerUnit }: ScanRequest): Promise<{
+    value: RawScan;
+    transfer: Transferable[];
+}>;
 /**
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}

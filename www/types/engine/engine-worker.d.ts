@@ -1,6 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
+import type { RawScan } from "../targets/scan.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
     device: "webgpu" | "cpu";
@@ -103,6 +104,10 @@ export type TargetRequest = {
     id: number;
     source: TargetSource;
 };
+export type ScanRequest = {
+    files: Map<string, Uint8Array>;
+    mmPerUnit: number | undefined;
+};
 export type EstimateRequest = {
     id: number;
     frame: ImageBitmap | ImageData;
@@ -137,6 +142,7 @@ export type MeshRequest = {
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /**
  * What runs the network.
@@ -198,6 +204,7 @@ export type MeshRequest = {
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
+/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 /**
@@ -251,6 +258,11 @@ export declare class EngineWorker extends WorkerCalls {
     removeTarget(request: {
         id: number;
     }): Promise<void>;
+    /**
+     * @param {ScanRequest} request
+     * @returns {Promise<RawScan>}
+     */
+    readScan(request: ScanRequest): Promise<RawScan>;
     /**
      * @param {FindRequest} request
      * @returns {Promise<RawFinding>}

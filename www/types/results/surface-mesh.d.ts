@@ -1,5 +1,7 @@
+import type { Camera } from "../camera/intrinsics.js";
 import type { MeshTopology } from "../engine/engine-worker.js";
 export type MeshMethod = "fit" | "completion" | "tracking";
+/** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 /**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
@@ -21,6 +23,7 @@ export declare class SurfaceMesh {
     faces: Uint32Array<ArrayBufferLike>;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     textureCoordinates: Float32Array<ArrayBufferLike>;
+    /** Where it comes from. */
     method: MeshMethod;
     /**
      * @param {{ vertices: Float32Array, confidence: Float32Array }} raw
@@ -47,6 +50,15 @@ export declare class SurfaceMesh {
      * @throws {RangeError} where the target has no surface
      */
     pointAt(u: number, v: number): [number, number, number];
+    /**
+     * Which place of the template's picture is seen at a pixel, the nearest where the surface lies before itself: where someone taps.
+     *
+     * @param {number} x pixels of the camera's image
+     * @param {number} y
+     * @param {Camera} camera `tracked.camera`
+     * @returns {[number, number] | null} (u, v); null beside the surface, and where its back is seen
+     */
+    placeAt(x: number, y: number, camera: Camera): [number, number] | null;
 }
 /**
  * @param {Float32Array} vertices

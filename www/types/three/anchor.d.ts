@@ -1,9 +1,11 @@
 import { Group } from "three";
 import type { MeshTopology } from "../engine/engine-worker.js";
 import type { SurfaceGeometry } from "./surface-geometry.js";
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { SurfaceGeometry } from "./surface-geometry.js" */
 /**
- * Follows a place (u, v) of a surface: x runs along u, y is the surface's normal, away from the printed side, and z runs down the print. So
- * what has y up, like most models, stands on the sheet and looks at its reader. Units are millimetres.
+ * Follows a place (u, v) of a surface: x runs along u, y is the surface's normal, away from the printed side's back, and z runs down the
+ * print. So what has y up, like most models, stands on the sheet and looks at its reader. Units are millimetres.
  */
 export declare class Anchor extends Group {
     #private;
@@ -16,7 +18,7 @@ export declare class Anchor extends Group {
      * @param {{ smooth?: boolean }} [options] whether small trembling is filtered out, default true
      * @throws {RangeError} where the target has no surface
      */
-    constructor(topology: MeshTopology, u: number, v: number, { smooth }?: {
+    constructor(topology: MeshTopology, u: number, v: number, options?: {
         smooth?: boolean;
     });
     /**
