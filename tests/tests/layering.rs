@@ -80,7 +80,6 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-fuzz",
     "clap",
     "anyhow",
-    "gltf",
     "rayon",
     "tar",
     "indicatif",

@@ -12,7 +12,7 @@ import { messageFor } from "./messages.js";
 import { NoWebGl } from "./graphics/gl.js";
 import { Orbit } from "./graphics/orbit.js";
 import { workOffline } from "./offline/offline.js";
-import { OwnPicture } from "./own/own-picture.js";
+import { OwnPicture, scanAmong } from "./own/own-picture.js";
 import { PlainStage } from "./stage/plain-stage.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage/stage.js";
@@ -34,12 +34,13 @@ const REMEDY_WORDS = {
   reload: "Reload",
   picture: "Choose another picture",
   edit: "Change this one",
+  scan: "Choose another scan",
 };
 const NO_WEBGL = "This browser offers no WebGL 2, so the mesh is drawn plainly (webgl-unavailable).";
-const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 /** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
 const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 const STAGE_WORDS = "The picture with what was found drawn over it";
+const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 
 /**
  * What a library that grades pictures says of one: how well it can be found, and sentences that help.
@@ -66,9 +67,9 @@ const view = {
   notice: byId("notice", HTMLDivElement),
   scale: byId("scale", HTMLDivElement),
   papers: byId("papers", HTMLDivElement),
-  overlays: byId("overlays", HTMLDivElement),
   objects: byId("objects", HTMLDivElement),
   stage: byId("stage", HTMLCanvasElement),
+  overlays: byId("overlays", HTMLDivElement),
   calibrate: byId("calibrate", HTMLButtonElement),
   forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
@@ -113,6 +114,7 @@ const own = new OwnPicture(view.own, {
     if (use === "image") view.imageFile.click();
     else startVideo("camera", cameraSource);
   },
+  readScan: (files) => subjects.readScan(files),
   fail: (error) => showMessage(error, () => own.retry()),
   remembered: (picture) => hero.setPicture(picture),
 });
@@ -245,9 +247,9 @@ function createLive() {
     button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));
   chooseOverlay(stage.overlay);
   choosePaper(stage.paper);
+  chooseObject(stage.object);
   return created;
 }
-  chooseObject(stage.object);
 
 /**
  * @param {"camera" | "clip"} kind
@@ -385,6 +387,7 @@ function applyRemedy(remedy) {
   else if (remedy === "image") view.imageFile.click();
   else if (remedy === "picture") own.choose();
   else if (remedy === "edit") own.edit();
+  else if (remedy === "scan") own.chooseScan();
   else location.reload();
 }
 
@@ -403,13 +406,13 @@ function chooseOverlay(overlay) {
   stage.overlay = overlay;
   check(view.overlays, "overlay", overlay);
   view.papers.hidden = overlay !== "paper";
-  view.scale.hidden = overlay !== "depth";
-  view.live.dataset.overlay = overlay;
-  live?.redraw();
   view.objects.hidden = overlay !== "object";
   // The object can be moved there.
   view.stage.tabIndex = overlay === "object" ? 0 : -1;
   view.stage.setAttribute("aria-label", overlay === "object" ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
+  view.scale.hidden = overlay !== "depth";
+  view.live.dataset.overlay = overlay;
+  live?.redraw();
 }
 
 /** @param {Paper} paper */
@@ -419,9 +422,6 @@ function choosePaper(paper) {
   live?.redraw();
 }
 
-/** Tells the stage what of it the controls cover. */
-function measureControls() {
-  const top = document.querySelector("#live .bar")?.getBoundingClientRect().bottom ?? 0;
 /** @param {ObjectName} object */
 function chooseObject(object) {
   stage.object = object;
@@ -429,6 +429,9 @@ function chooseObject(object) {
   live?.redraw();
 }
 
+/** Tells the stage what of it the controls cover. */
+function measureControls() {
+  const top = document.querySelector("#live .bar")?.getBoundingClientRect().bottom ?? 0;
   const bottom = innerHeight - view.overlays.getBoundingClientRect().top;
   stage?.setCovered(top, bottom);
 }
@@ -502,20 +505,21 @@ new ResizeObserver(() => {
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
-  const [file] = event.dataTransfer?.files ?? [];
-  if (file) takeFile(file);
+  takeFiles(event.dataTransfer?.files);
 });
 addEventListener("paste", (event) => {
-  const [file] = event.clipboardData?.files ?? [];
-  if (file) takeFile(file);
+  takeFiles(event.clipboardData?.files);
 });
 
-/** @param {File} file a photograph to look at while something is looked for, else the person's own picture */
-function takeFile(file) {
-  if (document.body.dataset.view === "live") startImage(file);
+/** @param {FileList | undefined} files a scan; a photograph to look at while something is looked for; else the person's own picture */
+function takeFiles(files) {
+  const [file] = files ?? [];
+  if (!file) return;
+  if (scanAmong(files ?? [])) void own.readScan([...(files ?? [])]);
+  else if (document.body.dataset.view === "live") startImage(file);
   else void own.read(file);
 }
 
-restoreContexts([byId("stage", HTMLCanvasElement), byId("orbit", HTMLCanvasElement)]);
+restoreContexts([view.stage, byId("orbit", HTMLCanvasElement)]);
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");

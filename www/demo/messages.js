@@ -2,12 +2,12 @@
 
 import { DeepSftError } from "deepsft";
 
-/** @typedef {"retry" | "camera" | "clip" | "image" | "reload" | "picture" | "edit"} Remedy */
+/** @typedef {"retry" | "camera" | "clip" | "image" | "reload" | "picture" | "edit" | "scan"} Remedy */
 
 /** What is wrong with a picture before the library sees it. */
 export class PictureError extends Error {
   /**
-   * @param {"image-unreadable" | "picture-small" | "picture-empty"} code
+   * @param {"image-unreadable" | "picture-small" | "picture-empty" | "scan-unusable"} code
    * @param {string} message
    * @param {ErrorOptions} [options]
    */
@@ -20,7 +20,7 @@ export class PictureError extends Error {
 /**
  * @typedef {object} Message
  * @property {string} title
- * @property {string} advice
+ * @property {string} advice "{reason}" in it stands for what the error says
  * @property {Remedy[]} remedies
  */
 
@@ -75,6 +75,11 @@ const MESSAGES = {
     title: "Nothing to be seen in this picture",
     advice: "Every pixel of it is see-through. Export it with its background, or photograph the print.",
     remedies: ["picture"],
+  },
+  "scan-unusable": {
+    title: "This scan cannot be used",
+    advice: "{reason} A .glb has everything in one file. An .obj comes with its .mtl and pictures: choose them together.",
+    remedies: ["scan"],
   },
   "target-unusable": {
     title: "This picture cannot be recognised",
@@ -137,11 +142,12 @@ const FOR_OWN_PICTURE = { clip: "picture" };
 export function messageFor(error, ownPicture) {
   const code = error instanceof DeepSftError || error instanceof PictureError ? error.code : "internal";
   const { title, advice, remedies } = MESSAGES[code] ?? UNEXPECTED;
+  const detail = error instanceof Error ? error.message : String(error);
   return {
     title,
-    advice,
+    advice: advice.replace("{reason}", () => detail),
     remedies: ownPicture ? remedies.map((remedy) => FOR_OWN_PICTURE[remedy] ?? remedy) : remedies,
     code,
-    detail: error instanceof Error ? error.message : String(error),
+    detail,
   };
 }

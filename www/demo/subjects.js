@@ -67,6 +67,21 @@ export class Subjects {
   }
 
   /**
+   * Reads a scan with the engine that is there, or with one that has no model.
+   *
+   * @param {File[]} files
+   */
+  async readScan(files) {
+    const sft = await this.#anyEngine();
+    return sft.readScan(files);
+  }
+
+  /** One engine does for all, if the poster's is there already. */
+  #anyEngine() {
+    return [...this.#engines.values()][0] ?? this.#engine("");
+  }
+
+  /**
    * @param {ReadyPicture} picture
    * @param {Promise<Subject> | undefined} before the picture that it takes the place of
    * @returns {Promise<Subject>}
@@ -74,8 +89,7 @@ export class Subjects {
   async #learn({ canvas, name, widthMm }, before) {
     const old = await before?.catch(() => undefined);
     old?.sft.removeTarget(old.target);
-    // One engine does for both, if the poster's is there already.
-    const sft = await ([...this.#engines.values()][0] ?? this.#engine(""));
+    const sft = await this.#anyEngine();
     this.#onLearning();
     return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }) };
   }

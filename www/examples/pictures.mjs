@@ -7,6 +7,7 @@ import { fileURLToPath } from "node:url";
 
 import { serve } from "../serve.mjs";
 import { launch } from "../tests/support/browser.mjs";
+import { posterScan } from "../tests/support/scans.mjs";
 
 const POSTER = fileURLToPath(new URL("../../models/poster-a4/template/texture.png", import.meta.url));
 /** So far the clip has played, seconds. */
@@ -20,10 +21,10 @@ try {
     const page = await browser.newPage({ viewport: { width: 640, height: 360 }, deviceScaleFactor: 0.75 });
     page.on("pageerror", (error) => console.error(name, error));
     await page.goto(`${server.origin}/examples/${name}?clip`);
-    if (name === "own-picture.html") {
+    if (["own-picture.html", "scan.html"].includes(name)) {
       await page.waitForSelector("input[type=file]:enabled");
-      await page.locator("input[type=number]").fill("297");
-      await page.setInputFiles("input[type=file]", POSTER);
+      if (name === "own-picture.html") await page.locator("input[type=number]").fill("297");
+      await page.setInputFiles("input[type=file]", name === "scan.html" ? await posterScan() : POSTER);
       await page.waitForFunction(() => document.querySelector("p > span").textContent.endsWith("is there"));
     }
     if (name === "still.html") await page.waitForFunction(() => document.querySelector("p > span").textContent.startsWith("There"));

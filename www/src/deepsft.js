@@ -8,6 +8,7 @@ import { Estimate } from "./results/estimate.js";
 import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "./frames/image-input.js";
 import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
+import { Scan, scanFiles } from "./targets/scan.js";
 import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
@@ -20,6 +21,7 @@ import { Tracking } from "./tracking/tracking.js";
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
 /** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { ScanInput } from "./targets/scan.js" */
 /** @import { TargetKind } from "./targets/target.js" */
 /** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
 /** @import { Question } from "./tracking/mesh-tracking.js" */
@@ -200,6 +202,35 @@ export class DeepSft {
    */
   async addTemplate(input, { name = "template" } = {}) {
     return this.#addTarget("template", name, await templateSource(input));
+  }
+
+  /**
+   * Reads a scan: its shape, its texture, and the flat sheet it unrolls to. Scans of bent sheets, labels and plates unroll; what has a
+   * volume does not, and needs a network of its own.
+   *
+   * @param {ScanInput} input
+   * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ,
+   *   which does not say
+   * @returns {Promise<Scan>}
+   * @throws {DeepSftError} `model-load`, `target-unusable`, `closed`
+   */
+  async readScan(input, { mmPerUnit } = {}) {
+    const files = await scanFiles(input);
+    return new Scan(await this.#engine.run((worker) => worker.readScan({ files, mmPerUnit })));
+  }
+
+  /**
+   * Makes a target of the flat sheet that a scan unrolls to: it is found and followed like a picture.
+   *
+   * @param {Scan | ScanInput} input
+   * @param {{ widthMm?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; a name for people
+   * @returns {Promise<Target>}
+   * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for what is no sheet
+   */
+  async addScan(input, { widthMm, name } = {}) {
+    const scan = input instanceof Scan ? input : await this.readScan(input);
+    if (!scan.sheet) throw unusable(`${scan.name} cannot be looked for without a network of its own: ${scan.refusal}.`);
+    return this.addPicture(scan.sheet.picture, { widthMm: widthMm ?? scan.sheet.widthMm, name: name ?? scan.name });
   }
 
   /**

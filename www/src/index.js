@@ -21,6 +21,8 @@ export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/recti
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
+export { Scan } from "./targets/scan.js";
+export { SurfacePose } from "./results/surface-pose.js";
 export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
@@ -44,7 +46,9 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./camera/intrinsics.js").CameraOption} CameraOption */
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */
 /** @typedef {import("./camera/intrinsics.js").SourcedCamera} SourcedCamera */
+/** @typedef {import("./results/surface-mesh.js").MeshMethod} MeshMethod */
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
+/** @typedef {import("./targets/scan.js").ScanInput} ScanInput */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
 /** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */

@@ -1,13 +1,13 @@
 // The module worker that does the computing, so that no frame ever blocks the page. It plays one of two parts: the
 // engine, or the tracker of one video.
 
-import { addTarget, estimate, exifFocal, find, mesh, removeTarget, start } from "./engine/engine-host.js";
+import { addTarget, estimate, exifFocal, find, mesh, readScan, removeTarget, start } from "./engine/engine-host.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { answer, follow, startTracker, trackedMaps, unfollow } from "./tracking/tracker-host.js";
 
 /** @type {Readonly<Record<string, (request: any) => unknown>>} */
 const METHODS = {
-  ...{ start, addTarget, removeTarget, exifFocal, estimate, find, mesh },
+  ...{ start, addTarget, removeTarget, exifFocal, readScan, estimate, find, mesh },
   ...{ startTracker, unfollow, follow, answer, trackedMaps },
 };
 

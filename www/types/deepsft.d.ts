@@ -1,5 +1,6 @@
 import { LastingEngine } from "./engine/lasting-engine.js";
 import { Estimate } from "./results/estimate.js";
+import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { Tracking } from "./tracking/tracking.js";
@@ -8,6 +9,7 @@ import type { LoadProgress } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
 import type { CameraOption } from "./camera/intrinsics.js";
+import type { ScanInput } from "./targets/scan.js";
 import type { TemplateInput } from "./targets/target-source.js";
 import type { TrackedFrame } from "./results/tracked-frame.js";
 import type { Smoothing } from "./tracking/tracker-worker.js";
@@ -163,6 +165,31 @@ export declare class DeepSft {
      * @throws {DeepSftError} `model-load`, `model-version`, `target-unusable`, `closed`
      */
     addTemplate(input: TemplateInput, { name }?: {
+        name?: string;
+    }): Promise<Target>;
+    /**
+     * Reads a scan: its shape, its texture, and the flat sheet it unrolls to. Scans of bent sheets, labels and plates unroll; what has a
+     * volume does not, and needs a network of its own.
+     *
+     * @param {ScanInput} input
+     * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ,
+     *   which does not say
+     * @returns {Promise<Scan>}
+     * @throws {DeepSftError} `model-load`, `target-unusable`, `closed`
+     */
+    readScan(input: ScanInput, { mmPerUnit }?: {
+        mmPerUnit?: number;
+    }): Promise<Scan>;
+    /**
+     * Makes a target of the flat sheet that a scan unrolls to: it is found and followed like a picture.
+     *
+     * @param {Scan | ScanInput} input
+     * @param {{ widthMm?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; a name for people
+     * @returns {Promise<Target>}
+     * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for what is no sheet
+     */
+    addScan(input: Scan | ScanInput, { widthMm, name }?: {
+        widthMm?: number;
         name?: string;
     }): Promise<Target>;
     /**

@@ -10,6 +10,8 @@ export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/recti
 export { MeshTracking } from "./tracking/mesh-tracking.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
+export { Scan } from "./targets/scan.js";
+export { SurfacePose } from "./results/surface-pose.js";
 export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 export { Tracking } from "./tracking/tracking.js";
@@ -32,7 +34,9 @@ export type Camera = import("./camera/intrinsics.js").Camera;
 export type CameraOption = import("./camera/intrinsics.js").CameraOption;
 export type CameraSource = import("./camera/intrinsics.js").CameraSource;
 export type SourcedCamera = import("./camera/intrinsics.js").SourcedCamera;
+export type MeshMethod = import("./results/surface-mesh.js").MeshMethod;
 export type TrackedTimes = import("./results/tracked-frame.js").TrackedTimes;
+export type ScanInput = import("./targets/scan.js").ScanInput;
 export type TargetKind = import("./targets/target.js").TargetKind;
 export type TemplateInput = import("./targets/target-source.js").TemplateInput;
 export type FoundFocal = import("./tracking/mesh-tracking.js").FoundFocal;
@@ -56,7 +60,9 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./camera/intrinsics.js").CameraOption} CameraOption */
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */
 /** @typedef {import("./camera/intrinsics.js").SourcedCamera} SourcedCamera */
+/** @typedef {import("./results/surface-mesh.js").MeshMethod} MeshMethod */
 /** @typedef {import("./results/tracked-frame.js").TrackedTimes} TrackedTimes */
+/** @typedef {import("./targets/scan.js").ScanInput} ScanInput */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
 /** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */

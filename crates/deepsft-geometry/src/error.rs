@@ -198,6 +198,45 @@ pub enum GeometryError {
         /// Fraction of the used texture, percent.
         percent: f64,
     },
+    /// A scan has more faces than can be laid flat.
+    #[error("mesh has {actual} faces, more than the {most} that can be laid flat: export it with fewer")]
+    MeshFaces {
+        /// Faces met.
+        actual: usize,
+        /// Most that can be.
+        most: usize,
+    },
+    /// A scan of a sheet is in several pieces.
+    #[error("mesh is in {actual} pieces, a sheet is one: keep the sheet alone and delete what flies around it")]
+    MeshPieces {
+        /// Pieces met.
+        actual: usize,
+    },
+    /// A closed surface has no front that could be laid flat.
+    #[error("mesh is closed, so it has a volume and cannot be laid flat; of a sheet, keep its front alone")]
+    MeshWithoutBorder,
+    /// A surface cannot be laid flat without stretching it.
+    #[error(
+        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {most_percent:.0} % at most: it bulges or closes to a \
+         tube"
+    )]
+    UnrollingStretch {
+        /// Mean stretch, percent.
+        percent: f64,
+        /// Most of a sheet, percent.
+        most_percent: f64,
+    },
+    /// The outline of a sheet is no rectangle.
+    #[error(
+        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {least_percent:.0} % or more: only \
+         rectangular sheets can be followed"
+    )]
+    UnrollingOutline {
+        /// Part of the rectangle that is filled, percent.
+        percent: f64,
+        /// Least of a sheet, percent.
+        least_percent: f64,
+    },
     /// A picture or maps do not have the size of what they belong to.
     #[error("image or maps of {actual:?} pixels (width, height), expected {expected:?}")]
     MapSize {

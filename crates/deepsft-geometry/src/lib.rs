@@ -32,6 +32,7 @@ mod mesh;
 pub mod planar_calibration;
 mod recovery;
 pub mod solver;
+mod unrolling;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
@@ -49,6 +50,7 @@ pub use maps::{
 };
 pub use mesh::{RigidMotion, Template, Topology, TriangleMesh, Welding};
 pub use recovery::{MeshRecovery, RecoveredMesh};
+pub use unrolling::{UnrolledSheet, unroll};
 
 // What our other crates share; no stable interface.
 #[doc(hidden)]

@@ -16,6 +16,7 @@ mod estimate;
 mod failure;
 mod input;
 mod mesh;
+mod scan;
 mod settle;
 mod target;
 mod tracker;
@@ -23,6 +24,7 @@ mod tracker;
 pub use engine::Engine;
 pub use estimate::RawEstimate;
 pub use mesh::RawMesh;
+pub use scan::read_scan;
 pub use tracker::MeshTracker;
 
 use wasm_bindgen::prelude::*;

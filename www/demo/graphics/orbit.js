@@ -4,7 +4,7 @@ import { createProgram, createTexture, webGlOf } from "./gl.js";
 import { PAPERS_GLSL } from "./papers.js";
 import { prefersStillness } from "./animation.js";
 
-/** @import { SurfaceMesh, Target } from "deepsft" */
+/** @import { MeshTopology, SurfaceMesh, Target } from "deepsft" */
 
 const VERTEX_SHADER = `#version 300 es
 precision highp float;
@@ -101,7 +101,7 @@ export class Orbit {
     this.#listen();
   }
 
-  /** @param {Target} template */
+  /** @param {Pick<Target, "texture" | "widthMm" | "heightMm"> & { mesh: MeshTopology }} template */
   setTemplate({ texture, widthMm, heightMm, mesh: { faces, textureCoordinates } }) {
     const gl = this.#gl;
     gl.bindTexture(gl.TEXTURE_2D, this.#print);
@@ -123,7 +123,7 @@ export class Orbit {
   /**
    * Draws a mesh, if the view is on the page.
    *
-   * @param {SurfaceMesh} mesh
+   * @param {Pick<SurfaceMesh, "vertices" | "normals">} mesh
    */
   show({ vertices, normals }) {
     if (this.#canvas.clientWidth === 0) return;
@@ -166,7 +166,8 @@ export class Orbit {
     gl.bindTexture(gl.TEXTURE_2D, this.#print);
     gl.uniform1i(uniform("u_print"), 0);
     gl.uniform3f(uniform("u_centre"), ...this.#centre);
-    gl.uniform1f(uniform("u_size"), this.#size);
+    // All of it is seen in a narrow view too.
+    gl.uniform1f(uniform("u_size"), this.#size * Math.max(1, height / width));
     gl.uniform1f(uniform("u_aspect"), width / height);
     // Yaw about the camera's y axis, then pitch about its x axis; column by column.
     gl.uniformMatrix3fv(uniform("u_turn"), false, [cy, sp * sy, -cp * sy, 0, cp, sp, sy, -sp * cy, cp * cy]);

@@ -1,11 +1,15 @@
-// A person's own picture: from a file, the clipboard or the camera, to its size, to the library; the last one is kept.
+// A person's own picture or scan: from a file, the clipboard or the camera, to its size, to the library; the last one is kept.
 
+import { DeepSftError } from "deepsft";
+import { PictureError } from "../messages.js";
 import { Capture } from "./capture.js";
 import { PictureEditor } from "./picture-editor.js";
 import { forgetPicture, keepPicture, lastPicture } from "./picture-store.js";
 import { formatSize } from "./print-size.js";
+import { ScanEditor } from "./scan-editor.js";
 import { canvasOf, contextOf, readPicture } from "./read-picture.js";
 
+/** @import { Scan } from "deepsft" */
 /** @import { ReadyPicture } from "./picture-editor.js" */
 /** @import { Corners } from "./corner-editor.js" */
 /** @import { OpenedPicture } from "./read-picture.js" */
@@ -14,6 +18,13 @@ import { canvasOf, contextOf, readPicture } from "./read-picture.js";
 const THUMBNAIL_LENGTH = 2 * 116;
 const JPEG_QUALITY = 0.95;
 
+const SCAN_NAME = /\.(glb|gltf|obj)$/i;
+
+/** The file that is a scan, if one of these is. @param {Iterable<File>} files */
+export function scanAmong(files) {
+  return [...files].find(({ name }) => SCAN_NAME.test(name));
+}
+
 /**
  * What the page does about it.
  *
@@ -21,6 +32,7 @@ const JPEG_QUALITY = 0.95;
  * @property {() => void} show shows the person's own picture
  * @property {() => void} leave goes back to the start
  * @property {(picture: ReadyPicture, use: "camera" | "image") => void} use looks for it
+ * @property {(files: File[]) => Promise<Scan>} readScan reads a scan's files
  * @property {(error: unknown) => void} fail says what is in the way
  * @property {(picture: ReadyPicture | null) => void} remembered is told of the last picture
  */
@@ -30,7 +42,9 @@ export class OwnPicture {
   #page;
   #capture;
   #editor;
+  #scan;
   #file;
+  #scanFile;
   /** @type {ReadyPicture | null} the last one */
   #last = null;
   /** Number of the newest picture, so that one that took longer to read does not take its place. */
@@ -47,13 +61,16 @@ export class OwnPicture {
     this.#page = page;
     this.#capture = new Capture(part("#capture"));
     this.#editor = new PictureEditor(part("#editor"));
+    this.#scan = new ScanEditor(part("#scan"));
     this.#file = /** @type {HTMLInputElement} */ (part("#picture-file"));
+    this.#scanFile = /** @type {HTMLInputElement} */ (part("#scan-file"));
     this.#capture.onPicture = (picture, corners) => this.#edit(picture, corners);
     this.#capture.onError = (error) => this.#fail(error, () => this.photograph());
-    this.#editor.onReady = (picture, use) => void this.#finish(picture, use);
+    for (const editor of [this.#editor, this.#scan]) editor.onReady = (picture, use) => void this.#finish(picture, use);
     for (const leave of root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
     part("#choose-picture").addEventListener("click", () => this.choose());
     part("#photograph").addEventListener("click", () => this.photograph());
+    for (const id of ["#choose-scan", "#another-scan"]) part(id).addEventListener("click", () => this.chooseScan());
     part("#last-use").addEventListener("click", () => this.#last && page.use(this.#last, "camera"));
     part("#last-edit").addEventListener("click", () => this.edit());
     part("#last-forget").addEventListener("click", () => void this.#forget());
@@ -61,6 +78,11 @@ export class OwnPicture {
       const [file] = this.#file.files ?? [];
       this.#file.value = "";
       if (file) void this.read(file);
+    });
+    this.#scanFile.addEventListener("change", () => {
+      const files = [...(this.#scanFile.files ?? [])];
+      this.#scanFile.value = "";
+      if (files.length > 0) void this.readScan(files);
     });
     root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
     void this.#recall();
@@ -71,11 +93,17 @@ export class OwnPicture {
     this.#file.click();
   }
 
+  /** Asks for a scan's files. */
+  chooseScan() {
+    this.#scanFile.click();
+  }
+
   /** Opens the camera for a photograph of the print. */
   photograph() {
     this.#newest++;
     this.#page.show();
     this.#editor.close();
+    this.#scan.close();
     void this.#capture.open();
   }
 
@@ -90,12 +118,30 @@ export class OwnPicture {
     }
   }
 
+  /** @param {File[]} files of one scan */
+  async readScan(files) {
+    const own = ++this.#newest;
+    this.#page.show();
+    this.#capture.close();
+    this.#editor.close();
+    this.#scan.wait(scanAmong(files)?.name ?? files[0].name);
+    try {
+      const scan = await this.#page.readScan(files);
+      if (own === this.#newest) this.#scan.open(scan);
+    } catch (error) {
+      if (own !== this.#newest) return;
+      const isBroken = error instanceof DeepSftError && error.code === "target-unusable";
+      this.#fail(isBroken ? new PictureError("scan-unusable", error.message, { cause: error }) : error, () => this.chooseScan());
+    }
+  }
+
   /** Goes back to the last picture, to change its size or to crop it. */
   edit() {
     if (!this.#last) return this.choose();
     const { canvas, name, widthMm } = this.#last;
     this.#page.show();
     this.#capture.close();
+    this.#scan.close();
     this.#editor.open({ canvas, name, transparent: false }, { widthMm });
   }
 
@@ -108,6 +154,7 @@ export class OwnPicture {
     this.#newest++;
     this.#capture.close();
     this.#editor.close();
+    this.#scan.close();
     this.#root.hidden = true;
   }
 
@@ -123,6 +170,7 @@ export class OwnPicture {
   #edit(picture, corners) {
     this.#page.show();
     this.#capture.close();
+    this.#scan.close();
     this.#editor.open(picture, { corners });
   }
 

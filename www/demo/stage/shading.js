@@ -1,7 +1,7 @@
 // The light on the sheet: what the camera saw divided by what is printed there, low-passed. A new print multiplied by
 // it looks as if it lay in the same room.
 
-import { FLOOR, LINEAR, MOST, luminanceOf } from "deepsft/light";
+import { LIGHT_FLOOR, LINEAR_OF_SRGB, MOST_LIGHT, luminanceOf } from "deepsft/light";
 
 /** @import { TemplateLight } from "deepsft/light" */
 
@@ -62,15 +62,15 @@ export function shadingOf({ data, width, height }, registration, mask, template)
       const print = template.placeOf(registration[2 * pixel], registration[2 * pixel + 1]);
       const cell = row + Math.floor(x / CELL);
       const at = 4 * pixel;
-      seen[cell] += FLOOR + luminanceOf(LINEAR[data[at]], LINEAR[data[at + 1]], LINEAR[data[at + 2]]);
-      printed[cell] += FLOOR + luminanceOf(rgb[print], rgb[print + 1], rgb[print + 2]);
+      seen[cell] += LIGHT_FLOOR + luminanceOf(LINEAR_OF_SRGB[data[at]], LINEAR_OF_SRGB[data[at + 1]], LINEAR_OF_SRGB[data[at + 2]]);
+      printed[cell] += LIGHT_FLOOR + luminanceOf(rgb[print], rgb[print + 1], rgb[print + 2]);
     }
   }
   for (const values of [seen, printed]) {
     boxBlur(values, cells);
     boxBlur(values, cells);
   }
-  return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST, s / printed[i]) : 1));
+  return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST_LIGHT, s / printed[i]) : 1));
 }
 
 /**
@@ -93,7 +93,7 @@ export function tintOf({ data, width, height }, registration, mask, template) {
       if (mask[pixel] === 0) continue;
       const print = template.placeOf(registration[2 * pixel], registration[2 * pixel + 1]);
       for (let k = 0; k < 3; k++) {
-        seen[k] += LINEAR[data[4 * pixel + k]];
+        seen[k] += LINEAR_OF_SRGB[data[4 * pixel + k]];
         printed[k] += template.rgb[print + k];
       }
     }

@@ -1,6 +1,6 @@
 // The engine in its worker: what finds targets, and meshes for single frames.
 
-import initialise, { Engine } from "../../pkg/deepsft_web.js";
+import initialise, { Engine, readScan as readScanFiles } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
@@ -8,7 +8,8 @@ import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
 /** @import { RawEstimate as EngineEstimate, RawMesh as EngineMesh } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { RawScan } from "../targets/scan.js" */
 
 /** Number of the model's target. */
 const MODEL_TARGET = 0;
@@ -80,6 +81,17 @@ export function removeTarget({ id }) {
 export async function exifFocal({ file, width, height }) {
   const bytes = await file.slice(0, MOST_FILE_BYTES).arrayBuffer();
   return { value: await Engine.exifFocal(new Uint8Array(bytes), width, height), transfer: [] };
+}
+
+/**
+ * @param {ScanRequest} request
+ * @returns {Promise<{ value: RawScan, transfer: Transferable[] }>}
+ */
+export async function readScan({ files, mmPerUnit }) {
+  started();
+  const value = await readScanFiles(files, mmPerUnit);
+  const { vertices, texture, sheet } = value;
+  return { value, transfer: [vertices, texture.rgba, ...(sheet ? [sheet.picture.rgba] : [])].map(({ buffer }) => buffer) };
 }
 
 /**

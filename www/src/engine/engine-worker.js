@@ -5,6 +5,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -75,6 +76,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
+/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 
@@ -171,6 +173,14 @@ export class EngineWorker extends WorkerCalls {
    */
   removeTarget(request) {
     return this.call("removeTarget", request);
+  }
+
+  /**
+   * @param {ScanRequest} request
+   * @returns {Promise<RawScan>}
+   */
+  readScan(request) {
+    return this.call("readScan", request);
   }
 
   /**

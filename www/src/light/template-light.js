@@ -1,15 +1,15 @@
 // The print in linear light: what the light on a sheet is told from.
 
 /** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
-export const FLOOR = 0.02;
+export const LIGHT_FLOOR = 0.02;
 /** Brightest shading: highlights of glossy paper. */
-export const MOST = 2.5;
+export const MOST_LIGHT = 2.5;
 
 /** Columns of the template's copy in which its luminance is looked up: about a canonical pixel each. */
 const LOOKUP_WIDTH = 256;
 
 /** Linear light of an sRGB byte. */
-export const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
+export const LINEAR_OF_SRGB = Float32Array.from({ length: 256 }, (_, byte) => {
   const c = byte / 255;
   return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
 });
@@ -21,7 +21,9 @@ const LUMINANCE = [0.2126, 0.7152, 0.0722];
 export class TemplateLight {
   /** @param {{ data: Uint8ClampedArray, width: number, height: number }} texture RGBA */
   constructor({ data, width, height }) {
+    /** Columns of the grid. */
     this.width = Math.min(width, LOOKUP_WIDTH);
+    /** Its rows. */
     this.height = Math.max(1, Math.round((height * this.width) / width));
     /** Linear RGB, row-major: the mean over the pixels of each cell. */
     this.rgb = new Float32Array(3 * this.width * this.height);
@@ -33,7 +35,7 @@ export class TemplateLight {
         for (let j = top; j < bottom; j++) {
           for (let i = left; i < right; i++) {
             for (let k = 0; k < 3; k++)
-              this.rgb[3 * (y * this.width + x) + k] += LINEAR[data[4 * (j * width + i) + k]] * weight;
+              this.rgb[3 * (y * this.width + x) + k] += LINEAR_OF_SRGB[data[4 * (j * width + i) + k]] * weight;
           }
         }
       }

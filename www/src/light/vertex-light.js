@@ -1,7 +1,7 @@
 // The light on a mesh by its vertices.
 
 import { verticesInImage } from "../camera/canonical.js";
-import { FLOOR, LINEAR, MOST, luminanceOf } from "./template-light.js";
+import { LIGHT_FLOOR, LINEAR_OF_SRGB, MOST_LIGHT, luminanceOf } from "./template-light.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
@@ -67,8 +67,8 @@ export class VertexLight {
     const spread = this.#spread(sums);
     return spread.weight.map((weight, i) => {
       if (weight < 1e-6) return 1;
-      const light = (spread.seen[i] / weight + FLOOR) / (spread.printed[i] / weight + FLOOR);
-      return Math.min(MOST, light);
+      const light = (spread.seen[i] / weight + LIGHT_FLOOR) / (spread.printed[i] / weight + LIGHT_FLOOR);
+      return Math.min(MOST_LIGHT, light);
     });
   }
 
@@ -128,7 +128,7 @@ function ramp(seen) {
 function luminances({ data }) {
   const values = new Float32Array(data.length / 4);
   for (let i = 0; i < values.length; i++)
-    values[i] = luminanceOf(LINEAR[data[4 * i]], LINEAR[data[4 * i + 1]], LINEAR[data[4 * i + 2]]);
+    values[i] = luminanceOf(LINEAR_OF_SRGB[data[4 * i]], LINEAR_OF_SRGB[data[4 * i + 1]], LINEAR_OF_SRGB[data[4 * i + 2]]);
   return values;
 }
 

@@ -121,6 +121,7 @@ export class Estimate {
     this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), raw.width);
     /** The camera that was used, with its source. */
     this.camera = camera;
+    /** Milliseconds spent on it. */
     this.times = times;
     /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
     this.frame = raw.bitmap;

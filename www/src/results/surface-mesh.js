@@ -35,6 +35,7 @@ export class SurfaceMesh {
     this.faces = faces;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     this.textureCoordinates = textureCoordinates;
+    /** Where it comes from. */
     this.method = method;
   }
 

@@ -57,6 +57,7 @@ export class TrackedFrame {
     this.targets = targets;
     /** The camera that was used, with its source. */
     this.camera = camera;
+    /** Milliseconds spent on it. */
     this.times = times;
     /** Answers of the finders per second, by the time between the last two; 0 before. */
     this.networkFps = networkFps;

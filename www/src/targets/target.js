@@ -23,11 +23,13 @@ export class Target {
     this.id = id;
     /** For people. */
     this.name = name;
+    /** Where it comes from. */
     this.kind = kind;
     /** The picture on it, as it is looked for: at most 1024 pixels along the longer side if it was added as a picture. */
     this.texture = new ImageData(rgba, width, height);
-    /** Size of the flat print. */
+    /** Width of the flat print. */
     this.widthMm = widthMm;
+    /** Its height. */
     this.heightMm = heightMm;
     /**
      * What of its mesh no frame changes.

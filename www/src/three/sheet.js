@@ -40,6 +40,7 @@ export class Sheet extends Group {
    */
   constructor(target, { map, material = map && paperMaterial(map) } = {}) {
     super();
+    /** What it shows. */
     this.target = target;
     this.name = target.name;
     this.visible = false;

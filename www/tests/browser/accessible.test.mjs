@@ -7,6 +7,7 @@ import { after, before, test } from "node:test";
 import { violations } from "../support/axe.mjs";
 import { DESKTOP, PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support/browser.mjs";
 import { MODEL } from "../support/native.mjs";
+import { posterScan } from "../support/scans.mjs";
 
 let browser;
 before(async () => (browser = await launch({ webgpu: false })));
@@ -17,12 +18,17 @@ const SCREENS = {
   running: async (page) => {
     await page.click("#use-clip");
     await page.waitForSelector("#measures:not([hidden])");
+    await page.click('#overlays [data-overlay="object"]');
     if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
   },
   own: async (page) => {
     await page.setInputFiles("#picture-file", join(MODEL, "template", "texture.png"));
     await page.waitForSelector("#print-size");
     await page.waitForSelector("#flat");
+  },
+  scan: async (page) => {
+    await page.setInputFiles("#scan-file", await posterScan());
+    await page.waitForSelector('#scan[data-state="sheet"]');
   },
   error: async (page) => {
     await page.click("#use-camera");

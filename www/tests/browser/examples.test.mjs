@@ -9,6 +9,7 @@ import { after, before, test } from "node:test";
 import { WWW } from "../../serve.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { MODEL } from "../support/native.mjs";
+import { posterScan } from "../support/scans.mjs";
 
 const FOLDER = join(WWW, "examples");
 const NAMES = readdirSync(FOLDER).filter((name) => name.endsWith(".html") && name !== "index.html").map((name) => name.replace(".html", ""));
@@ -74,6 +75,14 @@ const TESTS = {
     await page.locator("input[type=number]").fill("297");
     await page.setInputFiles("input[type=file]", join(MODEL, "template", "texture.png"));
     await page.waitForFunction(() => document.querySelector("p > span").textContent === "texture.png is there");
+    await waitForColor(page, MINT, 400);
+  },
+  async scan(page) {
+    await page.waitForSelector("input[type=file]:enabled");
+    await page.setInputFiles("input[type=file]", { name: "words.obj", mimeType: "model/obj", buffer: Buffer.from("v one") });
+    await page.waitForFunction(() => document.querySelector("p > span").textContent.includes("line 1"));
+    await page.setInputFiles("input[type=file]", await posterScan());
+    await page.waitForFunction(() => document.querySelector("p > span").textContent === "poster.glb is there");
     await waitForColor(page, MINT, 400);
   },
   async still(page) {

@@ -1,4 +1,5 @@
-// The examples with three.js before a camera, judged by the pixels they draw and the truth of the clip that the camera shows.
+// The examples with three.js and the page's own object before a camera, judged by the pixels they draw and the truth of the clip that the
+// camera shows.
 
 import assert from "node:assert/strict";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
@@ -7,12 +8,17 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "deepsft";
+import { OBJECTS } from "../../demo/objects/objects.js";
+import { STRIDE } from "../../demo/objects/solids.js";
+import { SCALE } from "../../demo/stage/object-layer.js";
+import { viewOf } from "../../demo/stage/view.js";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { median } from "../support/maps.mjs";
 import { MODEL } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
+import { depthsOf, inner } from "../support/silhouettes.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 import { y4m } from "../support/y4m.mjs";
 
@@ -226,6 +232,79 @@ test("an object stands where the sheet truly is, is hidden by it, and goes when 
       break;
     }
   });
+});
+
+/** Shorter side of the poster, mm. */
+const POSTER_MM = 210;
+/** Sum of the differences of a pixel's channels to the camera's frame, from which on it shows something else. */
+const CHANGED = 60;
+/** How far the house is looked for beside its place, pixels. */
+const SEARCHED = 8;
+
+test("on the demo page the house stands where the sheet truly is", { timeout: 2 * SLOW_MS }, async (t) => {
+  const { width, height } = clip.camera;
+  const demo = await openDemo(browser, { device: { viewport: { width, height } }, query: "?device=cpu", permissions: ["camera"] });
+  const { page } = demo;
+  await page.click("#use-camera");
+  await page.waitForSelector('#live[data-mesh="true"]');
+  await page.click('#overlays [data-overlay="object"]');
+  // Nothing but the stage is to be seen; what is where stays.
+  const covered = await page.evaluate(() => {
+    for (const element of document.querySelectorAll("#live > :not(#stage, #below)")) element.style.visibility = "hidden";
+    const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
+    return { top: edge("#live .bar").bottom, bottom: innerHeight - edge("#overlays").top };
+  });
+  const { scale, left, top } = viewOf({ width, height, ...covered }, { ...clip.camera, distortion: [0, 0, 0, 0, 0] });
+  // The clip's picture at the page's size.
+  const camera = { width, height, fx: clip.camera.fx * scale, fy: clip.camera.fy * scale, cx: clip.camera.cx * scale + left, cy: clip.camera.cy * scale + top };
+  const corners = OBJECTS.house();
+  let shots = 0;
+  for (const until = Date.now() + SLOW_MS; shots < SHOTS; ) {
+    assert.ok(Date.now() < until, "the film does not show what is waited for");
+    const picture = decodePng(await page.screenshot());
+    const film = readStamp(stampPoints(height).map(([x, y]) => colorAt(picture, Math.round(x * scale + left), Math.round(y * scale + top))[1]));
+    if (!isFollowed(film)) continue;
+    const frame = clipFrame(film);
+    const pose = new TrueSheet(frame.vertices, clip.camera).pose(0.5, 0.5);
+    const placed = Array.from({ length: corners.length / STRIDE }, (_, i) => inPose(pose, [...corners.subarray(STRIDE * i, STRIDE * i + 3)].map((x) => SCALE * POSTER_MM * x)));
+    const house = [...depthsOf(placed, camera)].map((depth) => depth < Infinity);
+    const changed = house.map((_, i) => {
+      const [x, y] = [i % width, Math.floor(i / width)];
+      const [column, row] = [Math.floor((x + 0.5 - left) / scale), Math.floor((y + 0.5 - top) / scale)];
+      if (column < 1 || row < 1 || column >= width - 1 || row >= height - 1) return false;
+      const is = colorAt(picture, x, y);
+      // The page shows the frame at another size: a pixel between its neighbours.
+      return [-1, 0, 1].every((dy) =>
+        [-1, 0, 1].every((dx) => {
+          const was = colorAt({ ...frame.picture, channels: 3, values: frame.picture.rgb }, column + dx, row + dy);
+          return was.reduce((sum, value, k) => sum + Math.abs(value - is[k]), 0) > CHANGED;
+        }),
+      );
+    });
+    const pixels = inner(house, camera, 3);
+    const shareAt = (dx, dy) => pixels.filter((i) => changed[i + dy * width + dx]).length / pixels.length;
+    const drawn = shareAt(0, 0);
+    // Its shadow aside, all else is as the camera saw it.
+    const xs = pixels.map((i) => i % width);
+    const [from, to] = [Math.min(...xs), Math.max(...xs)];
+    const beside = [...changed.keys()].filter((i) => i % width < from - (to - from) || i % width > to + (to - from));
+    const wrong = beside.filter((i) => changed[i]).length / beside.length;
+    // The place at which most of it would be drawn: its middle, as some of it looks like the print.
+    const best = [0, 0, 0];
+    for (let dy = -SEARCHED; dy <= SEARCHED; dy++)
+      for (let dx = -SEARCHED; dx <= SEARCHED; dx++) {
+        const share = shareAt(dx, dy);
+        if (share >= 0.995 * drawn) [best[0], best[1], best[2]] = [best[0] + dx, best[1] + dy, best[2] + 1];
+      }
+    const off = Math.hypot(best[0] / best[2], best[1] / best[2]);
+    t.diagnostic(`film ${film}: ${drawn.toFixed(3)} of the house, ${off.toFixed(1)} px off; ${wrong.toFixed(4)} beside it`);
+    assert.ok(pixels.length > 2000, `${pixels.length} pixels`);
+    assert.ok(drawn > 0.7, `film ${film}: ${drawn} of the house is drawn`);
+    assert.ok(off < 5, `film ${film}: ${off} px off`);
+    assert.ok(wrong < 0.02, `film ${film}: ${wrong} of what is beside it has changed`);
+    if (shots++ === 0) await demo.screenshot("three-page-house");
+  }
+  await demo.finish();
 });
 
 /** The squares of the new print, as the example paints them. */

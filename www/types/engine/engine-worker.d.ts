@@ -1,6 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
+import type { RawScan } from "../targets/scan.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
     device: "webgpu" | "cpu";
@@ -142,6 +143,7 @@ export type MeshRequest = {
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /**
  * What runs the network.
@@ -257,6 +259,11 @@ export declare class EngineWorker extends WorkerCalls {
     removeTarget(request: {
         id: number;
     }): Promise<void>;
+    /**
+     * @param {ScanRequest} request
+     * @returns {Promise<RawScan>}
+     */
+    readScan(request: ScanRequest): Promise<RawScan>;
     /**
      * @param {FindRequest} request
      * @returns {Promise<RawFinding>}

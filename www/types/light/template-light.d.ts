@@ -1,12 +1,14 @@
 /** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
-export declare const FLOOR = 0.02;
+export declare const LIGHT_FLOOR = 0.02;
 /** Brightest shading: highlights of glossy paper. */
-export declare const MOST = 2.5;
+export declare const MOST_LIGHT = 2.5;
 /** Linear light of an sRGB byte. */
-export declare const LINEAR: Float32Array<ArrayBuffer>;
+export declare const LINEAR_OF_SRGB: Float32Array<ArrayBuffer>;
 /** Template colours in linear light on a small grid. */
 export declare class TemplateLight {
+    /** Columns of the grid. */
     width: number;
+    /** Its rows. */
     height: number;
     /** Linear RGB, row-major: the mean over the pixels of each cell. */
     rgb: Float32Array<ArrayBuffer>;

@@ -97,6 +97,7 @@ export declare class Estimate {
     canonical: ImageData;
     /** The camera that was used, with its source. */
     camera: SourcedCamera;
+    /** Milliseconds spent on it. */
     times: EstimateTimes;
     /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */
     frame: ImageBitmap | null;

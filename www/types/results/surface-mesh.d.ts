@@ -23,6 +23,7 @@ export declare class SurfaceMesh {
     faces: Uint32Array<ArrayBufferLike>;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
     textureCoordinates: Float32Array<ArrayBufferLike>;
+    /** Where it comes from. */
     method: MeshMethod;
     /**
      * @param {{ vertices: Float32Array, confidence: Float32Array }} raw

@@ -56,6 +56,7 @@ export declare class TrackedFrame {
     targets: TrackedTarget[];
     /** The camera that was used, with its source. */
     camera: SourcedCamera;
+    /** Milliseconds spent on it. */
     times: TrackedTimes;
     /** Answers of the finders per second, by the time between the last two; 0 before. */
     networkFps: number;

@@ -13,11 +13,13 @@ export declare class Target {
     id: number;
     /** For people. */
     name: string;
+    /** Where it comes from. */
     kind: TargetKind;
     /** The picture on it, as it is looked for: at most 1024 pixels along the longer side if it was added as a picture. */
     texture: ImageData;
-    /** Size of the flat print. */
+    /** Width of the flat print. */
     widthMm: number;
+    /** Its height. */
     heightMm: number;
     /**
      * What of its mesh no frame changes.

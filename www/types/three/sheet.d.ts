@@ -27,6 +27,7 @@ export type SheetOptions = {
 /** The surface of a target. It has its place in the camera's frame: add it to the scene, or to the camera if that is moved. */
 export declare class Sheet extends Group {
     #private;
+    /** What it shows. */
     target: Target;
     /** What all of it is drawn from, updated in place. */
     geometry: SurfaceGeometry;

@@ -380,3 +380,61 @@ fn what_is_wrong_with_a_gltf_file_is_told() {
     fs::write(folder.join("short.glb"), &whole[..whole.len() / 2]).unwrap();
     deepsft(folder, &["template", "import", "short.glb", "--out", "p"]).fails(3, &["short.glb"]);
 }
+
+/// The side of half a can as an OBJ file in centimetres: a sheet of 4 pi x 6 cm on a radius of 4 cm, its print outside.
+fn label_obj() -> String {
+    let (columns, rows) = (64, 8);
+    let mut text = String::new();
+    for j in 0..=rows {
+        for i in 0..=columns {
+            let (u, v) = (i as f64 / columns as f64, j as f64 / rows as f64);
+            let (s, c) = (std::f64::consts::PI * (u - 0.5)).sin_cos();
+            writeln!(
+                text,
+                "v {} {} {}\nvt {u} {}",
+                4.0 * s,
+                6.0 * (1.0 - v),
+                4.0 * c,
+                1.0 - v
+            )
+            .unwrap();
+        }
+    }
+    for (j, i) in (0..rows).flat_map(|j| (0..columns).map(move |i| (j, i))) {
+        let corners = [(j, i), (j + 1, i), (j + 1, i + 1), (j, i + 1)];
+        text += "f";
+        for corner in corners.map(|(j, i)| j * (columns + 1) + i + 1) {
+            write!(text, " {corner}/{corner}").unwrap();
+        }
+        text += "\n";
+    }
+    text
+}
+
+#[test]
+fn the_scan_of_a_bent_sheet_becomes_the_template_of_the_flat_one_and_no_other_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_barrel(folder);
+    fs::write(folder.join("label.obj"), label_obj()).unwrap();
+    let import = |scan: &str| -> Run {
+        let texture = ["--texture", "pictures/side.png"];
+        let arguments = ["template", "import", scan, "--scale", "10", "--sheet", "--out", "flat"];
+        let texture = if scan == "label.obj" { &texture[..] } else { &[] };
+        deepsft(folder, &[&arguments[..], texture].concat())
+    };
+    import("barrel.obj").fails(3, &["barrel.obj", "closed"]);
+    assert!(!folder.join("flat").exists());
+    let run = import("label.obj");
+    assert!(
+        run.succeeds().stdout.contains("flat sheet of 125.7 x 60.0 mm"),
+        "{run:?}"
+    );
+    let read = |name: &str| fs::read(folder.join("flat").join(name)).unwrap();
+    let file = TemplateFile::parse(&read("template.json")).unwrap();
+    let template = file.template(&read(file.texture()), None).unwrap();
+    assert!(template.is_sheet());
+    // Chords of 2 mm on a radius of 40 mm are shorter than their arcs by a hundredth of a percent.
+    let off = (template.size_mm() - DVec2::new(40.0 * std::f64::consts::PI, 60.0)).abs();
+    assert!(off.max_element() < 0.05, "{}", template.size_mm());
+}

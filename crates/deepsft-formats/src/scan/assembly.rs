@@ -45,7 +45,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     for part in &parts {
         if part.texture.is_none() {
             return refused(format!(
-                "its part {:?} names no texture: give one with --texture",
+                "its part {:?} names no texture: give one (on the command line with --texture)",
                 part.name
             ));
         }

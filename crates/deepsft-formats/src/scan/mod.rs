@@ -132,7 +132,8 @@ fn inside(name: &str) -> Result<PathBuf, FormatError> {
         .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     if name.is_empty() || drive || !within {
         return refused(format!(
-            "it names {name:?}, which is not in its folder: put that file beside the scan, or give --texture"
+            "it names {name:?}, which is not in its folder: put that file beside the scan, or give one texture for \
+             all of it (on the command line --texture)"
         ));
     }
     Ok(path)

@@ -18,5 +18,6 @@ mod self_calibration;
 mod surface_locator;
 mod template;
 mod topology;
+mod unrolling;
 mod visible_surface;
 mod welding;

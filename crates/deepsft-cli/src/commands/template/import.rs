@@ -5,9 +5,11 @@ use crate::numbers::positive;
 use crate::output::turntable;
 use anyhow::Result;
 use clap::Args;
+use deepsft::template_to_files;
 use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
 use deepsft_geometry::glam::DVec3;
-use std::path::PathBuf;
+use deepsft_geometry::{UnrolledSheet, unroll};
+use std::path::{Path, PathBuf};
 
 /// Longest sides outside of these, mm, are probably in another unit.
 const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
@@ -19,10 +21,11 @@ of the texture must be one place of the surface. The object should stand upright
 
 Examples:
   deepsft template import shoe.glb --out shoe
+  deepsft template import bent-poster.glb --sheet --out poster
   deepsft template import mug.obj --scale 10 --texture mug.jpg --out mug      # the file counts in centimetres
 
 The command writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png. Check in that picture that the texture
-sits where it should. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
+sits where it should. With --sheet it writes DIR/template.json and DIR/texture.png, the flat picture. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
 
 #[derive(Args)]
 pub struct ImportArguments {
@@ -38,6 +41,9 @@ pub struct ImportArguments {
     /// Texture (PNG or JPEG) of the whole object, in place of those the file names
     #[arg(long, value_name = "FILE")]
     texture: Option<PathBuf>,
+    /// Lay the scan of a bent sheet, label or plate flat, and write the template of that sheet: it is found without training
+    #[arg(long)]
+    sheet: bool,
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
@@ -68,7 +74,29 @@ pub fn run(arguments: &ImportArguments) -> Result<()> {
         "{} charts, {} seam edges; {shape}",
         topology.charts, topology.seam_edges
     );
+    if arguments.sheet {
+        return write_sheet(&arguments.out, &unroll(&template).blame("scan", &arguments.scan)?);
+    }
     turntable::write_template(&arguments.out, &template)
+}
+
+fn write_sheet(out: &Path, UnrolledSheet { template, stretch }: &UnrolledSheet) -> Result<()> {
+    deepsft_formats::write_folder(
+        out,
+        &deepsft_formats::FolderKind::TEMPLATE,
+        &template_to_files(template)?,
+    )?;
+    let (size, texture) = (template.size_mm(), template.texture());
+    println!(
+        "flat sheet of {:.1} x {:.1} mm with {} x {} pixels, laid flat with {:.1} % of stretching: {}",
+        size.x,
+        size.y,
+        texture.width(),
+        texture.height(),
+        100.0 * stretch,
+        out.display()
+    );
+    Ok(())
 }
 
 fn size_warning(extent: DVec3) -> Option<String> {

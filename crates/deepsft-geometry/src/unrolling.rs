@@ -1,0 +1,346 @@
+//! A scanned sheet laid flat.
+
+use crate::error::GeometryError;
+use crate::image::Picture;
+use crate::mesh::{SurfaceLocator, Template, Topology, TriangleMesh, Welding};
+use crate::solver::cholesky::SparseCholesky;
+use glam::{DMat2, DVec2, DVec3};
+use std::collections::{BTreeMap, VecDeque};
+
+/// Most faces of a scan: the flat layout then takes some seconds in a browser.
+const MOST_FACES: usize = 200_000;
+
+/// Most mean stretch of a sheet. A cap of a ball that reaches 45 degrees to each side has 4 %, a scan with 0.25 mm of noise on triangles of 5 mm 0.3 %.
+const MOST_STRETCH: f64 = 0.04;
+
+/// Least fraction of its rectangle that a sheet fills: round corners and frayed borders leave more.
+const LEAST_FILLED: f64 = 0.9;
+
+/// Longest side of the flat picture, pixels: finer detail than a camera sees at any distance.
+const LONGEST_SIDE: f64 = 2000.0;
+
+/// A place beside the surface (a hole, a round corner) has the colour of the nearest place towards the middle, in steps of this
+/// fraction of the way.
+const INWARDS: f64 = 0.01;
+
+/// A sheet that was made of a scan.
+#[derive(Clone, Debug)]
+pub struct UnrolledSheet {
+    /// The flat sheet with what is on the scan's front.
+    pub template: Template,
+    /// Mean over the surface of how much faces were stretched or pressed, a fraction: 0 for anything that paper can be bent to.
+    pub stretch: f64,
+}
+
+/// Lays a scanned sheet flat: what a bent sheet of paper, a label or a curved plate looks like before it was bent. Such a surface can be
+/// found and followed like a print.
+///
+/// The flat layout is the least-squares conformal map (Levy, Petitjean, Ray and Maillot 2002), which for a surface that unrolls without
+/// stretching is its unrolling. Its rectangle is the smallest around it; the side that is up in the template frame is up in the picture,
+/// and of a sheet that lies on the ground the far side.
+///
+/// # Errors
+/// * [`GeometryError::MeshFaces`] above 200,000 faces, [`GeometryError::MeshPieces`] for a surface in pieces.
+/// * [`GeometryError::MeshWithoutBorder`] for a closed surface.
+/// * [`GeometryError::UnrollingStretch`] for a surface with a volume: it bulges, or closes to a tube.
+/// * [`GeometryError::UnrollingOutline`] where the outline is no rectangle.
+pub fn unroll(template: &Template) -> Result<UnrolledSheet, GeometryError> {
+    let faces = template.mesh().faces().len();
+    if faces > MOST_FACES {
+        return Err(GeometryError::MeshFaces {
+            actual: faces,
+            most: MOST_FACES,
+        });
+    }
+    let topology = Topology::of(template.mesh())?;
+    if topology.border_edges == 0 {
+        return Err(GeometryError::MeshWithoutBorder);
+    }
+    if topology.pieces > 1 {
+        return Err(GeometryError::MeshPieces {
+            actual: topology.pieces,
+        });
+    }
+    let welding = Welding::of(template.mesh())?;
+    let (flat, stretch) = flat_layout(welding.mesh())?;
+    if stretch > MOST_STRETCH {
+        return Err(GeometryError::UnrollingStretch {
+            percent: 100.0 * stretch,
+            most_percent: 100.0 * MOST_STRETCH,
+        });
+    }
+    let (flat, size) = upright(&flat, welding.mesh());
+    let filled = area(&flat, welding.mesh()) / (size.x * size.y);
+    if filled < LEAST_FILLED {
+        return Err(GeometryError::UnrollingOutline {
+            percent: 100.0 * filled,
+            least_percent: 100.0 * LEAST_FILLED,
+        });
+    }
+    let picture = flat_picture(template, &welding, &flat, size)?;
+    Ok(UnrolledSheet {
+        template: Template::thin_shell(picture, size.x, size.y)?,
+        stretch,
+    })
+}
+
+/// The corners of a face in its own plane, mm: x along its first side, y to the right of it seen from the front, as on the sheet.
+fn in_plane([a, b, c]: [DVec3; 3]) -> [DVec2; 3] {
+    let (e, f) = (b - a, c - a);
+    let x = e.normalize_or_zero();
+    let y = x.cross(e.cross(f).normalize_or_zero());
+    [DVec2::ZERO, DVec2::new(e.length(), 0.0), DVec2::new(f.dot(x), f.dot(y))]
+}
+
+/// The vertices in the plane, of the surface's own area, and the mean stretch.
+fn flat_layout(mesh: &TriangleMesh) -> Result<(Vec<DVec2>, f64), GeometryError> {
+    let count = mesh.vertices().len();
+    let pins = far_apart(mesh);
+    let distance = mesh.vertices()[pins[0]].distance(mesh.vertices()[pins[1]]);
+    let mut flat = vec![DVec2::ZERO; count];
+    flat[pins[1]] = DVec2::new(distance.max(1.0), 0.0);
+    // Two unknowns for each vertex that is not pinned.
+    let mut unknown = vec![None; count];
+    let mut free = 0;
+    for vertex in (0..count).filter(|vertex| !pins.contains(vertex)) {
+        unknown[vertex] = Some(2 * free);
+        free += 1;
+    }
+    let mut columns: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); 2 * free];
+    let mut right_hand_side = vec![0.0; 2 * free];
+    for face in mesh.faces() {
+        let [p, q, r] = in_plane(face.map(|v| mesh.vertices()[v]));
+        let doubled_area = (q - p).perp_dot(r - p).abs();
+        if doubled_area <= 0.0 {
+            continue;
+        }
+        // A face keeps its shape where its corners, as complex numbers, times these add up to 0.
+        let sides = [r - q, p - r, q - p];
+        for (j, &one) in face.iter().enumerate() {
+            let Some(row) = unknown[one] else { continue };
+            for (k, &other) in face.iter().enumerate() {
+                let (real, imaginary) = (sides[j].dot(sides[k]), sides[j].perp_dot(sides[k]));
+                let block = [[real, -imaginary], [imaginary, real]].map(|row| row.map(|value| value / doubled_area));
+                for (i, values) in block.iter().enumerate() {
+                    for (l, value) in values.iter().enumerate() {
+                        match unknown[other] {
+                            None => right_hand_side[row + i] -= value * flat[other][l],
+                            Some(column) if row + i >= column + l => {
+                                *columns[column + l].entry(row + i).or_default() += value;
+                            }
+                            Some(_) => {}
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if free > 0 {
+        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+        for column in columns {
+            rows.extend(column.keys());
+            values.extend(column.values());
+            starts.push(rows.len());
+        }
+        let mut cholesky = SparseCholesky::new(starts, rows)?;
+        if !cholesky.factorize(&values) {
+            return Err(GeometryError::Singular { unknowns: 2 * free });
+        }
+        cholesky.solve(&mut right_hand_side);
+    }
+    for (position, unknown) in flat.iter_mut().zip(&unknown) {
+        if let Some(at) = *unknown {
+            *position = DVec2::new(right_hand_side[at], right_hand_side[at + 1]);
+        }
+    }
+    let own_area: f64 = mesh
+        .faces()
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.map(|v| mesh.vertices()[v]);
+            (b - a).cross(c - a).length() / 2.0
+        })
+        .sum();
+    let scale = (own_area / area(&flat, mesh)).sqrt();
+    flat.iter_mut().for_each(|position| *position *= scale);
+    let stretch = mean_stretch(&flat, mesh) / own_area;
+    Ok((flat, if stretch.is_finite() { stretch } else { f64::INFINITY }))
+}
+
+/// Area of the layout; faces that lie on their fronts count as negative.
+fn area(flat: &[DVec2], mesh: &TriangleMesh) -> f64 {
+    let of_face = |face: &[usize; 3]| {
+        let [a, b, c] = face.map(|v| flat[v]);
+        (c - a).perp_dot(b - a) / 2.0
+    };
+    let sum: f64 = mesh.faces().iter().map(of_face).sum();
+    sum.abs()
+}
+
+/// How much faces are stretched or pressed, times their area.
+fn mean_stretch(flat: &[DVec2], mesh: &TriangleMesh) -> f64 {
+    let of_face = |face: &[usize; 3]| {
+        let [_, q, r] = in_plane(face.map(|v| mesh.vertices()[v]));
+        let [a, b, c] = face.map(|v| flat[v]);
+        let own = DMat2::from_cols(q, r);
+        let doubled_area = own.determinant().abs();
+        if doubled_area <= 0.0 {
+            return 0.0;
+        }
+        let map = DMat2::from_cols(b - a, c - a) * own.inverse();
+        // Its singular values by its similar and its mirrored part.
+        let [x, y] = [map.x_axis, map.y_axis];
+        let similar = DVec2::new(x.x + y.y, x.y - y.x).length() / 2.0;
+        let mirrored = DVec2::new(x.x - y.y, x.y + y.x).length() / 2.0;
+        let (most, least) = (similar + mirrored, similar - mirrored);
+        // What is turned over does not unroll.
+        let stretch = if least > 0.0 { most.max(1.0 / least) - 1.0 } else { 1.0 };
+        stretch.min(1.0) * doubled_area / 2.0
+    };
+    mesh.faces().iter().map(of_face).sum()
+}
+
+/// Two vertices with many edges between them.
+fn far_apart(mesh: &TriangleMesh) -> [usize; 2] {
+    let mut neighbours = vec![Vec::new(); mesh.vertices().len()];
+    for [a, b] in mesh.edges() {
+        neighbours[a].push(b);
+        neighbours[b].push(a);
+    }
+    let farthest = |from: usize| {
+        let mut seen = vec![false; neighbours.len()];
+        seen[from] = true;
+        let (mut queue, mut last) = (VecDeque::from([from]), from);
+        while let Some(vertex) = queue.pop_front() {
+            last = vertex;
+            for &next in &neighbours[vertex] {
+                if !std::mem::replace(&mut seen[next], true) {
+                    queue.push_back(next);
+                }
+            }
+        }
+        last
+    };
+    let one = farthest(mesh.faces()[0][0]);
+    [one, farthest(one)]
+}
+
+/// The layout with its smallest rectangle along the axes and its corner at the origin, the side that is up in the template frame
+/// uppermost; and the rectangle's size.
+fn upright(flat: &[DVec2], mesh: &TriangleMesh) -> (Vec<DVec2>, DVec2) {
+    let hull = convex_hull(flat);
+    let bounds = |axis: DVec2| {
+        let along = |p: &DVec2| DVec2::new(p.dot(axis), p.dot(axis.perp()));
+        let around = |(low, high): (DVec2, DVec2), p: DVec2| (low.min(p), high.max(p));
+        (hull.iter().map(along)).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), around)
+    };
+    let mut best = (f64::INFINITY, DVec2::X);
+    for (k, &corner) in hull.iter().enumerate() {
+        let Some(axis) = (hull[(k + 1) % hull.len()] - corner).try_normalize() else {
+            continue;
+        };
+        let (low, high) = bounds(axis);
+        let size = high - low;
+        if size.x * size.y < best.0 {
+            best = (size.x * size.y, axis);
+        }
+    }
+    // Of its four turns the one whose x runs to the right and whose y runs down, or towards the viewer, in space.
+    let (right, down) = axes_in_space(flat, mesh);
+    let in_space = |axis: DVec2| right * axis.x + down * axis.y;
+    let score = |axis: &DVec2| in_space(*axis).x + in_space(axis.perp()).dot(DVec3::new(0.0, 1.0, -1.0));
+    let turns = [best.1, best.1.perp(), -best.1, -best.1.perp()];
+    let axis = turns
+        .into_iter()
+        .max_by(|a, b| score(a).total_cmp(&score(b)))
+        .unwrap_or(best.1);
+    let (low, high) = bounds(axis);
+    let laid = flat.iter().map(|p| DVec2::new(p.dot(axis), p.dot(axis.perp())) - low);
+    (laid.collect(), high - low)
+}
+
+/// Where the layout's axes point in space, on average; not of length 1.
+fn axes_in_space(flat: &[DVec2], mesh: &TriangleMesh) -> (DVec3, DVec3) {
+    let mut axes = (DVec3::ZERO, DVec3::ZERO);
+    for face in mesh.faces() {
+        let [a, b, c] = face.map(|v| mesh.vertices()[v]);
+        let [p, q, r] = face.map(|v| flat[v]);
+        let (s, t) = (q - p, r - p);
+        // Times twice the face's area in the layout.
+        let sign = s.perp_dot(t).signum();
+        axes.0 += ((b - a) * t.y - (c - a) * s.y) * sign;
+        axes.1 += ((c - a) * s.x - (b - a) * t.x) * sign;
+    }
+    axes
+}
+
+/// Andrew's monotone chain.
+fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut hull: Vec<DVec2> = Vec::new();
+        for point in points {
+            while let [.., a, b] = hull[..]
+                && (b - a).perp_dot(point - b) <= 0.0
+            {
+                hull.pop();
+            }
+            hull.push(point);
+        }
+        hull.pop();
+        hull
+    };
+    let mut hull = chain(&mut sorted.iter().copied());
+    hull.extend(chain(&mut sorted.iter().rev().copied()));
+    hull
+}
+
+/// What is on the surface, in the rectangle of `size` mm.
+fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DVec2) -> Result<Picture, GeometryError> {
+    let mesh = template.mesh();
+    let (uv, faces) = (mesh.texture_coordinates(), mesh.faces());
+    let layout = TriangleMesh::new(
+        welding.mesh().vertices().to_vec(),
+        flat.iter().map(|p| *p / size).collect(),
+        welding.mesh().faces().to_vec(),
+    )?;
+    let mut texture = template.texture().clone();
+    let used: f64 = faces
+        .iter()
+        .map(|face| {
+            let [p, q, r] = face.map(|v| uv[v]);
+            (q - p).perp_dot(r - p).abs() / 2.0
+        })
+        .sum();
+    // As fine as the texture is on the surface.
+    let texels = used * (texture.width() * texture.height()) as f64;
+    let per_mm = (texels / (size.x * size.y))
+        .sqrt()
+        .min(LONGEST_SIDE / size.max_element());
+    let side = |length: f64| ((length * per_mm).round() as usize).max(1);
+    let (width, height) = (side(size.x), side(size.y));
+    // No texel is passed over where the picture is coarser.
+    let mut texels_per_pixel = (texels / (width * height) as f64).sqrt();
+    while texels_per_pixel > 1.5 && texture.width().min(texture.height()) > 1 {
+        texture = texture.halved();
+        texels_per_pixel /= 2.0;
+    }
+    let locator = SurfaceLocator::new(&layout);
+    let texels = DVec2::new(texture.width() as f64, texture.height() as f64);
+    Ok(Picture::from_fn(width, height, |x, y| {
+        let at = DVec2::new((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+        let inwards = (0..(1.0 / INWARDS) as usize).map(|step| at.lerp(DVec2::splat(0.5), INWARDS * step as f64));
+        let Some(point) = inwards.into_iter().find_map(|at| locator.locate(at)) else {
+            return [255; 3];
+        };
+        let corners = faces[point.face].map(|v| uv[v]);
+        let place: DVec2 = corners
+            .iter()
+            .zip(point.barycentric)
+            .map(|(uv, weight)| *uv * weight)
+            .sum();
+        let color = texture.sample(place.x * texels.x, place.y * texels.y);
+        color.map(|value| value.round() as u8)
+    }))
+}

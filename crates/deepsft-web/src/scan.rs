@@ -1,0 +1,119 @@
+//! Scans of people's own objects: their shape, and the flat sheet that a bent one unrolls to.
+
+use crate::{
+    estimate::{object, rgba},
+    failure::{Code, Failure},
+    input::files_from,
+    mesh::{positions, template_mesh},
+    settle,
+};
+use deepsft::geometry::{Picture, UnrolledSheet, unroll};
+use deepsft::{FormatError, decode_picture};
+use deepsft_formats::{assemble_scan, read_scan as read_scan_bytes};
+use js_sys::{Array, Object, Promise, Uint8ClampedArray};
+use std::{collections::BTreeMap, path::Path};
+use wasm_bindgen::prelude::*;
+
+/// Endings of a scan's own file, and of pictures.
+const SCANS: [&str; 3] = ["obj", "glb", "gltf"];
+const PICTURES: [&str; 3] = ["png", "jpg", "jpeg"];
+
+/// Reads a scan out of its files by name: OBJ with MTL and pictures, glTF or GLB. The one picture beside a scan without materials is its
+/// texture.
+///
+/// `mm_per_unit` are millimetres of the file's unit; when absent 1000 for glTF and 1 for OBJ. Resolves to the surface (mm, x right, y down,
+/// front towards -z), its texture, and the flat sheet it unrolls to; where it does not, `refusal` says why. Rejects with an `Error` whose
+/// `code` is `target-unusable`, `model-load` or `internal`.
+#[wasm_bindgen(
+    js_name = readScan,
+    unchecked_return_type = "Promise<{ name: string, mmPerUnit: number, vertices: Float32Array, mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, texture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }, sheet: { sizeMm: [number, number], picture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } } | null, refusal: string | null }>"
+)]
+pub fn read_scan(
+    #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+    mm_per_unit: Option<f64>,
+) -> Promise {
+    settle::promise(async move {
+        let files = files_from(&files)?;
+        let (name, bytes) = scan_of(&files)?;
+        let broken =
+            |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
+        let texture = lone_texture(&files).transpose().map_err(broken)?;
+        let beside = |path: &Path| {
+            let missing = || FormatError::Scan {
+                reason: format!("{} is missing: choose it together with the scan", path.display()),
+            };
+            file_named(&files, path).cloned().ok_or_else(missing)
+        };
+        let scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
+        let mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
+        let template = assemble_scan(scan, mm_per_unit).map_err(broken)?.template;
+        let (sheet, refusal) = match unroll(&template) {
+            Ok(sheet) => (sheet_object(&sheet).into(), JsValue::NULL),
+            Err(error) => (JsValue::NULL, JsValue::from(error.to_string())),
+        };
+        Ok(object([
+            ("name", name.into()),
+            ("mmPerUnit", mm_per_unit.into()),
+            ("vertices", positions(template.mesh().vertices()).into()),
+            ("mesh", template_mesh(template.mesh()).into()),
+            ("texture", picture_object(template.texture()).into()),
+            ("sheet", sheet),
+            ("refusal", refusal),
+        ]))
+    })
+}
+
+fn ending(name: &str) -> String {
+    let ending = Path::new(name).extension().unwrap_or_default();
+    ending.to_string_lossy().to_lowercase()
+}
+
+/// The one file that is a scan.
+fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> {
+    let scans: Vec<_> = files
+        .iter()
+        .filter(|(name, _)| SCANS.contains(&ending(name).as_str()))
+        .collect();
+    let refused = |message: &str| Err(Failure::new(Code::TargetUnusable, message));
+    match scans[..] {
+        [(name, bytes)] => Ok((name, bytes)),
+        [] => refused("There is no scan among these files: one of .glb, .gltf and .obj is expected."),
+        _ => refused("There are several scans among these files: choose one."),
+    }
+}
+
+/// The texture of a scan that comes with one picture and no materials.
+fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<Result<Picture, FormatError>> {
+    let is_obj = files.keys().any(|name| ending(name) == "obj");
+    let has_materials = files.keys().any(|name| ending(name) == "mtl");
+    let mut pictures = files
+        .iter()
+        .filter(|(name, _)| PICTURES.contains(&ending(name).as_str()));
+    match (pictures.next(), pictures.next()) {
+        (Some((_, bytes)), None) if is_obj && !has_materials => Some(decode_picture(bytes)),
+        _ => None,
+    }
+}
+
+/// A file that a scan names: files that people choose have no folders.
+fn file_named<'a>(files: &'a BTreeMap<String, Vec<u8>>, path: &Path) -> Option<&'a Vec<u8>> {
+    let last = path.file_name()?.to_string_lossy();
+    let whole = path.to_string_lossy();
+    files.get(&*whole).or_else(|| files.get(&*last))
+}
+
+fn sheet_object(sheet: &UnrolledSheet) -> Object {
+    let size = sheet.template.size_mm();
+    object([
+        ("sizeMm", Array::of2(&size.x.into(), &size.y.into()).into()),
+        ("picture", picture_object(sheet.template.texture()).into()),
+    ])
+}
+
+fn picture_object(picture: &Picture) -> Object {
+    object([
+        ("width", (picture.width() as f64).into()),
+        ("height", (picture.height() as f64).into()),
+        ("rgba", Uint8ClampedArray::from(rgba(picture).as_slice()).into()),
+    ])
+}

@@ -1,0 +1,164 @@
+// A person's own scan on its way to the library: its shape, which turns, its size, and what will work with it.
+
+import { NoWebGl } from "../graphics/gl.js";
+import { animate } from "../graphics/animation.js";
+import { Orbit } from "../graphics/orbit.js";
+import { LEAST_MM, MOST_MM, formatLength, isUsableLength, parseLength } from "./print-size.js";
+import { MOST_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
+
+/** @import { Scan } from "deepsft" */
+/** @import { ReadyPicture } from "./picture-editor.js" */
+
+/** Longest side of the small flat picture beside the size, CSS pixels, twice for dense screens. */
+const PREVIEW_LENGTH = 2 * 64;
+
+/** A sheet whose longer side is shorter or longer than this was probably measured in another unit, mm. */
+const LIKELY_MM = [40, 2000];
+
+const SHEET_WORDS = "This is a sheet: it will be found, followed and measured, however it bends. Below it is laid flat.";
+const VOLUME_WORDS =
+  "This page follows sheets: paper, labels, plates, however bent. What has a volume needs a network of its own, which is trained on the " +
+  "command line.";
+
+export class ScanEditor {
+  #root;
+  #width;
+  #height;
+  #problem;
+  /** @type {Orbit | null} */
+  #orbit = null;
+  /** @type {Scan | null} */
+  #scan = null;
+  /** mm; NaN where none was said. */
+  #widthMm = Number.NaN;
+  #stop = () => {};
+  /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
+  onReady = () => undefined;
+
+  /** @param {HTMLElement} root */
+  constructor(root) {
+    this.#root = root;
+    this.#width = this.#part("#scan-width", HTMLInputElement);
+    this.#height = this.#part("#scan-height", HTMLElement);
+    this.#problem = this.#part("#scan-problem", HTMLElement);
+    this.#width.addEventListener("input", () => this.#take(parseLength(this.#width.value, "mm")));
+    this.#width.addEventListener("change", () => this.#width.value && this.#widthMm > 0 && (this.#width.value = formatLength(this.#widthMm, "mm")));
+    this.#part("form", HTMLFormElement).addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#finish(event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera");
+    });
+  }
+
+  /** Shows that a scan is being read. @param {string} name of its file */
+  wait(name) {
+    this.close();
+    this.#root.hidden = false;
+    this.#root.dataset.state = "reading";
+    this.#part("#scan-name", HTMLElement).textContent = name;
+    this.#part("#scan-verdict", HTMLElement).textContent = "Reading your scan";
+    this.#part("h2", HTMLElement).focus({ preventScroll: true });
+  }
+
+  /** @param {Scan} scan */
+  open(scan) {
+    this.#root.hidden = false;
+    this.#scan = scan;
+    this.#root.dataset.state = scan.sheet ? "sheet" : "volume";
+    this.#part("#scan-name", HTMLElement).textContent = scan.name;
+    const sides = scan.sizeMm.map((side) => formatLength(side, "mm")).join(" × ");
+    const reason = scan.refusal ? ` ${sentence(scan.refusal)}` : "";
+    this.#part("#scan-verdict", HTMLElement).textContent = scan.sheet ? SHEET_WORDS : `${VOLUME_WORDS}${reason}`;
+    this.#part("#scan-box", HTMLElement).textContent = `The scan measures ${sides} mm.`;
+    if (scan.sheet) {
+      this.#take(scan.sheet.widthMm);
+      this.#width.value = formatLength(scan.sheet.widthMm, "mm");
+      draw(this.#part("#scan-flat", HTMLCanvasElement), scan.sheet.picture, PREVIEW_LENGTH);
+      const longest = Math.max(scan.sheet.widthMm, scan.sheet.heightMm);
+      if (longest < LIKELY_MM[0] || longest > LIKELY_MM[1]) this.#say("Is that right? Some files name no unit, or the wrong one. Measure the sheet.");
+    }
+    this.#turn(scan);
+  }
+
+  close() {
+    this.#root.hidden = true;
+    this.#stop();
+    this.#scan = null;
+    this.#say("");
+  }
+
+  /** Shows the scan, which turns. @param {Scan} scan */
+  #turn(scan) {
+    const canvas = this.#part("#scan-shape", HTMLCanvasElement);
+    try {
+      this.#orbit ??= new Orbit(canvas, false);
+    } catch (error) {
+      if (!(error instanceof NoWebGl)) throw error;
+      canvas.hidden = true;
+      return;
+    }
+    const [width, height, depth] = scan.sizeMm;
+    this.#orbit.reset();
+    this.#orbit.setTemplate({ texture: scan.texture, mesh: scan.mesh, widthMm: Math.hypot(width, depth), heightMm: height });
+    const orbit = this.#orbit;
+    // On machines that are slow it stands, and turns when it is dragged.
+    this.#stop = animate(() => (orbit.show(scan), true), () => undefined);
+  }
+
+  /** @param {number} widthMm NaN where it is no length */
+  #take(widthMm) {
+    const { sheet } = /** @type {Scan} */ (this.#scan);
+    this.#widthMm = widthMm;
+    this.#say("");
+    this.#height.textContent = sheet && widthMm > 0 ? formatLength((widthMm * sheet.heightMm) / sheet.widthMm, "mm") : "–";
+  }
+
+  /** @param {"camera" | "image"} use */
+  #finish(use) {
+    const { sheet, name } = /** @type {Scan} */ (this.#scan);
+    if (!sheet) return;
+    const [widthMm, heightMm] = [this.#widthMm, (this.#widthMm * sheet.heightMm) / sheet.widthMm];
+    if (![widthMm, heightMm].every(isUsableLength)) {
+      this.#say(`How wide is the sheet, laid flat? Sheets of ${LEAST_MM} mm to ${MOST_MM / 1000} m a side can be followed.`);
+      return this.#width.focus();
+    }
+    const canvas = canvasOf(1, 1);
+    draw(canvas, sheet.picture, MOST_PICTURE_LENGTH);
+    this.onReady({ canvas, name, widthMm, heightMm }, use);
+  }
+
+  /** @param {string} problem empty for none */
+  #say(problem) {
+    this.#problem.textContent = problem;
+    this.#width.setAttribute("aria-invalid", String(problem !== ""));
+  }
+
+  /**
+   * @template {HTMLElement} T
+   * @param {string} selector
+   * @param {new () => T} kind
+   * @returns {T}
+   */
+  #part(selector, kind) {
+    const found = this.#root.querySelector(selector);
+    if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
+    return found;
+  }
+}
+
+/** @param {string} clause without a capital and a full stop */
+function sentence(clause) {
+  return `${clause[0].toUpperCase()}${clause.slice(1)}.`;
+}
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {ImageData} picture
+ * @param {number} longest side, pixels, at most
+ */
+function draw(canvas, picture, longest) {
+  const whole = canvasOf(picture.width, picture.height);
+  contextOf(whole).putImageData(picture, 0, 0);
+  const scale = Math.min(1, longest / Math.max(picture.width, picture.height));
+  [canvas.width, canvas.height] = [picture.width, picture.height].map((side) => Math.max(1, Math.round(scale * side)));
+  contextOf(canvas).drawImage(whole, 0, 0, canvas.width, canvas.height);
+}

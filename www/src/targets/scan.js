@@ -1,0 +1,86 @@
+// A scan of a person's own object, and the flat sheet it unrolls to.
+
+import { fetchBytes } from "../engine/bundle.js";
+import { vertexNormals } from "../results/surface-mesh.js";
+
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+
+/**
+ * The files of a scan: the address of a `.glb`, one file, several as a file input gives them, or the files by name. A `.glb` is one file. A
+ * `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ *
+ * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
+ */
+
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }} RawPicture */
+
+/**
+ * A scan as it crosses from the worker.
+ *
+ * @typedef {object} RawScan
+ * @property {string} name
+ * @property {number} mmPerUnit
+ * @property {Float32Array} vertices
+ * @property {MeshTopology} mesh
+ * @property {RawPicture} texture
+ * @property {{ sizeMm: [number, number], picture: RawPicture } | null} sheet
+ * @property {string | null} refusal
+ */
+
+/** A scan. `DeepSft` reads it. */
+export class Scan {
+  /** @param {RawScan} raw */
+  constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }) {
+    /** Name of its file. */
+    this.name = name;
+    /** Millimetres of the file's unit, as they were taken. */
+    this.mmPerUnit = mmPerUnit;
+    /** (x, y, z) of each vertex, mm: x right, y down, the front towards -z; its middle is the origin. */
+    this.vertices = vertices;
+    /** Unit normals (x, y, z) of the vertices. */
+    this.normals = vertexNormals(vertices, mesh.faces, new Float32Array(vertices.length));
+    /** Faces and texture coordinates. */
+    this.mesh = mesh;
+    /** Its texture. */
+    this.texture = pictureOf(texture);
+    /**
+     * The flat sheet that it unrolls to: what is looked for. Null where it is no sheet.
+     *
+     * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
+     */
+    this.sheet = sheet && { picture: pictureOf(sheet.picture), widthMm: sheet.sizeMm[0], heightMm: sheet.sizeMm[1] };
+    /** Why it is no sheet, for people; null of a sheet. */
+    this.refusal = refusal;
+  }
+
+  /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
+  get sizeMm() {
+    const side = (/** @type {number} */ axis) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (let i = axis; i < this.vertices.length; i += 3) [low, high] = [Math.min(low, this.vertices[i]), Math.max(high, this.vertices[i])];
+      return high - low;
+    };
+    return [side(0), side(1), side(2)];
+  }
+}
+
+/** @param {RawPicture} raw */
+function pictureOf({ width, height, rgba }) {
+  return new ImageData(rgba, width, height);
+}
+
+/**
+ * @param {ScanInput} input
+ * @returns {Promise<Map<string, Uint8Array>>} by name
+ * @throws {import("../error.js").DeepSftError} `model-load`
+ */
+export async function scanFiles(input) {
+  if (input instanceof Map) return input;
+  if (typeof input === "string" || input instanceof URL) {
+    const url = new URL(input, typeof document === "undefined" ? self.location.href : document.baseURI);
+    return new Map([[url.pathname.split("/").at(-1) ?? "", await fetchBytes(url, undefined)]]);
+  }
+  const files = new Map();
+  for (const file of input instanceof Blob ? [input] : input) files.set(file.name, new Uint8Array(await file.arrayBuffer()));
+  return files;
+}

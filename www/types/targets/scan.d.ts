@@ -1,0 +1,76 @@
+import type { MeshTopology } from "../engine/engine-worker.js";
+export type ScanInput = string | URL | File | Iterable<File> | Map<string, Uint8Array>;
+export type RawPicture = {
+    width: number;
+    height: number;
+    rgba: Uint8ClampedArray<ArrayBuffer>;
+};
+export type RawScan = {
+    name: string;
+    mmPerUnit: number;
+    vertices: Float32Array;
+    mesh: MeshTopology;
+    texture: RawPicture;
+    sheet: {
+        sizeMm: [number, number];
+        picture: RawPicture;
+    } | null;
+    refusal: string | null;
+};
+/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/**
+ * The files of a scan: the address of a `.glb`, one file, several as a file input gives them, or the files by name. A `.glb` is one file. A
+ * `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ *
+ * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
+ */
+/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }} RawPicture */
+/**
+ * A scan as it crosses from the worker.
+ *
+ * @typedef {object} RawScan
+ * @property {string} name
+ * @property {number} mmPerUnit
+ * @property {Float32Array} vertices
+ * @property {MeshTopology} mesh
+ * @property {RawPicture} texture
+ * @property {{ sizeMm: [number, number], picture: RawPicture } | null} sheet
+ * @property {string | null} refusal
+ */
+/** A scan. `DeepSft` reads it. */
+export declare class Scan {
+    /** Name of its file. */
+    name: string;
+    /** Millimetres of the file's unit, as they were taken. */
+    mmPerUnit: number;
+    /** (x, y, z) of each vertex, mm: x right, y down, the front towards -z; its middle is the origin. */
+    vertices: Float32Array<ArrayBufferLike>;
+    /** Unit normals (x, y, z) of the vertices. */
+    normals: Float32Array<ArrayBufferLike>;
+    /** Faces and texture coordinates. */
+    mesh: MeshTopology;
+    /** Its texture. */
+    texture: ImageData;
+    /**
+     * The flat sheet that it unrolls to: what is looked for. Null where it is no sheet.
+     *
+     * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
+     */
+    sheet: {
+        picture: ImageData;
+        widthMm: number;
+        heightMm: number;
+    } | null;
+    /** Why it is no sheet, for people; null of a sheet. */
+    refusal: string | null;
+    /** @param {RawScan} raw */
+    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }: RawScan);
+    /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
+    get sizeMm(): [number, number, number];
+}
+/**
+ * @param {ScanInput} input
+ * @returns {Promise<Map<string, Uint8Array>>} by name
+ * @throws {import("../error.js").DeepSftError} `model-load`
+ */
+export declare function scanFiles(input: ScanInput): Promise<Map<string, Uint8Array>>;
