@@ -19,7 +19,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
         let folder = parent(path);
         fs::create_dir_all(folder)?;
         let mut beside = tempfile::Builder::new().prefix(UNFINISHED_FILE).tempfile_in(folder)?;
-        beside.write_all(bytes)?;
+        // By the file itself: errors would name its path, which nobody knows.
+        beside.as_file_mut().write_all(bytes)?;
         beside.as_file().sync_all()?;
         let_all_read(beside.path(), 0o644)?;
         beside.persist(path)?;

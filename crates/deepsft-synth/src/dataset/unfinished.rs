@@ -233,12 +233,16 @@ impl UnfinishedDataset {
         let name = format!("shard-{:06}.tar", self.state.shards.len());
         let (beside, path) = (self.folder.join(OPEN_SHARD), self.folder.join(&name));
         let failed = |error: io::Error| unwritten(&path, &error);
+        let failed_in_shard = |error: FormatError| match error {
+            FormatError::Io(error) => failed(error),
+            other => other,
+        };
         let mut edge_lengths = EdgeLengthHistogram::default();
         let mut handle_shapes = ShapeCounts::default();
         let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside).map_err(failed)?));
         for sample in samples {
             let sample = sample?;
-            shard.append(&sample.encoded)?;
+            shard.append(&sample.encoded).map_err(failed_in_shard)?;
             if let Some(changes) = sample.edge_lengths {
                 edge_lengths.count(changes);
             }
@@ -246,7 +250,7 @@ impl UnfinishedDataset {
                 handle_shapes.count(strength);
             }
         }
-        let (samples, out) = shard.finish()?;
+        let (samples, out) = shard.finish().map_err(failed_in_shard)?;
         let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
         file.sync_all().map_err(failed)?;
         let bytes = file.metadata().map_err(failed)?.len();
