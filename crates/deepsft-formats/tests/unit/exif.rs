@@ -43,7 +43,7 @@ fn fraction(num: u32, denom: u32) -> Value {
 /// The camera of the picture that the file holds.
 fn camera_of(file: &[u8]) -> Option<Camera> {
     let (width, height) = decode_picture(file).unwrap().size();
-    camera_from_exif(file, (width as u32, height as u32))
+    camera_from_exif(file, (width, height))
 }
 
 #[test]
