@@ -27,6 +27,9 @@ const TIMES = { trackings: 6, targets: 20, images: 40 };
  */
 const MOST_HEAP_BYTES = 400_000;
 const MOST_WASM = 1.05;
+/** The card that says what is in the way stays in the document, hidden, with its three buttons. */
+const MOST_NODES = 20;
+const MOST_LISTENERS = 3;
 /** Pictures that are on their way at once: one drawn, one followed, the finders', and what each is copied to. */
 const MOST_PICTURES = 12;
 
@@ -60,7 +63,7 @@ function assertHoldsNoMore(now, before, when) {
     assert.deepEqual([now[part].webglTextures, now[part].webglBuffers], [before[part].webglTextures, before[part].webglBuffers], figures);
   }
   const figures = `${when}: ${JSON.stringify(before)}, then ${JSON.stringify(now)}`;
-  assert.ok(now.nodes <= 1.02 * before.nodes && now.listeners <= 1.02 * before.listeners, figures);
+  assert.ok(now.nodes <= before.nodes + MOST_NODES && now.listeners <= before.listeners + MOST_LISTENERS, figures);
   assert.equal(now.workers, before.workers, figures);
 }
 
@@ -100,13 +103,13 @@ test("a page follows on after its tab was hidden, its camera turned and its perm
 );
 
 test("trackings that are started and stopped, targets that come and go, and images one by one leave nothing behind", { timeout: SLOW_MS }, () =>
-  onPage(BLANK, async ({ page, footprint }) => {
-    await prepare(page);
+  onPage(BLANK, async (page) => {
+    await prepare(page.page);
     for (const [name, times] of Object.entries(TIMES)) {
-      for (let i = 0; i < WARM_UP; i++) await page.evaluate(CYCLES[name]);
-      const before = await footprint();
-      for (let i = 0; i < times; i++) await page.evaluate(CYCLES[name]);
-      assertHoldsNoMore(await footprint(), before, name);
+      for (let i = 0; i < WARM_UP; i++) await page.page.evaluate(CYCLES[name]);
+      const before = await page.footprint();
+      for (let i = 0; i < times; i++) await page.page.evaluate(CYCLES[name]);
+      assertHoldsNoMore(await page.footprint(), before, name);
     }
   }),
 );

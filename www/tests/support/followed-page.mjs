@@ -13,8 +13,9 @@ import { serve } from "../../serve.mjs";
 const PATIENCE_MS = 180_000;
 const POLL_MS = 200;
 /** When nothing has come for so long, nothing is on its way, milliseconds. */
-const QUIET_MS = 2500;
-const WINDOW = { width: 1280, height: 720 };
+const QUIET_MS = 1500;
+/** A small one: on a machine without a GPU the processor draws it. */
+const WINDOW = { width: 640, height: 400 };
 
 /** Clips have seeds from 9,000,000 on; these are the soak's own. */
 const SEED = 9_700_061;
@@ -165,11 +166,12 @@ export class FollowedPage {
   /** Turns the camera's picture, as a phone does that is turned: its track goes on with another size. @param {boolean} upright */
   async turn(upright) {
     await this.page.evaluate(async (upright) => {
-      const [long, short] = [960, 540];
-      const [width, height] = upright ? [short, long] : [long, short];
       const video = /** @type {HTMLVideoElement} */ (document.querySelector("#video"));
       const [track] = /** @type {MediaStream} */ (video.srcObject).getVideoTracks();
-      await track.applyConstraints({ width: { exact: width }, height: { exact: height } });
+      const { width: across, height: up } = track.getCapabilities();
+      const [long, short] = [across?.max ?? 0, up?.max ?? 0];
+      // Cameras give no more rows than they have: the upright picture is the middle of the other.
+      await track.applyConstraints({ width: { exact: upright ? 2 * Math.round((short * short) / long / 2) : long }, height: { exact: short } });
     }, upright);
   }
 
