@@ -5,7 +5,7 @@ import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
 import { makeClip } from "./clips.mjs";
-import { destroyDevices, footprintOf, launchToMeasure } from "./footprint.mjs";
+import { destroyerOfDevices, footprintOf, launchToMeasure } from "./footprint.mjs";
 import { y4m } from "./y4m.mjs";
 import { serve } from "../../serve.mjs";
 
@@ -44,7 +44,7 @@ export async function posterFilm(folder, events, frames) {
 
 /** On the page: counts what it follows. */
 function count() {
-  const seen = { frames: 0, found: 0, answers: 0, upright: 0, device: "" };
+  const seen = { frames: 0, found: 0, answers: 0, upright: 0 };
   Object.assign(globalThis, { seen });
   document.addEventListener("deepsft-tracked", ({ tracked: { found, camera } }) => {
     seen.frames++;
@@ -106,11 +106,20 @@ export class FollowedPage {
     return this.page.evaluate(() => globalThis.seen);
   }
 
+  /** What the page and its workers hold while nothing is on its way. */
+  footprint() {
+    return this.#atRest(() => footprintOf(this.page));
+  }
+
   /**
-   * What the page and its workers hold while the video stands still and nothing is on its way. (A worker that is computing now and then
-   * takes Chromium down with it when its objects are counted.)
+   * Does something while the video stands still. (A worker that is computing takes Chromium down with it, now and then, when its objects
+   * are looked through.)
+   *
+   * @template T
+   * @param {() => Promise<T>} act
+   * @returns {Promise<T>}
    */
-  async footprint() {
+  async #atRest(act) {
     const play = (/** @type {boolean} */ on) =>
       this.page.$$eval("video", (videos, on) => Promise.all(videos.map((video) => (on ? video.srcObject && video.play() : video.pause()))), on);
     await play(false);
@@ -120,9 +129,9 @@ export class FollowedPage {
       if (now !== last) [last, since] = [now, performance.now()];
       await new Promise((resolve) => setTimeout(resolve, POLL_MS));
     }
-    const footprint = await footprintOf(this.page);
+    const done = await act();
     await play(true);
-    return footprint;
+    return done;
   }
 
   /** Waits until the counts are as `isEnough` wants them; fails when they stand still. @param {(counts: Awaited<ReturnType<FollowedPage["counts"]>>) => boolean} isEnough */
@@ -193,9 +202,12 @@ export class FollowedPage {
     for (const worker of this.page.workers()) await worker.evaluate(() => void setTimeout(() => { throw new Error("crash"); }));
   }
 
-  /** Takes the GPU away. */
+  /** Destroys the engine's GPU device while it works. */
   async loseGpu() {
-    if ((await destroyDevices(this.page)) !== 1) throw new Error("there is no GPU device, or more than one");
+    const destroy = await this.#atRest(() => destroyerOfDevices(this.page));
+    const { answers } = await this.counts();
+    await this.until((now) => now.answers > answers);
+    if ((await destroy()) !== 1) throw new Error("there is no GPU device, or more than one");
   }
 
   /** Loads the page anew, as a person does. */
