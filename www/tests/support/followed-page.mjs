@@ -12,8 +12,8 @@ import { serve } from "../../serve.mjs";
 /** A page that shows nothing new for so long counts as stopped, milliseconds. */
 const PATIENCE_MS = 180_000;
 const POLL_MS = 200;
-/** When nothing has come for so long, nothing is on its way, milliseconds. */
-const QUIET_MS = 1500;
+/** When nothing has come for so long, nothing is on its way, milliseconds: an emulated GPU takes seconds for an answer. */
+const QUIET_MS = { cpu: 1500, webgpu: 8000 };
 /** A small one: on a machine without a GPU the processor draws it. */
 const WINDOW = { width: 640, height: 400 };
 
@@ -21,7 +21,6 @@ const WINDOW = { width: 640, height: 400 };
 const SEED = 9_700_061;
 /** 960 x 540 pixels. */
 const SCALE = 2;
-const CAMERA_FPS = 30;
 
 /**
  * A film of the poster for the browser's camera.
@@ -29,16 +28,17 @@ const CAMERA_FPS = 30;
  * @param {string} folder to work in
  * @param {string[]} events what happens in it, one scene each
  * @param {number} frames of each scene
+ * @param {number} perSecond
  * @returns {Promise<string>} the file
  */
-export async function posterFilm(folder, events, frames) {
+export async function posterFilm(folder, events, frames, perSecond) {
   const pictures = [];
   for (const [i, event] of events.entries()) {
     const clip = await makeClip(join(folder, event), { event, frames, seed: SEED + i, scale: SCALE });
     pictures.push(...clip.frames.map(({ picture }) => picture));
   }
   const film = join(folder, "camera.y4m");
-  await writeFile(film, y4m(pictures, CAMERA_FPS));
+  await writeFile(film, y4m(pictures, perSecond));
   return film;
 }
 
@@ -58,6 +58,7 @@ export class FollowedPage {
   #browser;
   #server;
   #session;
+  #quietMs;
   /** Errors that nobody expected. @type {string[]} */
   problems = [];
 
@@ -68,9 +69,10 @@ export class FollowedPage {
    * @param {Awaited<ReturnType<typeof serve>>} server
    * @param {import("puppeteer-core").Page} page
    * @param {import("puppeteer-core").CDPSession} session of the browser
+   * @param {"cpu" | "webgpu"} device
    */
-  constructor(browser, server, page, session) {
-    [this.#browser, this.#server, this.#session] = [browser, server, session];
+  constructor(browser, server, page, session, device) {
+    [this.#browser, this.#server, this.#session, this.#quietMs] = [browser, server, session, QUIET_MS[device]];
     this.page = page;
     page.on("pageerror", (error) => this.problems.push(String(error)));
     page.on("console", (message) => message.type() === "error" && this.problems.push(message.text()));
@@ -88,7 +90,7 @@ export class FollowedPage {
     const page = await browser.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     await page.setViewport(WINDOW);
-    const followed = new FollowedPage(browser, server, page, session);
+    const followed = new FollowedPage(browser, server, page, session, device);
     await followed.permit("granted");
     await page.goto(server.origin + path);
     await page.evaluate(count);
@@ -124,7 +126,7 @@ export class FollowedPage {
       this.page.$$eval("video", (videos, on) => Promise.all(videos.map((video) => (on ? video.srcObject && video.play() : video.pause()))), on);
     await play(false);
     let [last, since] = ["", performance.now()];
-    while (performance.now() - since < QUIET_MS) {
+    while (performance.now() - since < this.#quietMs) {
       const now = JSON.stringify(await this.counts());
       if (now !== last) [last, since] = [now, performance.now()];
       await new Promise((resolve) => setTimeout(resolve, POLL_MS));
@@ -148,7 +150,7 @@ export class FollowedPage {
   }
 
   /** Waits for more frames in which the sheet is found, and for more answers of the network. */
-  async followsOn({ found = 10, answers = 1 } = {}) {
+  async followsOn({ found = 5, answers = 1 } = {}) {
     const before = await this.counts();
     await this.until((now) => now.found >= before.found + found && now.answers >= before.answers + answers);
   }
