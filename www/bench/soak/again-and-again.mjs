@@ -52,5 +52,5 @@ async function cycle(report, { name, times, page, once }) {
     await once();
     if (time % every === 0) part.add(await page.footprint(), time);
   }
-  report.judge(part, SETTLED * times);
+  report.judge(`${name}, ${times} times`, part, ({ at }) => at >= SETTLED * times);
 }

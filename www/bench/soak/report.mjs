@@ -100,23 +100,25 @@ export class Report {
   }
 
   /**
-   * Compares what a part holds at its end, and in between, with what it held at `settled`, and prints both.
+   * Compares what was held in the first of some samples of a part with what was held in the others, and prints it.
    *
+   * @param {string} title
    * @param {Part} part
-   * @param {number} settled how much was done when nothing was to grow any more
+   * @param {(sample: { at: number, event: string }) => boolean} chosen
    */
-  judge({ name, unit, samples }, settled) {
-    const from = samples.findIndex(({ at }) => at >= settled);
-    const [before, after] = [samples[from], samples.at(-1)];
-    console.log(`\n${name}: ${[`at ${before.at} ${unit}`, `at ${after.at}`, "most between"].join(" | ")}`);
+  judge(title, { unit, samples }, chosen) {
+    const [before, ...later] = samples.filter(chosen);
+    const after = later.at(-1);
+    if (!after) return this.expect(false, `${title}: too few samples`);
+    console.log(`\n${title}: at ${before.at} ${unit}, at ${after.at}, most in between`);
     for (const [i, column] of Object.keys(COLUMNS).entries()) {
-      const most = Math.max(...samples.slice(from).map(({ values }) => values[i]));
+      const most = Math.max(...later.map(({ values }) => values[i]));
       const figures = [before.values[i], after.values[i], most];
       if (figures.every((figure) => figure === 0)) continue;
       const growth = most / before.values[i] - 1;
       const percent = `${growth >= 0 ? "+" : ""}${(100 * growth).toFixed(1)} %`;
       console.log([column.padEnd(28), ...figures.map((figure) => figure.toFixed(2).padStart(9)), percent.padStart(9)].join(" "));
-      if (column in JUDGED) this.expect(growth <= MOST_GROWTH, `${name}: ${column} grew by ${percent} after ${before.at} ${unit}`);
+      if (column in JUDGED) this.expect(growth <= MOST_GROWTH, `${title}: ${column} grew by ${percent} after ${before.at} ${unit}`);
     }
   }
 

@@ -19,6 +19,7 @@ import { Report } from "./report.mjs";
 /** The poster is moved and bent, an arm passes before it, it leaves and comes back: so many frames each. */
 const SCENES = ["motion", "occlusion", "leaving"];
 const SCENE_FRAMES = 90;
+const FRAMES_PER_SECOND = 30;
 
 const { values: options } = parseArgs({
   options: {
@@ -44,7 +45,7 @@ await mkdir(options.out, { recursive: true });
 const folder = await mkdtemp(join(tmpdir(), "deepsft-soak-"));
 const report = new Report(options.out);
 try {
-  const film = options.film ?? (await posterFilm(folder, SCENES, SCENE_FRAMES));
+  const film = options.film ?? (await posterFilm(folder, SCENES, SCENE_FRAMES, FRAMES_PER_SECOND));
   for (const part of parts) await PARTS[part](film, report);
 } finally {
   await report.write();

@@ -13,20 +13,25 @@ import { FollowedPage, posterFilm } from "../support/followed-page.mjs";
 import { BLANK } from "../support/page.mjs";
 
 const SCENE_FRAMES = 24;
+/** Few, so that a busy machine sees the sheet move little from one to the next that it follows. */
+const FRAMES_PER_SECOND = 10;
 const HIDDEN_MS = 3000;
 /** The page has settled after so many frames, and is followed for so many more. */
-const SETTLED_FRAMES = 100;
-const FRAMES = 200;
+const SETTLED_FRAMES = 80;
+const FRAMES = 120;
 /** What is done with the package before it is measured, and how often more. */
 const WARM_UP = 3;
 const TIMES = { trackings: 6, targets: 20, images: 40 };
 
 /**
  * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never
- * goes. What leaks a canonical image each time (0.5 MB), or 2 KB of each frame, grows by more.
+ * goes. What leaks a canonical image each time (0.5 MB), or 4 KB of each frame, grows by more.
  */
 const MOST_HEAP_BYTES = 400_000;
 const MOST_WASM = 1.05;
+/** The card that says what is in the way stays in the document, hidden, with its three buttons. */
+const MOST_NODES = 20;
+const MOST_LISTENERS = 3;
 /** Pictures that are on their way at once: one drawn, one followed, the finders', and what each is copied to. */
 const MOST_PICTURES = 12;
 
@@ -35,7 +40,7 @@ let film;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-long-life-"));
-  film = await posterFilm(folder, ["motion"], SCENE_FRAMES);
+  film = await posterFilm(folder, ["motion"], SCENE_FRAMES, FRAMES_PER_SECOND);
 }, { timeout: SLOW_MS });
 after(() => rm(folder, { recursive: true, force: true }));
 
@@ -60,7 +65,7 @@ function assertHoldsNoMore(now, before, when) {
     assert.deepEqual([now[part].webglTextures, now[part].webglBuffers], [before[part].webglTextures, before[part].webglBuffers], figures);
   }
   const figures = `${when}: ${JSON.stringify(before)}, then ${JSON.stringify(now)}`;
-  assert.ok(now.nodes <= 1.02 * before.nodes && now.listeners <= 1.02 * before.listeners, figures);
+  assert.ok(now.nodes <= before.nodes + MOST_NODES && now.listeners <= before.listeners + MOST_LISTENERS, figures);
   assert.equal(now.workers, before.workers, figures);
 }
 
@@ -93,20 +98,21 @@ test("a page follows on after its tab was hidden, its camera turned and its perm
 
     await page.crash();
     assert.equal(await page.message(), "internal");
-    assert.equal(page.page.workers().length, 0, "workers that crashed are gone");
+    // Workers that crashed are ended.
+    while (page.page.workers().length > 0) await new Promise((resolve) => setTimeout(resolve, 50));
     await page.reload();
     await page.start();
   }),
 );
 
 test("trackings that are started and stopped, targets that come and go, and images one by one leave nothing behind", { timeout: SLOW_MS }, () =>
-  onPage(BLANK, async ({ page, footprint }) => {
-    await prepare(page);
+  onPage(BLANK, async (page) => {
+    await prepare(page.page);
     for (const [name, times] of Object.entries(TIMES)) {
-      for (let i = 0; i < WARM_UP; i++) await page.evaluate(CYCLES[name]);
-      const before = await footprint();
-      for (let i = 0; i < times; i++) await page.evaluate(CYCLES[name]);
-      assertHoldsNoMore(await footprint(), before, name);
+      for (let i = 0; i < WARM_UP; i++) await page.page.evaluate(CYCLES[name]);
+      const before = await page.footprint();
+      for (let i = 0; i < times; i++) await page.page.evaluate(CYCLES[name]);
+      assertHoldsNoMore(await page.footprint(), before, name);
     }
   }),
 );

@@ -5,22 +5,22 @@ import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
 import { makeClip } from "./clips.mjs";
-import { destroyDevices, footprintOf, launchToMeasure } from "./footprint.mjs";
+import { destroyerOfDevices, footprintOf, launchToMeasure } from "./footprint.mjs";
 import { y4m } from "./y4m.mjs";
 import { serve } from "../../serve.mjs";
 
 /** A page that shows nothing new for so long counts as stopped, milliseconds. */
 const PATIENCE_MS = 180_000;
 const POLL_MS = 200;
-/** When nothing has come for so long, nothing is on its way, milliseconds. */
-const QUIET_MS = 2500;
-const WINDOW = { width: 1280, height: 720 };
+/** When nothing has come for so long, nothing is on its way, milliseconds: an emulated GPU takes seconds for an answer. */
+const QUIET_MS = { cpu: 1500, webgpu: 8000 };
+/** A small one: on a machine without a GPU the processor draws it. */
+const WINDOW = { width: 640, height: 400 };
 
 /** Clips have seeds from 9,000,000 on; these are the soak's own. */
 const SEED = 9_700_061;
 /** 960 x 540 pixels. */
 const SCALE = 2;
-const CAMERA_FPS = 30;
 
 /**
  * A film of the poster for the browser's camera.
@@ -28,22 +28,23 @@ const CAMERA_FPS = 30;
  * @param {string} folder to work in
  * @param {string[]} events what happens in it, one scene each
  * @param {number} frames of each scene
+ * @param {number} perSecond
  * @returns {Promise<string>} the file
  */
-export async function posterFilm(folder, events, frames) {
+export async function posterFilm(folder, events, frames, perSecond) {
   const pictures = [];
   for (const [i, event] of events.entries()) {
     const clip = await makeClip(join(folder, event), { event, frames, seed: SEED + i, scale: SCALE });
     pictures.push(...clip.frames.map(({ picture }) => picture));
   }
   const film = join(folder, "camera.y4m");
-  await writeFile(film, y4m(pictures, CAMERA_FPS));
+  await writeFile(film, y4m(pictures, perSecond));
   return film;
 }
 
 /** On the page: counts what it follows. */
 function count() {
-  const seen = { frames: 0, found: 0, answers: 0, upright: 0, device: "" };
+  const seen = { frames: 0, found: 0, answers: 0, upright: 0 };
   Object.assign(globalThis, { seen });
   document.addEventListener("deepsft-tracked", ({ tracked: { found, camera } }) => {
     seen.frames++;
@@ -57,6 +58,7 @@ export class FollowedPage {
   #browser;
   #server;
   #session;
+  #quietMs;
   /** Errors that nobody expected. @type {string[]} */
   problems = [];
 
@@ -67,9 +69,10 @@ export class FollowedPage {
    * @param {Awaited<ReturnType<typeof serve>>} server
    * @param {import("puppeteer-core").Page} page
    * @param {import("puppeteer-core").CDPSession} session of the browser
+   * @param {"cpu" | "webgpu"} device
    */
-  constructor(browser, server, page, session) {
-    [this.#browser, this.#server, this.#session] = [browser, server, session];
+  constructor(browser, server, page, session, device) {
+    [this.#browser, this.#server, this.#session, this.#quietMs] = [browser, server, session, QUIET_MS[device]];
     this.page = page;
     page.on("pageerror", (error) => this.problems.push(String(error)));
     page.on("console", (message) => message.type() === "error" && this.problems.push(message.text()));
@@ -87,7 +90,7 @@ export class FollowedPage {
     const page = await browser.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     await page.setViewport(WINDOW);
-    const followed = new FollowedPage(browser, server, page, session);
+    const followed = new FollowedPage(browser, server, page, session, device);
     await followed.permit("granted");
     await page.goto(server.origin + path);
     await page.evaluate(count);
@@ -105,23 +108,32 @@ export class FollowedPage {
     return this.page.evaluate(() => globalThis.seen);
   }
 
+  /** What the page and its workers hold while nothing is on its way. */
+  footprint() {
+    return this.#atRest(() => footprintOf(this.page));
+  }
+
   /**
-   * What the page and its workers hold while the video stands still and nothing is on its way. (A worker that is computing now and then
-   * takes Chromium down with it when its objects are counted.)
+   * Does something while the video stands still. (A worker that is computing takes Chromium down with it, now and then, when its objects
+   * are looked through.)
+   *
+   * @template T
+   * @param {() => Promise<T>} act
+   * @returns {Promise<T>}
    */
-  async footprint() {
+  async #atRest(act) {
     const play = (/** @type {boolean} */ on) =>
       this.page.$$eval("video", (videos, on) => Promise.all(videos.map((video) => (on ? video.srcObject && video.play() : video.pause()))), on);
     await play(false);
     let [last, since] = ["", performance.now()];
-    while (performance.now() - since < QUIET_MS) {
+    while (performance.now() - since < this.#quietMs) {
       const now = JSON.stringify(await this.counts());
       if (now !== last) [last, since] = [now, performance.now()];
       await new Promise((resolve) => setTimeout(resolve, POLL_MS));
     }
-    const footprint = await footprintOf(this.page);
+    const done = await act();
     await play(true);
-    return footprint;
+    return done;
   }
 
   /** Waits until the counts are as `isEnough` wants them; fails when they stand still. @param {(counts: Awaited<ReturnType<FollowedPage["counts"]>>) => boolean} isEnough */
@@ -138,7 +150,7 @@ export class FollowedPage {
   }
 
   /** Waits for more frames in which the sheet is found, and for more answers of the network. */
-  async followsOn({ found = 10, answers = 1 } = {}) {
+  async followsOn({ found = 5, answers = 1 } = {}) {
     const before = await this.counts();
     await this.until((now) => now.found >= before.found + found && now.answers >= before.answers + answers);
   }
@@ -165,11 +177,12 @@ export class FollowedPage {
   /** Turns the camera's picture, as a phone does that is turned: its track goes on with another size. @param {boolean} upright */
   async turn(upright) {
     await this.page.evaluate(async (upright) => {
-      const [long, short] = [960, 540];
-      const [width, height] = upright ? [short, long] : [long, short];
       const video = /** @type {HTMLVideoElement} */ (document.querySelector("#video"));
       const [track] = /** @type {MediaStream} */ (video.srcObject).getVideoTracks();
-      await track.applyConstraints({ width: { exact: width }, height: { exact: height } });
+      const { width: across, height: up } = track.getCapabilities();
+      const [long, short] = [across?.max ?? 0, up?.max ?? 0];
+      // Cameras give no more rows than they have: the upright picture is the middle of the other.
+      await track.applyConstraints({ width: { exact: upright ? 2 * Math.round((short * short) / long / 2) : long }, height: { exact: short } });
     }, upright);
   }
 
@@ -191,9 +204,12 @@ export class FollowedPage {
     for (const worker of this.page.workers()) await worker.evaluate(() => void setTimeout(() => { throw new Error("crash"); }));
   }
 
-  /** Takes the GPU away. */
+  /** Destroys the engine's GPU device while it works. */
   async loseGpu() {
-    if ((await destroyDevices(this.page)) !== 1) throw new Error("there is no GPU device, or more than one");
+    const destroy = await this.#atRest(() => destroyerOfDevices(this.page));
+    const { answers } = await this.counts();
+    await this.until((now) => now.answers > answers);
+    if ((await destroy()) !== 1) throw new Error("there is no GPU device, or more than one");
   }
 
   /** Loads the page anew, as a person does. */

@@ -79,12 +79,30 @@ export async function footprintOf(page) {
   }
 }
 
-/** Destroys the GPU device of the engine's worker, as when a driver is reset. @param {import("puppeteer-core").Page} page */
-export async function destroyDevices(page) {
-  let destroyed = 0;
-  for (const { client } of page.workers())
-    destroyed += await sumOf(client, "GPUDevice", "(device) => (device.destroy(), 1)");
-  return destroyed;
+/**
+ * Finds the GPU devices of a page's workers, to be destroyed later, as when a driver is reset.
+ *
+ * @param {import("puppeteer-core").Page} page
+ * @returns {Promise<() => Promise<number>>} destroys them and says how many there were
+ */
+export async function destroyerOfDevices(page) {
+  const kept = { objectGroup: "devices" };
+  const found = [];
+  for (const { client } of page.workers()) {
+    const { result } = await client.send("Runtime.evaluate", { expression: "globalThis.GPUDevice?.prototype", ...kept });
+    if (!result.objectId) continue;
+    const { objects } = await client.send("Runtime.queryObjects", { prototypeObjectId: result.objectId, ...kept });
+    found.push({ client, objectId: objects.objectId });
+  }
+  return async () => {
+    let destroyed = 0;
+    for (const { client, objectId } of found) {
+      const functionDeclaration = "function () { this.forEach((device) => device.destroy()); return this.length; }";
+      destroyed += (await client.send("Runtime.callFunctionOn", { objectId, functionDeclaration, returnByValue: true })).result.value;
+      await client.send("Runtime.releaseObjectGroup", kept);
+    }
+    return destroyed;
+  };
 }
 
 /** The part that a worker plays. @param {import("puppeteer-core").CDPSession} client */
