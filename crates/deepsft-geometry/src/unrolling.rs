@@ -330,8 +330,8 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
     let texels = DVec2::new(texture.width() as f64, texture.height() as f64);
     Ok(Picture::from_fn(width, height, |x, y| {
         let at = DVec2::new((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
-        let inwards = (0..(1.0 / INWARDS) as usize).map(|step| at.lerp(DVec2::splat(0.5), INWARDS * step as f64));
-        let Some(point) = inwards.into_iter().find_map(|at| locator.locate(at)) else {
+        let mut inwards = (0..(1.0 / INWARDS) as usize).map(|step| at.lerp(DVec2::splat(0.5), INWARDS * step as f64));
+        let Some(point) = inwards.find_map(|at| locator.locate(at)) else {
             return [255; 3];
         };
         let corners = faces[point.face].map(|v| uv[v]);

@@ -65,10 +65,9 @@ export class ScanEditor {
     this.#scan = scan;
     this.#root.dataset.state = scan.sheet ? "sheet" : "volume";
     this.#part("#scan-name", HTMLElement).textContent = scan.name;
-    const sides = scan.sizeMm.map((side) => formatLength(side, "mm")).join(" × ");
     const reason = scan.refusal ? ` ${sentence(scan.refusal)}` : "";
     this.#part("#scan-verdict", HTMLElement).textContent = scan.sheet ? SHEET_WORDS : `${VOLUME_WORDS}${reason}`;
-    this.#part("#scan-box", HTMLElement).textContent = `The scan measures ${sides} mm.`;
+    this.#sayBox(1);
     if (scan.sheet) {
       this.#take(scan.sheet.widthMm);
       this.#width.value = formatLength(scan.sheet.widthMm, "mm");
@@ -109,7 +108,14 @@ export class ScanEditor {
     const { sheet } = /** @type {Scan} */ (this.#scan);
     this.#widthMm = widthMm;
     this.#say("");
+    if (sheet && widthMm > 0) this.#sayBox(widthMm / sheet.widthMm);
     this.#height.textContent = sheet && widthMm > 0 ? formatLength((widthMm * sheet.heightMm) / sheet.widthMm, "mm") : "–";
+  }
+
+  /** Says how large the scan is as it stands. @param {number} scale by which its size was corrected */
+  #sayBox(scale) {
+    const sides = this.#scan?.sizeMm.map((side) => formatLength(scale * side, "mm")).join(" × ");
+    this.#part("#scan-box", HTMLElement).textContent = `The scan measures ${sides} mm.`;
   }
 
   /** @param {"camera" | "image"} use */

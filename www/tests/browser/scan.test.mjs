@@ -141,6 +141,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       assert.match(await page.textContent("#scan-problem"), /Is that right\?/);
       await page.fill("#scan-width", "14,8 cm");
       assert.equal(await page.textContent("#scan-height"), "105");
+      assert.equal(await page.textContent("#scan-box"), "The scan measures 128 × 105 × 31.9 mm.");
       assert.equal(await page.textContent("#scan-problem"), "");
       await page.waitForTimeout(500);
       await screenshot(`${name}-scan-sheet`);
