@@ -110,7 +110,10 @@ fn files_that_tell_nothing_or_nonsense_have_no_camera() {
 fn a_field_that_cannot_be_read_does_not_hide_the_others() {
     let fields = [
         (Tag::FocalLengthIn35mmFilm, short(26)),
-        (Tag::Copyright, Value::Ascii(vec![b"somebody with a long name".to_vec()])),
+        (
+            Tag::Copyright,
+            Value::Ascii(vec![b"somebody with a long name".to_vec()]),
+        ),
     ];
     let mut jpeg = photograph(400, 300, &fields);
     let tag = jpeg.windows(4).position(|window| window == [0x82, 0x98, 0, 2]).unwrap();
