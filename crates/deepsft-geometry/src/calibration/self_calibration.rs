@@ -58,7 +58,7 @@ impl Default for SelfCalibrationOptions {
             deviations: [0.2, 0.02, 0.02, 0.03],
             blurs: vec![2.0, 1.2, 0.8],
             steps: 4,
-            residual_variance: 0.6,
+            residual_variance: 0.8,
             fewest_views: 4,
             most_views: 12,
             least_motion: 0.05,
