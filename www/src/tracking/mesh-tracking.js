@@ -208,9 +208,10 @@ export class MeshTracking {
    *
    * @param {SourcedCamera} camera of the frame
    */
-  #seeksFocal({ source, spread = Infinity, fx, ...camera }) {
+  #seeksFocal(camera) {
+    const { source, spread = Infinity, fx } = camera;
     const isSought = this.#parts.onFocal !== undefined && (source === "estimated" || source === "calibrated");
-    const of = JSON.stringify([source, fx, camera]);
+    const of = JSON.stringify(camera);
     const isSame = of === this.#focal.of;
     if (!isSame) this.#focal = { of, deviation: source === "calibrated" && spread === Infinity ? 0 : spread / fx };
     return isSought && isSame && this.#focal.deviation > FOCAL_DEVIATION_SOUGHT;
@@ -221,6 +222,8 @@ export class MeshTracking {
    * @param {{ ratio: number, deviation: number }} found
    */
   #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
+    // The camera may have changed, or been forgotten, since.
+    if (JSON.stringify(camera) !== this.#focal.of) return;
     if (deviation > Math.min(MOST_FOCAL_DEVIATION, TOLD_AGAIN * this.#focal.deviation)) return;
     this.#focal.deviation = deviation;
     const focal = (ratio * camera.fx * width) / camera.width;

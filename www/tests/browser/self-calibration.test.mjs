@@ -33,7 +33,7 @@ before(async () => {
 }, { timeout: SLOW_MS });
 after(() => rm(folder, { recursive: true, force: true }));
 
-test("the page finds the focal length of a camera from the moving sheet, and keeps it", { timeout: SLOW_MS }, async (t) => {
+test("the page finds the focal length of a camera from the moving sheet, says how sure it is, keeps it, and forgets it when told to", { timeout: SLOW_MS }, async (t) => {
   const browser = await launch({ camera: cameraFile });
   try {
     const demo = await openDemo(browser, { device: DESKTOP, query: "?device=cpu", permissions: ["camera"] });
@@ -55,10 +55,20 @@ test("the page finds the focal length of a camera from the moving sheet, and kee
     // The sheet is found again with it, and it is there on the next visit.
     await page.waitForSelector('#state[data-state="found"]');
     await demo.screenshot("self-calibration");
+    const { fx, spread } = await page.evaluate(() => cameras.at(-1));
+    assert.ok(spread > 0 && spread <= 0.015 * fx, `${spread} of ${fx} px`);
     await page.reload();
     await cameras();
     await page.waitForFunction(() => cameras.length > 0);
-    assert.deepEqual(await page.evaluate(() => [cameras[0].source, cameras[0].fx]), ["calibrated", last.fx]);
+    const kept = await page.evaluate(() => cameras[0]);
+    assert.equal(kept.source, "calibrated");
+    // It may have become surer in between.
+    assert.ok(kept.spread <= spread && Math.abs(kept.fx / focal - 1) < MOST_ERROR, `${kept.fx} ± ${kept.spread} px`);
+    await page.waitForFunction(() => /found here, ±\s\d\.\d\s%/.test(document.querySelector("#focal-source").textContent));
+    await page.click("#forget");
+    await page.waitForFunction(() => cameras.at(-1).source === "estimated");
+    assert.equal(await page.evaluate(() => Object.keys(localStorage).filter((key) => key.startsWith("deepsft/focal/")).length), 0);
+    await page.waitForFunction(() => getComputedStyle(document.querySelector("#forget")).display === "none");
     await demo.finish();
   } finally {
     await browser.close();

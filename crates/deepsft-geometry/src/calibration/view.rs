@@ -28,6 +28,8 @@ pub(super) struct View {
     sensitivities: [Vec<DVec3>; 4],
     /// What it says of the camera.
     pub(super) reduced: Reduced,
+    /// What was left of the fit's energy.
+    pub(super) energy: f64,
 }
 
 /// The camera's normal equations after the mesh has been eliminated (the Schur complement).
@@ -46,6 +48,7 @@ impl View {
             vertices,
             sensitivities: Default::default(),
             reduced: Reduced::default(),
+            energy: f64::INFINITY,
         }
     }
 
@@ -103,6 +106,7 @@ impl View {
                 Some((coupling, reduced, solved))
             },
         )?;
+        self.energy = fitted.report.final_energy();
         self.vertices = fitted.vertices;
         self.confidence = fitted.agreement.confidence;
         (self.reduced, self.sensitivities) = (Reduced::default(), Default::default());

@@ -156,7 +156,7 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
     let seconds = start.elapsed().as_secs_f64();
     let found = found.map(|found| {
         let focal = found.camera.focal().x / assumed.focal().x;
-        let all = found.views == truths.len();
+        let all = calibration.meshes().count() == truths.len();
         let after = calibration
             .meshes()
             .zip(&truths)
