@@ -10,9 +10,8 @@ use crate::render::value_noise::{ValueNoise, floor};
 use crate::scene::artwork::artwork;
 use deepsft_geometry::glam::{Mat3, Vec2, Vec3};
 use rand::{Rng, RngExt};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::f32::consts::TAU;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, OnceLock};
 
 /// Size of a procedural background, pixels.
 const SIDE: Vec2 = Vec2::new(640.0, 400.0);
@@ -25,39 +24,37 @@ const ARTWORKS: usize = 40;
 /// how.
 const POOL_SEED: u64 = 0x5f7d_ee95;
 
-static PROCEDURAL: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
-    let painters: [fn(&mut Frame, &mut _); 8] = [room, surface, clutter, planks, leaves, pattern, gallery, gradient];
-    (0..BACKGROUNDS)
-        .into_par_iter()
-        .map(|number| {
-            let mut rng = generator(POOL_SEED, number as u64, Stream::Pool);
-            let mut frame = Frame::filled(SIDE.x as usize, SIDE.y as usize, any_color(&mut rng));
-            painters[number % painters.len()](&mut frame, &mut rng);
-            Arc::new(Texture::new(&frame.to_picture()))
-        })
-        .collect()
-});
+static BACKGROUND_POOL: [OnceLock<Arc<Texture>>; BACKGROUNDS] = [const { OnceLock::new() }; BACKGROUNDS];
 
-static ARTWORK: LazyLock<Vec<Arc<Texture>>> = LazyLock::new(|| {
-    (0..ARTWORKS)
-        .into_par_iter()
-        .map(|number| {
-            let mut rng = generator(POOL_SEED, (BACKGROUNDS + number) as u64, Stream::Pool);
-            Arc::new(Texture::new(&artwork(number, &mut rng).1))
-        })
-        .collect()
-});
+static ARTWORK_POOL: [OnceLock<Arc<Texture>>; ARTWORKS] = [const { OnceLock::new() }; ARTWORKS];
 
-/// Procedural backgrounds and artworks, shared by the whole process and painted on first use (about a second).
-pub(crate) fn procedural_backgrounds() -> &'static [Arc<Texture>] {
-    // Backgrounds show artworks. Parallel painters that were the first to ask for them could wait for each other.
-    procedural_artworks();
-    &PROCEDURAL
+/// One of the procedural backgrounds, shared by the whole process. Each is painted when it is first asked for.
+pub(crate) fn any_background<R: Rng + ?Sized>(rng: &mut R) -> Arc<Texture> {
+    background(rng.random_range(0..BACKGROUNDS))
 }
 
-/// Procedural printed sheets.
-pub(crate) fn procedural_artworks() -> &'static [Arc<Texture>] {
-    &ARTWORK
+/// One of the procedural printed sheets, likewise.
+pub(crate) fn any_artwork<R: Rng + ?Sized>(rng: &mut R) -> Arc<Texture> {
+    printed_artwork(rng.random_range(0..ARTWORKS))
+}
+
+fn background(number: usize) -> Arc<Texture> {
+    let painters: [fn(&mut Frame, &mut _); 8] = [room, surface, clutter, planks, leaves, pattern, gallery, gradient];
+    let paint = || {
+        let mut rng = generator(POOL_SEED, number as u64, Stream::Pool);
+        let mut frame = Frame::filled(SIDE.x as usize, SIDE.y as usize, any_color(&mut rng));
+        painters[number % painters.len()](&mut frame, &mut rng);
+        Arc::new(Texture::new(&frame.to_picture()))
+    };
+    BACKGROUND_POOL[number].get_or_init(paint).clone()
+}
+
+fn printed_artwork(number: usize) -> Arc<Texture> {
+    let paint = || {
+        let mut rng = generator(POOL_SEED, (BACKGROUNDS + number) as u64, Stream::Pool);
+        Arc::new(Texture::new(&artwork(number, &mut rng).1))
+    };
+    ARTWORK_POOL[number].get_or_init(paint).clone()
 }
 
 /// A background picture.
@@ -191,7 +188,7 @@ fn room<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
         let rim = quiet_color(rng);
         frame.fill(&Figure::upright(corner - 5.0, corner + size + 5.0), rim);
         if rng.random_bool(0.4) {
-            hang(frame, &ARTWORK[rng.random_range(0..ARTWORKS)], corner, size, Vec2::X);
+            hang(frame, &any_artwork(rng), corner, size, Vec2::X);
             continue;
         }
         let a = any_color(rng);
@@ -304,7 +301,7 @@ fn gallery<R: Rng + ?Sized>(frame: &mut Frame, rng: &mut R) {
         let size = Vec2::new(uniform(rng, [90.0, 260.0]), uniform(rng, [90.0, 220.0]));
         let axis = if upright { Vec2::X } else { unit_vector(rng) };
         let corner = anywhere(frame, rng) - (axis * size.x + axis.perp() * size.y) / 2.0;
-        hang(frame, &ARTWORK[rng.random_range(0..ARTWORKS)], corner, size, axis);
+        hang(frame, &any_artwork(rng), corner, size, axis);
     }
 }
 
@@ -412,13 +409,17 @@ mod tests {
                 (0..100).map(|k| texture.trilinear(Vec2::new((k % 10) as f32, (k / 10) as f32) / 10.0 + 0.05, 1.0));
             grid.collect::<Vec<_>>()
         };
-        for pool in [procedural_backgrounds(), procedural_artworks()] {
+        let pools: [Vec<Arc<Texture>>; 2] = [
+            (0..BACKGROUNDS).map(background).collect(),
+            (0..ARTWORKS).map(printed_artwork).collect(),
+        ];
+        assert_eq!(pools.each_ref().map(Vec::len), [48, 40]);
+        for pool in pools {
             let values: Vec<_> = pool.iter().map(at).collect();
             assert!((0..values.len()).all(|i| (0..i).all(|j| values[i] != values[j])));
             // None of them is a single colour.
             assert!(values.iter().all(|v| v.iter().any(|c| c.distance(v[0]) > 0.02)));
         }
-        assert_eq!((procedural_backgrounds().len(), procedural_artworks().len()), (48, 40));
     }
 
     #[test]

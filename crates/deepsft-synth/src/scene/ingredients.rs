@@ -3,13 +3,13 @@
 use crate::deform::{ControlPointDeformation, deform};
 use crate::error::SynthError;
 use crate::render::texture::Texture;
-use crate::scene::background::{Background, procedural_artworks, procedural_backgrounds};
+use crate::scene::background::{Background, any_artwork, any_background};
 use crate::scene::config::SynthConfig;
 use crate::scene::photographs::{Photographs, SHEETS_PER_PHOTOGRAPH};
 use crate::scene::pose::sample_pose;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{Picture, Template};
-use rand::{Rng, RngExt};
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::sync::Arc;
 
@@ -44,8 +44,6 @@ impl Ingredients {
     /// As [`crate::Synthesizer::new`].
     pub(crate) fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
         config.check()?;
-        procedural_backgrounds();
-        procedural_artworks();
         Ok(Self {
             texture: Texture::new(template.texture()),
             blank: Arc::new(Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3]))),
@@ -93,7 +91,7 @@ impl Ingredients {
         {
             return Background::Photograph(photograph.background);
         }
-        Background::Drawn(pick(procedural_backgrounds(), rng))
+        Background::Drawn(any_background(rng))
     }
 
     /// Art of a sheet that is not the template.
@@ -106,12 +104,8 @@ impl Ingredients {
                 return photograph.sheets[number % SHEETS_PER_PHOTOGRAPH].clone();
             }
         }
-        pick(procedural_artworks(), rng)
+        any_artwork(rng)
     }
-}
-
-fn pick<R: Rng + ?Sized>(textures: &[Arc<Texture>], rng: &mut R) -> Arc<Texture> {
-    textures[rng.random_range(0..textures.len())].clone()
 }
 
 /// The vertices around a sheet's grid, clockwise from the top left; none of another template.
