@@ -65,11 +65,13 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     let devices = step.differentiable.len();
     let mut loader = Loader::start(source, targets, config.seed, epoch_samples, config.workers);
     let mut asked = 0;
-    let batches = |state: &Checkpoint, progress: f64| {
+    let batches = |state: &Checkpoint, _: f64| {
         asked = asked.max(state.samples);
         while loader.wanted() > 0 {
             let shape = match targets {
-                Targets::Cells(_) => config.schedule.shape(progress),
+                // By where the batch begins, not by where the training stands when it is asked for: a training that resumes
+                // asks for it at another moment.
+                Targets::Cells(_) => config.schedule.shape(config.budget.progress(state.seconds, asked)),
                 Targets::Maps(_) => config.schedule.frames,
             };
             loader.ask(asked, shape);

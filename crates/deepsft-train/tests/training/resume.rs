@@ -50,18 +50,38 @@ fn normalised() -> NetworkConfig {
 fn a_resumed_training_gives_the_same_weights_and_curve_bit_for_bit() {
     let _alone = alone();
     for network in [small_compact(&training_camera()), normalised()] {
-        resumed_as_uninterrupted(&network);
+        resumed_as_uninterrupted(&network, config, 6);
     }
 }
 
-fn resumed_as_uninterrupted(network: &NetworkConfig) {
+#[test]
+fn a_training_that_is_resumed_where_its_windows_grow_has_the_same_batches() {
+    let _alone = alone();
+    let growing = |checkpoint: &Path, resume| {
+        let mut config = config(checkpoint, resume);
+        config.schedule.frames = BatchShape {
+            frames: 1,
+            width: 96,
+            height: 64,
+        };
+        config.schedule.window_fraction = 0.5;
+        // Batches are asked for ahead: these two workers have five under way.
+        config.workers = 2;
+        config
+    };
+    // Half of the 16 samples are seen in windows of 64 pixels.
+    resumed_as_uninterrupted(&small_compact(&training_camera()), growing, 8);
+}
+
+/// Trains with the settings of `config` once to the end, and once on from a copy of the checkpoint after `samples` samples.
+fn resumed_as_uninterrupted(network: &NetworkConfig, config: impl Fn(&Path, bool) -> TrainConfig, samples: u64) {
     let folder = tempfile::tempdir().unwrap();
     let (whole, half) = (folder.path().join("whole"), folder.path().join("half"));
     let device = Device::flex();
     let synthesizer = synthesizer();
     let uninterrupted = train(&synthesizer, network, &config(&whole, false), &device, |progress| {
         if let Progress::Evaluated(point) = progress
-            && point.samples == 6
+            && point.samples == samples
         {
             copy(&whole, &half);
         }
@@ -74,7 +94,7 @@ fn resumed_as_uninterrupted(network: &NetworkConfig) {
         }
     })
     .unwrap();
-    assert_eq!(resumed_at, 6);
+    assert_eq!(resumed_at, samples);
     let curve = |state: &deepsft_train::Checkpoint| -> Vec<_> {
         // Everything but the wall clock; ten digits, since numbers go through JSON.
         state
