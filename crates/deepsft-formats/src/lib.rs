@@ -31,8 +31,8 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
 pub use folder::{
-    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, replace_folder, sync_folder,
-    write_file, write_folder,
+    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder,
+    remove_unfinished_files, replace_folder, sync_folder, write_file, write_folder,
 };
 pub use glb::textured_glb;
 pub use npy::{bool_npy, f32_npy};

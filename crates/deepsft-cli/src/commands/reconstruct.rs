@@ -9,7 +9,7 @@ use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceKind, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
-use deepsft_formats::FolderKind;
+use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
@@ -212,6 +212,7 @@ impl Object {
         let mut stages = Stages::default();
         let (image, exif) = stages.time("decode", || input::photograph(path))?;
         let (camera, source) = camera_of(&image, camera, exif)?;
+        let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
         let canonical_camera = self.finder.target().canonical_camera(camera.size());
         let mut view = View::new(&image, &camera);
         let canonical = stages.time("canonical_warp", || view.canonical(&canonical_camera).cloned())?;
@@ -246,7 +247,7 @@ impl Object {
         };
         let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
-        deepsft_formats::write_folder(folder, &RESULTS_FOLDER, &files)?;
+        results.filled(&files)?.commit()?;
         Ok(format!(
             "{}: {}{}: {}",
             path.display(),

@@ -56,7 +56,7 @@ cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5).
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.
 
 A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
-is 3. Ctrl-C does the same (exit code 130). An older track in DIR that is whole stays; the frames are then in DIR.partial.
+is 3. Ctrl-C does the same (exit code 130), and so does a full disk if it has room for the report (exit code 1). An older track in DIR that is whole stays; the frames are then in DIR.partial.
 
 By default a detection arrives 4 frames after its frame, as on a device that follows a camera. Where time does not
 matter, --find-every 1 shows every frame to the finder and waits.

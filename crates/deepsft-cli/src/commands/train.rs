@@ -25,7 +25,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let mut plan = Plan::new(arguments)?;
     deepsft_formats::check_folder(&arguments.out, &BUNDLE_FOLDER)?;
     // Two trainings would overwrite each other's checkpoints.
-    let _alone = deepsft_formats::FolderLock::acquire(&arguments.out)?;
+    let alone = deepsft_formats::FolderLock::acquire(&arguments.out)?;
     for checkpoint in plan.checkpoints() {
         let found = existing_checkpoints(&checkpoint);
         if !arguments.resume && !found.is_empty() {
@@ -75,6 +75,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     let training = Training {
         arguments,
         plan: &plan,
+        alone: &alone,
         synthesizer,
         data_sets,
         device,

@@ -284,13 +284,32 @@ fn a_folder_on_which_another_process_works_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_template(folder, "template");
-    // This process is the other one.
-    let at_work = ["set", "model"].map(|name| FolderLock::acquire(&folder.join(name)).unwrap());
     let run = |line: &str| deepsft(folder, &line.split(' ').collect::<Vec<_>>());
-    let synth = "synth --template template --count 1 --seed 1 --out set";
-    run(synth).fails(FAILED, &["another process", "set"]);
-    run("train --template template --samples 16 --out model").fails(FAILED, &["another process", "model"]);
-    assert!(!folder.join("set").exists() && !folder.join("model").exists());
+    run("clip --template template --frames 2 --out film").succeeds();
+    let commands = [
+        ("synth --template template --count 1 --seed 1 --out set", "set"),
+        ("train --template template --samples 16 --out model", "model"),
+        ("clip --template template --frames 1 --out clip", "clip"),
+        ("track --template template --out track film", "track"),
+        (
+            "reconstruct --template template --out results film/frame-00000.png",
+            "results/frame-00000",
+        ),
+        (
+            "recording simulate --template template --frames 1 --out record",
+            "record",
+        ),
+        (
+            "template new --image template/texture.png --size-mm 200x150 --out sheet",
+            "sheet",
+        ),
+    ];
+    // This process is the other one.
+    let at_work = commands.map(|(_, place)| FolderLock::acquire(&folder.join(place)).unwrap());
+    for (line, place) in commands {
+        run(line).fails(FAILED, &["another process", place]);
+        assert!(!folder.join(place).exists(), "{line}");
+    }
     drop(at_work);
-    run(synth).succeeds();
+    run(commands[0].0).succeeds();
 }

@@ -43,6 +43,17 @@ pub fn deepsft_without_reader<S: AsRef<OsStr>>(folder: &Path, arguments: &[S]) -
     run_of(&child.wait_with_output().unwrap())
 }
 
+/// Runs `deepsft` in `folder` where no file can be larger than so many bytes: writing more is an error, and no end of the process.
+#[cfg(target_os = "linux")]
+pub fn deepsft_with_small_files(folder: &Path, bytes: u64, arguments: &[&str]) -> Run {
+    // A shell counts blocks of 512 bytes, or of 1024 if it is bash by another name.
+    let script = "trap '' XFSZ; if [ \"$BASH_VERSION\" ]; then ulimit -f $(($0 / 1024)); else ulimit -f $(($0 / 512)); fi; \
+                  exec \"$@\"";
+    let mut command = Command::new("sh");
+    command.args(["-c", script, &bytes.to_string(), env!("CARGO_BIN_EXE_deepsft")]);
+    run(command.args(arguments).current_dir(folder))
+}
+
 fn run(command: &mut Command) -> Run {
     run_of(&command.output().unwrap())
 }

@@ -9,6 +9,7 @@ mod common;
 mod data_sets;
 mod documented;
 mod evaluation;
+mod full_disk;
 mod interruption;
 mod meshes;
 mod recordings;

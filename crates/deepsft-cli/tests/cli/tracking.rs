@@ -423,11 +423,7 @@ fn ctrl_c_keeps_the_frames_until_then_and_leaves_no_litter() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let begun = || {
-        let beside = fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
-        let mut staged = beside.filter(|path| path.to_string_lossy().contains(".partial-"));
-        staged.any(|folder| folder.join("pictures/frame-00002.png").is_file())
-    };
+    let begun = || path.join(".track.partial/pictures/frame-00002.png").is_file();
     let start = Instant::now();
     while !begun() {
         assert!(start.elapsed() < PATIENCE && running.try_wait().unwrap().is_none());

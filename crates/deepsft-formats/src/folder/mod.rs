@@ -8,7 +8,10 @@ mod lock;
 mod scan;
 mod template;
 
-pub use atomic::{StagedFolder, check_folder, replace_folder, sync_folder, write_file, write_folder};
+pub use atomic::{
+    StagedFolder, check_folder, recover_folder, remove_unfinished_files, replace_folder, sync_folder, write_file,
+    write_folder,
+};
 pub use camera::read_camera;
 pub use kind::FolderKind;
 pub use lock::FolderLock;

@@ -1,6 +1,9 @@
 //! Files and folders that are there whole or not at all.
 
-use deepsft_formats::{FolderKind, StagedFolder, replace_folder, sync_folder, write_file, write_folder};
+use deepsft_formats::{
+    FolderKind, FolderLock, FormatError, StagedFolder, recover_folder, remove_unfinished_files, replace_folder,
+    sync_folder, write_file, write_folder,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -95,6 +98,86 @@ fn a_folder_that_is_not_finished_leaves_nothing() {
     fs::write(staged.path().join("half"), "half").unwrap();
     drop(staged);
     assert_eq!(fs::read_dir(above.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn what_a_killed_process_left_beside_the_place_goes_and_what_it_put_aside_comes_back() {
+    let above = tempfile::tempdir().unwrap();
+    let place = above.path().join("cover");
+    // Killed while it filled the folder, and between two renames.
+    for (name, file) in [(".cover.partial", "half"), (".cover.replaced", "mark")] {
+        fs::create_dir(above.path().join(name)).unwrap();
+        fs::write(above.path().join(name).join(file), "old").unwrap();
+    }
+    let staged = StagedFolder::new(&place, &KIND).unwrap();
+    assert_eq!(fs::read_to_string(place.join("mark")).unwrap(), "old");
+    staged.filled(&files(&["mark"])).unwrap().commit().unwrap();
+    assert_eq!(read_folder(&place), files(&["mark"]));
+    assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
+    // One that was not removed in time is outdated.
+    fs::create_dir(above.path().join(".cover.replaced")).unwrap();
+    recover_folder(&place).unwrap();
+    assert_eq!(read_folder(&place), files(&["mark"]));
+    assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_folder_that_is_begun_cannot_be_begun_by_another() {
+    let above = tempfile::tempdir().unwrap();
+    let place = above.path().join("cover");
+    let staged = StagedFolder::new(&place, &KIND).unwrap();
+    assert!(matches!(
+        StagedFolder::new(&place, &KIND),
+        Err(FormatError::Locked { .. })
+    ));
+    staged.filled(&files(&["mark"])).unwrap().commit().unwrap();
+    let alone = FolderLock::acquire(&place).unwrap();
+    assert!(matches!(
+        write_folder(&place, &KIND, &files(&["mark"])),
+        Err(FormatError::Locked { .. })
+    ));
+    // Who holds the lock can.
+    let staged = StagedFolder::under(&alone, &place, &KIND).unwrap();
+    staged.filled(&files(&["mark", "old"])).unwrap().commit().unwrap();
+    drop(alone);
+    assert_eq!(read_folder(&place), files(&["mark", "old"]));
+    assert_eq!(fs::read_dir(above.path()).unwrap().count(), 1);
+}
+
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+#[test]
+fn a_folder_that_is_replaced_is_there_at_every_moment() {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    let above = tempfile::tempdir().unwrap();
+    let place = above.path().join("cover");
+    write_folder(&place, &KIND, &files(&["mark"])).unwrap();
+    let ends = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let looks = scope.spawn(|| {
+            let mut looks = 0;
+            while !ends.load(Ordering::Relaxed) {
+                assert!(place.join("mark").is_file(), "it was away after {looks} looks");
+                looks += 1;
+            }
+            looks
+        });
+        for _ in 0..300 {
+            write_folder(&place, &KIND, &files(&["mark", "old"])).unwrap();
+        }
+        ends.store(true, Ordering::Relaxed);
+        assert!(looks.join().unwrap() > 0);
+    });
+}
+
+#[test]
+fn files_that_were_being_written_are_removed_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in [".unfinished-aB3xZ9", "unfinished-", "report.json"] {
+        fs::write(folder.path().join(name), name).unwrap();
+    }
+    remove_unfinished_files(folder.path()).unwrap();
+    assert_eq!(read_folder(folder.path()), files(&["report.json", "unfinished-"]));
+    remove_unfinished_files(&folder.path().join("none")).unwrap();
 }
 
 #[test]

@@ -2,4 +2,4 @@
 
 mod unfinished;
 
-pub use unfinished::{DatasetPlan, UnfinishedDataset};
+pub use unfinished::{DatasetPlan, UnfinishedDataset, tidy_dataset};

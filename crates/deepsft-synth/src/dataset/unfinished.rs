@@ -9,8 +9,8 @@ use crate::in_order::in_order;
 use crate::scene::Synthesizer;
 use deepsft_formats::{
     DATASET_FILE, DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, FolderKind,
-    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, replace_folder, sha256_file,
-    unfinished_dataset, write_file,
+    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, recover_folder,
+    remove_unfinished_files, replace_folder, sha256_file, unfinished_dataset, write_file,
 };
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -115,7 +115,10 @@ impl UnfinishedDataset {
     pub fn open(place: &Path, plan: DatasetPlan) -> Result<Self, SynthError> {
         check_folder(place, &FolderKind::DATASET)?;
         let alone = FolderLock::acquire(place)?;
+        recover_folder(place)?;
+        tidy(place)?;
         let folder = unfinished_dataset(place);
+        remove_unfinished_files(&folder)?;
         let path = folder.join(STATE_FILE);
         let mut shards = Vec::new();
         if path.exists() {
@@ -203,20 +206,35 @@ impl UnfinishedDataset {
         (sum.shapes > 0).then_some(sum)
     }
 
-    /// Writes the next shard.
+    /// Writes the next shard. One that fails leaves nothing: it may be the disk that is full.
     fn write_shard(
+        &mut self,
+        samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
+    ) -> Result<(), SynthError> {
+        let written = self.write_next_shard(samples);
+        if written.is_err() {
+            let _ = fs::remove_file(self.folder.join(OPEN_SHARD));
+        }
+        written
+    }
+
+    fn write_next_shard(
         &mut self,
         samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
     ) -> Result<(), SynthError> {
         let name = format!("shard-{:06}.tar", self.state.shards.len());
         let (beside, path) = (self.folder.join(OPEN_SHARD), self.folder.join(&name));
         let failed = |error: io::Error| unwritten(&path, &error);
+        let failed_in_shard = |error: FormatError| match error {
+            FormatError::Io(error) => failed(error),
+            other => other,
+        };
         let mut edge_lengths = EdgeLengthHistogram::default();
         let mut handle_shapes = ShapeCounts::default();
         let mut shard = ShardWriter::new(BufWriter::new(fs::File::create(&beside).map_err(failed)?));
         for sample in samples {
             let sample = sample?;
-            shard.append(&sample.encoded)?;
+            shard.append(&sample.encoded).map_err(failed_in_shard)?;
             if let Some(changes) = sample.edge_lengths {
                 edge_lengths.count(changes);
             }
@@ -224,7 +242,7 @@ impl UnfinishedDataset {
                 handle_shapes.count(strength);
             }
         }
-        let (samples, out) = shard.finish()?;
+        let (samples, out) = shard.finish().map_err(failed_in_shard)?;
         let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
         file.sync_all().map_err(failed)?;
         let bytes = file.metadata().map_err(failed)?.len();
@@ -255,8 +273,7 @@ impl UnfinishedDataset {
     fn finish(self, description: &DatasetDescription) -> Result<(), SynthError> {
         write_file(&self.folder.join(DATASET_FILE), description.to_json()?.as_bytes())?;
         replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
-        let state = self.place.join(STATE_FILE);
-        Ok(fs::remove_file(&state).map_err(|error| unwritten(&state, &error))?)
+        tidy(&self.place)
     }
 
     fn save(&self) -> Result<(), SynthError> {
@@ -264,6 +281,35 @@ impl UnfinishedDataset {
         let text = serde_json::to_vec(&self.state).map_err(|error| unwritten(&path, &error.into()))?;
         Ok(write_file(&path, &text)?)
     }
+}
+
+/// Puts the last touches to a finished data set at `place` that a kill may have kept from it. It does nothing to any other, and
+/// nothing while another process works on it.
+///
+/// # Errors
+/// [`FormatError::Write`].
+pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
+    match FolderLock::acquire(place) {
+        Ok(_alone) => tidy(place),
+        Err(FormatError::Locked { .. }) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// A state in the place of a finished data set says that it has just come there: what is beside it without a state is the older
+/// set that stood there before.
+fn tidy(place: &Path) -> Result<(), SynthError> {
+    let (state, older) = (place.join(STATE_FILE), unfinished_dataset(place));
+    if !state.is_file() {
+        return Ok(());
+    }
+    let tidy = || -> io::Result<()> {
+        if older.is_dir() && !older.join(STATE_FILE).exists() {
+            fs::remove_dir_all(&older)?;
+        }
+        fs::remove_file(&state)
+    };
+    Ok(tidy().map_err(|error| unwritten(&state, &error))?)
 }
 
 /// A sample as it stands in a shard, and what is counted of it.
@@ -352,6 +398,46 @@ mod tests {
     }
 
     #[test]
+    fn a_set_that_was_killed_while_it_first_saved_its_state_is_begun_again() {
+        let above = tempfile::tempdir().unwrap();
+        let place = above.path().join("set");
+        let folder = above.path().join("set.partial");
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join(".unfinished-x"), "{").unwrap();
+        drop(UnfinishedDataset::open(&place, plan(1)).unwrap());
+        let names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(names, [STATE_FILE]);
+    }
+
+    #[test]
+    fn a_set_that_was_killed_as_it_came_to_its_place_is_finished_and_the_older_one_goes() {
+        let above = tempfile::tempdir().unwrap();
+        let (place, beside) = (above.path().join("set"), above.path().join("set.partial"));
+        let write = |folder: &Path, names: &[&str]| {
+            fs::create_dir_all(folder).unwrap();
+            names
+                .iter()
+                .for_each(|name| fs::write(folder.join(name), "{}").unwrap());
+        };
+        // After the folders were exchanged, and before the older one was removed.
+        write(&place, &[DATASET_FILE, STATE_FILE]);
+        write(&beside, &[DATASET_FILE]);
+        tidy_dataset(&place).unwrap();
+        assert!(place.join(DATASET_FILE).exists() && !place.join(STATE_FILE).exists() && !beside.exists());
+        // Another set in the making is not touched, nor is anything beside a set without a state.
+        write(&place, &[STATE_FILE]);
+        write(&beside, &[DATASET_FILE, STATE_FILE]);
+        tidy_dataset(&place).unwrap();
+        assert!(!place.join(STATE_FILE).exists() && beside.join(STATE_FILE).exists());
+        fs::remove_file(beside.join(STATE_FILE)).unwrap();
+        tidy_dataset(&place).unwrap();
+        assert!(beside.join(DATASET_FILE).exists());
+    }
+
+    #[test]
     fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
         let above = tempfile::tempdir().unwrap();
         let place = above.path().join("set");
@@ -376,6 +462,7 @@ mod tests {
         set.write_shard([sample(0)].into_iter()).unwrap();
         let failing = [sample(1), Err(SynthError::recording("no memory", Path::new("rgb")))];
         assert!(set.write_shard(failing.into_iter()).is_err());
+        assert!(!above.path().join("set.partial").join(OPEN_SHARD).exists());
         drop(set);
         assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
     }

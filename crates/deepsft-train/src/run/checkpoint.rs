@@ -174,9 +174,26 @@ impl CheckpointFolder {
             });
         }
         let fresh = self.beside(".new");
+        let saved = self.write(&fresh, state, network, average, optimizer);
+        if saved.is_err() {
+            // It may be the disk that is full.
+            let _ = fs::remove_dir_all(&fresh);
+        }
+        saved
+    }
+
+    /// Writes a checkpoint to `fresh` and puts it in its place.
+    fn write(
+        &self,
+        fresh: &Path,
+        state: &Checkpoint,
+        network: &Network,
+        average: Option<&Network>,
+        optimizer: &ModuleOptimizer,
+    ) -> Result<(), TrainError> {
         let old = self.beside(".old");
-        remove_if_there(&fresh)?;
-        fs::create_dir_all(&fresh).map_err(cannot("make", &fresh))?;
+        remove_if_there(fresh)?;
+        fs::create_dir_all(fresh).map_err(cannot("make", fresh))?;
         let write = |path: &Path, bytes: &[u8]| deepsft_formats::write_file(path, bytes).map_err(at(path));
         let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
         let mut files = vec![
@@ -191,7 +208,7 @@ impl CheckpointFolder {
         // Last: a folder without a state is not a checkpoint.
         let path = fresh.join(STATE);
         write(&path, &serde_json::to_vec_pretty(state).map_err(at(&path))?)?;
-        sync(&fresh)?;
+        sync(fresh)?;
         if is_whole(&self.folder) {
             remove_if_there(&old)?;
             fs::rename(&self.folder, &old).map_err(cannot("rename", &self.folder))?;
@@ -199,7 +216,7 @@ impl CheckpointFolder {
             // The one before it is the newest whole one, and stays until this one is in its place.
             remove_if_there(&self.folder)?;
         }
-        fs::rename(&fresh, &self.folder).map_err(cannot("rename", &fresh))?;
+        fs::rename(fresh, &self.folder).map_err(cannot("rename", fresh))?;
         sync(self.folder.parent().unwrap_or(Path::new("")))
     }
 

@@ -34,11 +34,13 @@ pub struct TrackFolder {
     table: BufWriter<File>,
     vertices: BufWriter<File>,
     vertices_per_frame: usize,
+    /// Frames that are in table and vertices, and the length of the table with them, bytes.
     frames: usize,
+    table_bytes: u64,
 }
 
 impl TrackFolder {
-    /// Begins the folder that is to stand at `path`, for a mesh of so many vertices.
+    /// Begins the folder that is to stand at `path`, for a mesh of so many vertices. Until it is committed no other process can begin it.
     pub fn new(path: &Path, vertices_per_frame: usize) -> Result<Self> {
         if is_whole(path) {
             // There the frames are kept if the video ends early.
@@ -46,13 +48,14 @@ impl TrackFolder {
         }
         let folder = StagedFolder::new(path, &TRACK_FOLDER)?;
         let create = |name: &str| {
-            let path = folder.path().join(name);
-            let file = File::create(&path).with_context(|| format!("could not write {}", path.display()));
+            let file = File::create(folder.path().join(name)).with_context(|| unwritten(path));
             file.map(BufWriter::new)
         };
         let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
-        table.write_all(report::TABLE_HEADER.as_bytes())?;
-        vertices.write_all(&deepsft_formats::f32_npy(&[0, vertices_per_frame, 3], []))?;
+        table
+            .write_all(report::TABLE_HEADER.as_bytes())
+            .and_then(|()| vertices.write_all(&deepsft_formats::f32_npy(&[0, vertices_per_frame, 3], [])))
+            .with_context(|| unwritten(path))?;
         Ok(Self {
             place: path.to_path_buf(),
             folder,
@@ -60,13 +63,15 @@ impl TrackFolder {
             vertices,
             vertices_per_frame,
             frames: 0,
+            table_bytes: report::TABLE_HEADER.len() as u64,
         })
     }
 
     /// Adds a frame to table and vertices; `vertices_camera` is `None` where the object was not found.
     pub fn add(&mut self, frame: &FrameReport, vertices_camera: Option<&[DVec3]>) -> Result<()> {
+        let row = report::table_row(frame);
         let mut write = || -> Result<()> {
-            self.table.write_all(report::table_row(frame).as_bytes())?;
+            self.table.write_all(row.as_bytes())?;
             match vertices_camera {
                 Some(vertices) => {
                     for value in vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
@@ -81,15 +86,16 @@ impl TrackFolder {
             }
             Ok(())
         };
-        write().context("could not write the track")?;
+        write().with_context(|| unwritten(&self.place))?;
         self.frames += 1;
+        self.table_bytes += row.len() as u64;
         Ok(())
     }
 
     /// Writes a file of the frame `number` into the folder `kind`.
     pub fn write(&self, kind: &str, number: usize, ending: &str, bytes: &[u8]) -> Result<()> {
         let folder = self.folder.path().join(kind);
-        fs::create_dir_all(&folder).with_context(|| format!("could not make {}", folder.display()))?;
+        fs::create_dir_all(&folder).with_context(|| unwritten(&self.place))?;
         Ok(deepsft_formats::write_file(
             &folder.join(frame_name(number, ending)),
             bytes,
@@ -99,17 +105,25 @@ impl TrackFolder {
     /// Writes the report and puts the folder in its place, which is returned: beside an older track that is whole if this one
     /// is not.
     pub fn commit(mut self, report: &Report) -> Result<PathBuf> {
+        // What the disk took of a frame before it was full goes.
+        for (kind, ending) in [("pictures", "png"), ("meshes", "glb")] {
+            let _ = fs::remove_file(self.folder.path().join(kind).join(frame_name(self.frames, ending)));
+        }
         let mut finish = || -> Result<()> {
             self.table.flush()?;
+            self.table.get_ref().set_len(self.table_bytes)?;
             self.table.get_ref().sync_all()?;
             // The number of frames is known only now; the header has the same length whatever it is.
             self.vertices.seek(SeekFrom::Start(0))?;
             let header = deepsft_formats::f32_npy(&[self.frames, self.vertices_per_frame, 3], []);
             self.vertices.write_all(&header)?;
             self.vertices.flush()?;
+            let values = 3 * self.vertices_per_frame * self.frames;
+            let bytes = header.len() + values * size_of::<f32>();
+            self.vertices.get_ref().set_len(bytes as u64)?;
             Ok(self.vertices.get_ref().sync_all()?)
         };
-        finish().context("could not write the track")?;
+        finish().with_context(|| unwritten(&self.place))?;
         let path = self.folder.path().join(TRACK_FILE);
         deepsft_formats::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
         let place = match report.ended_early {
@@ -122,6 +136,11 @@ impl TrackFolder {
         }
         Ok(place)
     }
+}
+
+/// What could not be done, for people.
+fn unwritten(place: &Path) -> String {
+    format!("could not write {}", place.display())
 }
 
 /// Where a track that ends early is put if the one at `place` is whole.

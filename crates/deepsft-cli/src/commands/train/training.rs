@@ -11,6 +11,7 @@ use crate::progress;
 use crate::synthesis::quoted;
 use anyhow::Result;
 use deepsft::{DeviceDescription, ModelBundle, encode_png};
+use deepsft_formats::{FolderLock, StagedFolder};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
     CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, SampleSource, Trained, TrainingCourse, curve_csv,
@@ -24,6 +25,8 @@ use std::sync::Arc;
 pub struct Training<'a> {
     pub arguments: &'a TrainArguments,
     pub plan: &'a Plan<'a>,
+    /// Of the bundle's folder.
+    pub alone: &'a FolderLock,
     pub synthesizer: Arc<Synthesizer>,
     /// What step 1 is trained on; without it on images of the synthesizer.
     pub data_sets: Option<DataSets>,
@@ -113,7 +116,9 @@ impl Training<'_> {
         }
         extra.extend(tuned.into_iter().flat_map(|tuned| tuned.files));
         extra.extend(bundle.to_files()?);
-        deepsft_formats::write_folder(&arguments.out, &BUNDLE_FOLDER, &extra)?;
+        StagedFolder::under(self.alone, &arguments.out, &BUNDLE_FOLDER)?
+            .filled(&extra)?
+            .commit()?;
         Ok(bundle)
     }
 }
