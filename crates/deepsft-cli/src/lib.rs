@@ -53,8 +53,9 @@ Exit codes:
   130  interrupted by Ctrl-C: track keeps the frames until then
   141  the reader of the output went away before its end, as head does";
 
+/// What the program can do.
 #[derive(Subcommand)]
-enum Command {
+pub enum Command {
     /// Make a template.
     #[command(subcommand)]
     Template(commands::template::TemplateCommand),
@@ -86,18 +87,23 @@ enum Command {
 
 /// Runs the command that the process's arguments ask for.
 pub fn run() -> ExitCode {
-    let result = match Arguments::parse().command {
-        Command::Template(command) => commands::template::run(&command),
-        Command::Synth(arguments) => commands::synth::run(&arguments),
-        Command::Train(arguments) => commands::train::run(&arguments),
-        Command::Camera(command) => commands::camera::run(&command),
-        Command::Recording(command) => commands::recording::run(&command),
-        Command::Eval(arguments) => commands::eval::run(&arguments),
-        Command::Reconstruct(arguments) => commands::reconstruct::run(&arguments),
-        Command::Track(arguments) => commands::track::run(&arguments),
-        Command::Clip(arguments) => commands::clip::run(&arguments),
-        Command::Network(command) => commands::network::run(&command),
-        Command::Bundle(command) => commands::bundle::run(&command),
+    execute(&Arguments::parse().command)
+}
+
+/// Runs a command.
+pub fn execute(command: &Command) -> ExitCode {
+    let result = match command {
+        Command::Template(command) => commands::template::run(command),
+        Command::Synth(arguments) => commands::synth::run(arguments),
+        Command::Train(arguments) => commands::train::run(arguments),
+        Command::Camera(command) => commands::camera::run(command),
+        Command::Recording(command) => commands::recording::run(command),
+        Command::Eval(arguments) => commands::eval::run(arguments),
+        Command::Reconstruct(arguments) => commands::reconstruct::run(arguments),
+        Command::Track(arguments) => commands::track::run(arguments),
+        Command::Clip(arguments) => commands::clip::run(arguments),
+        Command::Network(command) => commands::network::run(command),
+        Command::Bundle(command) => commands::bundle::run(command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

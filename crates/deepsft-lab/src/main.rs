@@ -9,10 +9,12 @@ extern crate deepsft_cli;
 mod any_picture;
 mod bench;
 mod completion;
+mod interruptions;
 mod material;
 mod measuring;
 mod network_time;
 mod poster;
+mod soak;
 mod study;
 mod toy;
 
@@ -37,10 +39,19 @@ enum Command {
     /// Measure ARAP completion: how well it recovers hidden parts, and how fast.
     #[command(subcommand)]
     Completion(completion::CompletionCommand),
+    /// The commands of `deepsft`, for `kills` and `full-disk`.
+    #[command(subcommand, hide = true)]
+    Deepsft(Box<deepsft_cli::Command>),
+    /// Let a command of `deepsft` write to a disk that becomes full, and compare what it leaves with an uninterrupted run.
+    FullDisk(interruptions::FullDiskArguments),
+    /// Kill a command of `deepsft` at random moments, and compare what it ends with with an uninterrupted run.
+    Kills(interruptions::KillsArguments),
     /// Measure the time and the memory of a network's forward pass.
     NetworkTime(network_time::NetworkTimeArguments),
     /// Write the A4 poster: a template ready to train for, and a PDF to print.
     Poster(material::PosterArguments),
+    /// Track a video without an end, and fail when memory grows.
+    Soak(soak::SoakArguments),
     /// Measure fitting and tracking, and how errors grow with what makes a frame hard.
     #[command(subcommand)]
     Study(study::StudyCommand),
@@ -55,8 +66,12 @@ fn main() -> ExitCode {
         Command::AnyPicture(arguments) => any_picture::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Completion(command) => completion::run(&command),
+        Command::Deepsft(command) => return deepsft_cli::execute(&command),
+        Command::FullDisk(arguments) => interruptions::run_full_disk(&arguments),
+        Command::Kills(arguments) => interruptions::run_kills(&arguments),
         Command::NetworkTime(arguments) => network_time::run(&arguments),
         Command::Poster(arguments) => material::write_poster(&arguments),
+        Command::Soak(arguments) => soak::run(&arguments),
         Command::Study(command) => study::run(&command),
         Command::Toy(arguments) => material::write_toy(&arguments),
     };

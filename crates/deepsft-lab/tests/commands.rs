@@ -233,3 +233,62 @@ fn finding_is_studied_by_kind_of_print() {
     let one = ["study", "finding", "--kinds", "graphic", "--prints", "1", "--seed", "5"];
     deepsft_lab(folder.path(), &one).fails(1, &["two prints"]);
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_soak_tracks_its_clips_and_keeps_the_memory_of_every_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = format!("{}/template", shipped_model());
+    let length = [
+        "--frames",
+        "40",
+        "--warm-up",
+        "16",
+        "--window",
+        "20",
+        "--clip-frames",
+        "4",
+        "--delay",
+        "1",
+    ];
+    let soak = ["soak", "--template", &template, "--json", "soak.json"];
+    // So few frames say nothing of memory.
+    let most = ["--most-growth-kb", "1000000"];
+    let run = deepsft_lab(folder.path(), &[&soak[..], &length, &most].concat());
+    assert!(run.succeeds().stdout.contains("40 frames"), "{run:?}");
+    let report = json(&folder.path().join("soak.json"));
+    assert_eq!((&report["frames"], &report["finished"]), (&40.into(), &true.into()));
+    let windows = report["windows"].as_array().unwrap();
+    assert_eq!(windows.len(), 2);
+    for window in windows {
+        assert!(window["resident_kb"].as_u64() >= window["anonymous_kb"].as_u64());
+        assert!(window["anonymous_kb"].as_u64().unwrap() > 10_000, "{window}");
+    }
+}
+
+#[test]
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+fn commands_that_are_killed_anywhere_and_as_folders_come_to_their_places_end_as_if_they_had_not_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = format!("{}/template", shipped_model());
+    let kills = ["--kills", "3", "--at-the-end", "3", "--seed", "5"];
+    let commands = ["kills", "--command", "synth,track,clip", "--template", &template];
+    let run = deepsft_lab(
+        folder.path(),
+        &[&commands[..], &kills, &["--json", "kills.json"]].concat(),
+    );
+    run.succeeds();
+    let train = ["kills", "--command", "train", "--template", &template];
+    let few = ["--kills", "1", "--at-the-end", "1", "--json", "train.json"];
+    deepsft_lab(folder.path(), &[&train[..], &few].concat()).succeeds();
+    for (file, reports, kills) in [("kills.json", 3, 3), ("train.json", 1, 1)] {
+        let reported = json(&folder.path().join(file));
+        assert_eq!(reported.as_array().unwrap().len(), reports);
+        for report in reported.as_array().unwrap() {
+            for kind in ["anywhere", "at_the_end"] {
+                assert_eq!(report[kind]["kills"], kills, "{report}");
+            }
+            assert!(report["equal"].as_u64().unwrap() > 0, "{report}");
+        }
+    }
+}
