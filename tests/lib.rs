@@ -1,4 +1,4 @@
-//! Tests of what crosses crates live in `tests/tests/`: the layering of the crates, the layout of the
+//! Tests of what crosses crates live in `tests/tests/`: the layering of the crates, licences, the layout of the
 //! repository's root, the pages for readers, and the shipped models. This library only says where the repository is.
 
 use std::path::{Path, PathBuf};

@@ -128,6 +128,26 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     Ok(())
 }
 
+/// Runs the tests of all crates with debug assertions and overflow checks in our own crates. Cargo keeps what it compiles for that
+/// beside what it compiles for a release, and takes the crates of others from there.
+///
+/// # Errors
+/// When a test fails.
+pub fn assertions(root: &Path) -> Result<()> {
+    let mut command = tools::cargo(root);
+    command.args(["test", "--release", "--workspace", "--no-fail-fast", "--locked"]);
+    for name in tools::workspace_crates(root)? {
+        for check in ["debug-assertions", "overflow-checks"] {
+            let setting = format!("profile.release.package.\"{name}\".{check}=true");
+            command.args(["--config", &setting]);
+        }
+    }
+    let count = counted(&mut command)?;
+    println!("{} passed, {} failed", count.passed, count.failed);
+    ensure!(count.failed == 0, "{} tests failed with assertions", count.failed);
+    Ok(())
+}
+
 /// Tests the page in Chromium, Firefox and WebKit, and leaves a table of what each engine does.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod audit;
 mod bench;
 mod checks;
 mod manifest;
@@ -33,6 +34,15 @@ Tasks of the DeepSfT workspace
 
     cargo xtask ci
         The same with every dependency locked, as the continuous integration runs it.
+
+    cargo xtask assertions
+        The tests of all crates once more, with the assertions and the checks of arithmetic that a release leaves out, in our own
+        crates alone: the crates of others stay as they are built.
+
+    cargo xtask audit [--offline]
+        Checks the packages of others that we use: advisories, licences, where they come from (cargo-deny, with
+        .cargo/deny.toml, and npm audit). Installs cargo-deny below the target folder where it is missing.
+        --offline   without advisories, which come from the internet
 
     cargo xtask engines [--no-build]
         The page in Chromium, Firefox and WebKit: camera, clip, image, own picture, errors. Ends with a table, which it
@@ -94,6 +104,8 @@ fn run(arguments: Vec<String>) -> Result<()> {
         "demo" => demo(&root, &rest),
         "test" => takes_no_arguments("test", &rest).and_then(|()| checks::run(&root, checks::Mode::Developer)),
         "ci" => takes_no_arguments("ci", &rest).and_then(|()| checks::run(&root, checks::Mode::Ci)),
+        "assertions" => takes_no_arguments("assertions", &rest).and_then(|()| checks::assertions(&root)),
+        "audit" => audit(&root, &rest),
         "engines" => engines(&root, &rest),
         "site" => site(&root, &rest),
         "notices" => notices(&root, &rest),
@@ -138,6 +150,14 @@ fn demo(root: &Path, arguments: &[String]) -> Result<()> {
         tools::open_in_browser(&server.address);
     }
     server.wait()
+}
+
+fn audit(root: &Path, arguments: &[String]) -> Result<()> {
+    match arguments {
+        [] => audit::run(root, false),
+        [only] if only == "--offline" => audit::run(root, true),
+        [other, ..] => bail!("cargo xtask audit does not know {other:?}\n\n{HELP}"),
+    }
 }
 
 fn engines(root: &Path, arguments: &[String]) -> Result<()> {

@@ -2,6 +2,7 @@
 
 use crate::manifest::Tools;
 use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
 use std::{
     env,
     ffi::OsStr,
@@ -75,18 +76,36 @@ pub fn output(command: &mut Command) -> Option<String> {
         .then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
+/// What cargo knows of the crates of this workspace.
+fn metadata(root: &Path) -> Result<Value> {
+    let metadata = output(cargo(root).args(["metadata", "--no-deps", "--format-version", "1"]));
+    let metadata = metadata.context("cargo metadata failed in this workspace")?;
+    serde_json::from_str(&metadata).context("reading what cargo metadata printed")
+}
+
 /// Cargo's target folder, wherever the configuration or the environment puts it.
 ///
 /// # Errors
 /// When `cargo metadata` fails.
 pub fn target_folder(root: &Path) -> Result<PathBuf> {
-    let metadata = output(cargo(root).args(["metadata", "--no-deps", "--format-version", "1"]));
-    let metadata = metadata.context("cargo metadata failed in this workspace")?;
-    let metadata: serde_json::Value = serde_json::from_str(&metadata).context("reading what cargo metadata printed")?;
-    metadata["target_directory"]
+    metadata(root)?["target_directory"]
         .as_str()
         .map(PathBuf::from)
         .context("cargo metadata names no target folder")
+}
+
+/// The names of the crates of this workspace.
+///
+/// # Errors
+/// When `cargo metadata` fails.
+pub fn workspace_crates(root: &Path) -> Result<Vec<String>> {
+    let metadata = metadata(root)?;
+    let packages = metadata["packages"].as_array().into_iter().flatten();
+    let names: Vec<String> = packages
+        .filter_map(|package| Some(package["name"].as_str()?.to_owned()))
+        .collect();
+    ensure!(!names.is_empty(), "cargo metadata names no crates");
+    Ok(names)
 }
 
 /// Sees to it that the pinned toolchain can compile for `target`.
