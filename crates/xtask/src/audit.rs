@@ -37,7 +37,7 @@ fn crates(root: &Path, offline: bool) -> Result<()> {
     let mut command = Command::new(program);
     command
         .current_dir(root)
-        .args(["--locked", "check", "--config", ".cargo/deny.toml"]);
+        .args(["--locked", "check"]);
     if offline {
         command.args(OFFLINE_CHECKS);
     }
