@@ -2,8 +2,8 @@
 // What it finds is compared with the truth. The figures go to tests/screenshots/engines.md.
 
 import assert from "node:assert/strict";
-import { cp, mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { networkInterfaces, tmpdir } from "node:os";
+import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
@@ -11,10 +11,13 @@ import { makeClip } from "../support/clips.mjs";
 import { ENGINES, closeScreen, openEngine } from "../support/engines.mjs";
 import { errorsOf } from "../support/maps.mjs";
 import { meshDistance } from "../support/meshes.mjs";
-import { MODEL, unseenFrames } from "../support/native.mjs";
+import { unseenFrames } from "../support/native.mjs";
 import { encodePng } from "../support/png.mjs";
 import { makePrint } from "../support/prints.mjs";
 import { WWW, serve } from "../../serve.mjs";
+import { makeObstacles, refusals, refusedCameras } from "./refusals.mjs";
+
+/** @import { Refusal } from "./refusals.mjs" */
 
 const TEST_MS = 300_000;
 const SCREENSHOTS = join(WWW, "tests", "screenshots");
@@ -45,7 +48,7 @@ const table = new Map();
 
 let folder;
 let server;
-let broken;
+let obstacles;
 /** Of the bundled clip: the mesh in {@link CLIP}'s frame, and that frame as a picture. */
 let clipTruth;
 let clipPng;
@@ -69,13 +72,7 @@ before(
     const photographed = await makeClip(join(folder, "photographed"), still);
     ({ vertices: printTruth, png: printPng } = photographed.frames[0]);
     server = await serve();
-    const models = join(folder, "models");
-    await cp(MODEL, join(models, "poster-a4"), { recursive: true });
-    const weights = join(models, "poster-a4", "weights.bpk");
-    const bytes = await readFile(weights);
-    bytes[bytes.length >> 1] ^= 1;
-    await writeFile(weights, bytes);
-    broken = await serve({ folders: { "/models/": models, "/": WWW } });
+    obstacles = await makeObstacles(folder);
     await mkdir(SCREENSHOTS, { recursive: true });
   },
   { timeout: TEST_MS },
@@ -88,7 +85,7 @@ after(async () => {
   const text = [line(head), line(head.map(() => "---")), ...rows.map(line), ""].join("\n");
   console.log(`\n${text}`);
   await writeFile(join(SCREENSHOTS, "engines.md"), text);
-  await Promise.all([server?.close(), broken?.close(), closeScreen()]);
+  await Promise.all([server?.close(), obstacles?.close(), closeScreen()]);
   await rm(folder, { recursive: true, force: true });
 });
 
@@ -315,41 +312,23 @@ for (const name of ENGINES) {
       row.own = `${apart.toFixed(2)} px`;
     });
 
-    /** A test of a way in which something is in the way. */
-    const refusal = (what, code, body) =>
+    let known = 1;
+    /** A test of something that is in the way: the page names it, and offers a way on. @param {Refusal} refusal */
+    const refuses = ({ what, code, cause }) => {
+      known++;
       test(`${what}: ${code}`, { timeout: TEST_MS }, async () => {
-        assert.equal(await body(), code);
-        row.errors = `${++refused} of 5`;
+        await cause({ ...page, load: (address = "?device=cpu") => openPage(page, new URL(address, server.origin).href) });
+        assert.equal(await messageOf(page), code);
+        await screenshot(`refused-${code}`);
+        const remedies = await page.run(() => document.querySelectorAll("#message-remedies button").length);
+        assert.ok(remedies > 0, "there is a way on");
+        row.errors = `${++refused} of ${known}`;
       });
+    };
+    for (const refusal of refusals(() => obstacles)) refuses(refusal);
+    const { denied, missing } = refusedCameras(name);
 
-    refusal("a page that is not secure gets no camera", "insecure-context", async () => {
-      // Browsers take this machine's own name for secure, but not its address in the network.
-      const [{ address } = { address: "" }] = Object.values(networkInterfaces()).flat().filter(({ family, internal }) => family === "IPv4" && !internal);
-      assert.ok(address, "this machine is in no network: nothing here is insecure");
-      const open = await serve({ host: address });
-      try {
-        await openPage(page, `${open.origin}/?device=cpu`);
-        await page.click("#use-camera");
-        return await messageOf(page);
-      } finally {
-        await open.close();
-      }
-    });
-
-    refusal("a damaged model is not used", "model-corrupt", async () => {
-      await openPage(page, `${broken.origin}/?device=cpu`);
-      await page.choose("#image-file", frame.file);
-      return messageOf(page);
-    });
-
-    refusal("a browser without what the engine needs is told so", "browser-unsupported", async () => {
-      await openPage(page);
-      await page.run(() => void delete globalThis.OffscreenCanvas);
-      await page.choose("#image-file", frame.file);
-      return messageOf(page);
-    });
-
-    describe("with no WebGL and no camera", { concurrency: 1 }, () => {
+    describe("with no WebGL and a camera that is not allowed", { concurrency: 1 }, () => {
       before(
         async () => {
           await page.close();
@@ -358,7 +337,7 @@ for (const name of ENGINES) {
         { timeout: TEST_MS },
       );
 
-      refusal("the page says so once and draws the mesh all the same", "webgl-unavailable", async () => {
+      test("the page says so once and draws the mesh all the same: webgl-unavailable", { timeout: TEST_MS }, async () => {
         await openPage(page);
         assert.equal(await page.run(() => document.createElement("canvas").getContext("webgl2") === null), true);
         await feedCamera(page, clipPng);
@@ -371,18 +350,23 @@ for (const name of ENGINES) {
         const expected = await page.run(boxInImage, [...clipTruth]);
         for (const side of Object.keys(expected)) assert.ok(Math.abs(drawn[side] - expected[side]) < 4, `${side}: ${drawn[side]}, ${expected[side]}`);
         assert.equal(await page.run(() => document.querySelector("#message").hidden), true);
-        return page.run(() => /\(([a-z-]+)\)/.exec(document.querySelector("#notice-text").textContent)?.[1]);
+        assert.equal(await page.run(() => /\(([a-z-]+)\)/.exec(document.querySelector("#notice-text").textContent)?.[1]), "webgl-unavailable");
+        row.errors = `${++refused} of ${known}`;
       });
 
-      // WebKit's driver cannot refuse: there the machine has none.
-      const [what, code] = name === "webkit" ? ["that is not there", "camera-not-found"] : ["that is not allowed", "camera-denied"];
-      refusal(`a camera ${what} is named`, code, async () => {
-        await openPage(page);
-        await page.click("#use-camera");
-        const said = await messageOf(page);
-        await screenshot("no-camera");
-        return said;
-      });
+      refuses(denied);
+    });
+
+    describe("with no camera", { concurrency: 1 }, () => {
+      before(
+        async () => {
+          await page.close();
+          page = await openEngine(name, { camera: "none" });
+        },
+        { timeout: TEST_MS },
+      );
+
+      refuses(missing);
     });
   });
 }

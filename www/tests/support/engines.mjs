@@ -36,7 +36,7 @@ const POLL_MS = 100;
 /**
  * @typedef {object} EngineOptions
  * @property {boolean} [webgl] false: a browser that offers none
- * @property {"shows" | "denied"} [camera] `shows`: the browser's own test camera, a moving pattern
+ * @property {"shows" | "denied" | "none"} [camera] `shows`: the browser's own test camera, a moving pattern; WebKit cannot deny it
  */
 
 /** @type {Record<string, (options: EngineOptions) => Promise<EnginePage>>} */
@@ -68,8 +68,8 @@ async function until(page, body, args) {
 }
 
 async function chromium({ webgl, camera }) {
-  const browser = await launchChromium({ webgpu: false, webgl, testCameras: 1 });
-  const context = await browser.newContext({ viewport: WINDOW, permissions: camera === "shows" ? ["camera"] : [] });
+  const browser = await launchChromium({ webgpu: false, webgl, testCameras: camera === "none" ? 0 : 1 });
+  const context = await browser.newContext({ viewport: WINDOW, permissions: camera === "denied" ? [] : ["camera"] });
   const page = await context.newPage();
   return {
     version: browser.version(),
@@ -94,8 +94,8 @@ async function firefox({ webgl, camera }) {
     extraPrefsFirefox: {
       "webgl.force-enabled": webgl,
       "webgl.disabled": !webgl,
-      "media.navigator.streams.fake": true,
-      "permissions.default.camera": camera === "shows" ? 1 : 2,
+      "media.navigator.streams.fake": camera !== "none",
+      "permissions.default.camera": camera === "denied" ? 2 : 1,
     },
   });
   const [page] = await browser.pages();
@@ -121,7 +121,7 @@ async function webkit({ webgl, camera }) {
     "--automation",
     "--enable-media-stream=true",
     `--enable-webgl=${webgl}`,
-    ...(camera === "shows" ? ["--enable-mock-capture-devices=true"] : []),
+    ...(camera === "none" ? [] : ["--enable-mock-capture-devices=true"]),
   ];
   await Promise.race([answers(port), failed]);
   const driver = await new Builder()
