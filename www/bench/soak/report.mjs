@@ -21,6 +21,7 @@ const JUDGED = {
   "tracker: heap, MB": ({ tracker }) => (tracker?.heapBytes ?? 0) / MB,
   "engine: wasm, MB": ({ engine }) => (engine?.wasmBytes ?? 0) / MB,
   "tracker: wasm, MB": ({ tracker }) => (tracker?.wasmBytes ?? 0) / MB,
+  "array buffers, MB": (of) => together("arrayBytes")(of) / MB,
   "GPU buffers, MB": (of) => together("gpuBytes")(of) / MB,
   "GPU buffers and textures": (of) => together("gpuObjects")(of) + together("gpuTextures")(of),
   "WebGL buffers and textures": (of) => together("webglBuffers")(of) + together("webglTextures")(of),
@@ -33,7 +34,6 @@ const JUDGED = {
 const TOLD = {
   "open bitmaps": together("bitmaps"),
   "open video frames": together("videoFrames"),
-  "array buffers, MB": (of) => together("arrayBytes")(of) / MB,
   "renderer processes, MB": ({ rendererBytes }) => rendererBytes / MB,
   "GPU process, MB": ({ gpuProcessBytes }) => gpuProcessBytes / MB,
 };
