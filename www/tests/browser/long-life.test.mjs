@@ -28,6 +28,8 @@ const TIMES = { trackings: 6, targets: 20, images: 40 };
  * goes. What leaks a canonical image each time (0.5 MB), or 4 KB of each frame, grows by more.
  */
 const MOST_HEAP_BYTES = 400_000;
+/** The page's arrays, 14 MB, come and go by one; a frame that stays would be 2 MB each time. */
+const MOST_ARRAY_BYTES = 3_000_000;
 const MOST_WASM = 1.05;
 /** The card that says what is in the way stays in the document, hidden, with its three buttons. */
 const MOST_NODES = 20;
@@ -60,6 +62,7 @@ function assertHoldsNoMore(now, before, when) {
   for (const part of ["page", "engine", "tracker"].filter((part) => before[part] && now[part])) {
     const figures = `${when}, ${part}: ${JSON.stringify(before[part])}, then ${JSON.stringify(now[part])}`;
     assert.ok(now[part].heapBytes <= before[part].heapBytes + MOST_HEAP_BYTES, figures);
+    assert.ok(now[part].arrayBytes <= before[part].arrayBytes + MOST_ARRAY_BYTES, figures);
     assert.ok(now[part].wasmBytes <= MOST_WASM * before[part].wasmBytes, figures);
     assert.ok(now[part].bitmaps + now[part].videoFrames <= MOST_PICTURES, figures);
     assert.deepEqual([now[part].webglTextures, now[part].webglBuffers], [before[part].webglTextures, before[part].webglBuffers], figures);
