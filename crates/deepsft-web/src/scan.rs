@@ -44,9 +44,10 @@ pub fn read_scan(
             };
             file_named(&files, path).cloned().ok_or_else(missing)
         };
-        let scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
-        let mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
-        let template = assemble_scan(scan, mm_per_unit).map_err(broken)?.template;
+        let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
+        scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
+        let mm_per_unit = scan.mm_per_unit;
+        let template = assemble_scan(scan).map_err(broken)?.template;
         let (sheet, refusal) = match unroll(&template) {
             Ok(sheet) => (sheet_object(&sheet).into(), JsValue::NULL),
             Err(error) => (JsValue::NULL, JsValue::from(error.to_string())),

@@ -434,7 +434,7 @@ test("a calibration is kept with its deviation, and a less sure one does not tak
 
 test("the cameras of the paper are those of the command line program", async () => {
   const source = await readFile(new URL("../../../crates/deepsft-geometry/src/camera/pinhole.rs", import.meta.url), "utf8");
-  const theirs = [...source.matchAll(/\("([a-z0-9-]+)", (\d+), (\d+), \[([^\]]+)\]\)/g)].map(([, name, width, height, intrinsics]) => {
+  const theirs = [...source.matchAll(/"([a-z0-9-]+)" => \(\((\d+), (\d+)\), \[([^\]]+)\]\)/g)].map(([, name, width, height, intrinsics]) => {
     const [fx, fy, cx, cy] = intrinsics.split(", ").map(Number);
     return [name, { width: Number(width), height: Number(height), fx, fy, cx, cy }];
   });
