@@ -1,4 +1,5 @@
-import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { RawScan } from "../targets/scan.js";
 /**
  * @param {StartRequest} request
  * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
@@ -31,6 +32,14 @@ export declare function removeTarget({ id }: {
  */
 export declare function exifFocal({ file, width, height }: PhotographRequest): Promise<{
     value: number | undefined;
+    transfer: Transferable[];
+}>;
+/**
+ * @param {ScanRequest} request
+ * @returns {Promise<{ value: RawScan, transfer: Transferable[] }>}
+ */
+export declare function readScan({ files, mmPerUnit }: ScanRequest): Promise<{
+    value: RawScan;
     transfer: Transferable[];
 }>;
 /**

@@ -109,6 +109,10 @@ export type PhotographRequest = {
     width: number;
     height: number;
 };
+export type ScanRequest = {
+    files: Map<string, Uint8Array>;
+    mmPerUnit: number | undefined;
+};
 export type EstimateRequest = {
     id: number;
     frame: ImageBitmap | ImageData;
@@ -206,6 +210,7 @@ export type MeshRequest = {
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
+/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
 /**
