@@ -49,13 +49,16 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
         )));
     }
     let orientation = decoder.orientation().map_err(FormatError::picture)?;
-    let mut decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
-    decoded.apply_orientation(orientation);
+    let decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
     let rgb = if decoded.color().has_alpha() {
-        over_white(&decoded)
+        over_white(decoded)
     } else {
         decoded.into_rgb8()
     };
+    // Last: turning makes a copy, which of three bytes a pixel is the smallest.
+    let mut upright = DynamicImage::ImageRgb8(rgb);
+    upright.apply_orientation(orientation);
+    let rgb = upright.into_rgb8();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
     Ok(Picture::new(width, height, rgb.into_raw())?)
 }
@@ -71,11 +74,22 @@ pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, FormatError> {
     image_codec::encode_png(picture.rgb(), size, ExtendedColorType::Rgb8).map_err(FormatError::picture)
 }
 
-fn over_white(picture: &DynamicImage) -> RgbImage {
-    let rgba = picture.to_rgba8();
-    RgbImage::from_fn(rgba.width(), rgba.height(), |x, y| {
-        let Rgba([r, g, b, alpha]) = *rgba.get_pixel(x, y);
+/// The picture on white paper. A large one is not copied before: memory holds it and its RGB.
+fn over_white(picture: DynamicImage) -> RgbImage {
+    let over = |[color, alpha]: [u8; 2]| {
         let alpha = u32::from(alpha);
-        image::Rgb([r, g, b].map(|c| ((u32::from(c) * alpha + 255 * (255 - alpha) + 127) / 255) as u8))
-    })
+        ((u32::from(color) * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+    };
+    if picture.color().has_color() {
+        let rgba = picture.into_rgba8();
+        RgbImage::from_fn(rgba.width(), rgba.height(), |x, y| {
+            let Rgba([r, g, b, alpha]) = *rgba.get_pixel(x, y);
+            image::Rgb([r, g, b].map(|color| over([color, alpha])))
+        })
+    } else {
+        let grey = picture.into_luma_alpha8();
+        RgbImage::from_fn(grey.width(), grey.height(), |x, y| {
+            image::Rgb([over(grey.get_pixel(x, y).0); 3])
+        })
+    }
 }

@@ -38,6 +38,13 @@ pub(crate) fn patched(part: &[u8], whole: &[u8]) -> Vec<u8> {
     file
 }
 
+/// Whether an input is one of `of` that get the more expensive checks. It depends on the input alone.
+pub(crate) fn is_one_of(of: u32, input: &[u8]) -> bool {
+    let mut crc = flate2::Crc::new();
+    crc.update(input);
+    crc.sum().is_multiple_of(of)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,6 +4,7 @@ mod checkpoint;
 mod fingerprint;
 mod model_card;
 mod progress;
+mod record_files;
 mod training_run;
 
 pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, Saved, existing_checkpoints};

@@ -68,10 +68,15 @@ fn decoded(file: &[u8]) -> Result<Weights, String> {
 fn read(tensor: Tensor) -> Result<(String, Stored), String> {
     let (name, kind, shape, _, bytes) = tensor.into_parts().map_err(|e| e.to_string())?;
     let shape = shape.to_vec();
-    let expected: usize = shape.iter().product();
-    let check = |actual: usize| match actual == expected {
-        true => Ok(()),
-        false => Err(format!("{name} has {actual} values, its shape {shape:?} {expected}")),
+    // Kinds of numbers that are refused below may have any shape.
+    let check = |actual: usize| match shape
+        .iter()
+        .try_fold(1_usize, |product, &side| product.checked_mul(side))
+    {
+        Some(expected) if expected == actual => Ok(()),
+        _ => Err(format!(
+            "{name} has {actual} values, which do not fit its shape {shape:?}"
+        )),
     };
     let pairs = || bytes.as_chunks().0.iter();
     let values: Vec<f32> = match kind {

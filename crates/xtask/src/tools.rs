@@ -246,6 +246,25 @@ pub fn engine_programs() -> Result<Vec<(&'static str, PathBuf)>> {
     ENGINE_PROGRAMS.iter().map(found).collect()
 }
 
+/// Sees to it that there is a C++ compiler: libFuzzer is compiled by it.
+///
+/// # Errors
+/// When there is none and Debian's cannot be installed.
+pub fn ensure_cpp_compiler() -> Result<()> {
+    let is_there = || {
+        let names = ["c++", "g++", "clang++"];
+        env::var_os("CXX").is_some() || names.iter().any(|name| on_path(name).is_some())
+    };
+    if !is_there() {
+        install_with_apt(&["g++"]);
+    }
+    ensure!(
+        is_there(),
+        "libFuzzer needs a C++ compiler (on Debian and Ubuntu `apt install g++`)"
+    );
+    Ok(())
+}
+
 /// The first program called `name` on the PATH.
 pub fn on_path(name: &str) -> Option<PathBuf> {
     let file = format!("{name}{}", env::consts::EXE_SUFFIX);

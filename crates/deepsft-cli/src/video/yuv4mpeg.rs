@@ -6,10 +6,13 @@ use deepsft_geometry::Picture;
 use std::cell::Cell;
 use std::io::{BufRead, BufReader, Chain, Cursor, Read};
 use std::rc::Rc;
-use y4m::{Colorspace, Decoder, Error, Frame};
+use y4m::{Colorspace, Decoder, Error, Frame, Limits};
 
 /// Bytes of a header line that are read; the `y4m` crate takes 1024.
 const LONGEST_HEADER: u64 = 4096;
+
+/// Largest frame that is read, bytes: grey with the longest sides. Its picture takes three times as many at most.
+const LARGEST_FRAME: usize = 256 << 20;
 
 /// The frames of a stream. After an error there is no more to be had of it.
 pub struct Yuv4Mpeg<R: Read> {
@@ -42,10 +45,11 @@ impl<R: Read> Yuv4Mpeg<R> {
             source: Cursor::new(header).chain(source),
             count: Rc::clone(&since_frame),
         };
-        let decoder = match Decoder::new(counted) {
+        let decoder = match Decoder::new_with_limits(counted, Limits { bytes: LARGEST_FRAME }) {
             Ok(decoder) => decoder,
             Err(Error::EOF) => bail!("it ends before the first frame"),
             Err(Error::IoError(error)) => return Err(error.into()),
+            Err(Error::OutOfMemory) => bail!("its frames take more than {} MiB", LARGEST_FRAME >> 20),
             Err(error) => bail!("its header is not one of YUV4MPEG2: {error}"),
         };
         let chroma = match decoder.get_colorspace() {
@@ -231,6 +235,7 @@ mod tests {
             // Their product is 0 modulo 2^64.
             (b"YUV4MPEG2 W4294967296 H4294967296 F30:1 Cmono\n", "4294967296 pixels"),
             (b"YUV4MPEG2 W2 H99999999999999999999 F30:1 Cmono\n", "header"),
+            (b"YUV4MPEG2 W16384 H16384 F30:1 C444\n", "256 MiB"),
         ] {
             let error = Yuv4Mpeg::new(bytes).err().unwrap().to_string();
             assert!(error.contains(cause), "{error}");

@@ -124,7 +124,7 @@ impl DatasetFolder {
     fn send(&self, camera: &Camera, sender: &SyncSender<Result<Sample, FormatError>>) -> Result<(), FormatError> {
         let (mut count, expected) = (0, self.description.samples);
         for (number, path) in self.shards().enumerate() {
-            let next = self.description.first + count;
+            let next = self.description.first.saturating_add(count);
             count += check_hash(&path, &self.description, number)
                 .and_then(|()| send_shard(&path, camera, (self.description.seed, next), sender))
                 .map_err(|reason| FormatError::unusable(SHARD, &path, reason))?;
@@ -203,11 +203,13 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
         match &mut whole {
             None => whole = Some(description),
             Some(whole) => {
-                let follows = description.first == whole.first + whole.samples;
+                let follows = Some(description.first) == whole.first.checked_add(whole.samples);
+                let samples = whole.samples.checked_add(description.samples);
+                let samples = samples.ok_or("its parts say that they have more samples than can be counted")?;
                 if (&description.fingerprint, description.seed) != (&whole.fingerprint, whole.seed) || !follows {
                     return Err(format!("{name} is part of another data set than those before it").into());
                 }
-                whole.samples += description.samples;
+                whole.samples = samples;
                 whole.shards.append(&mut description.shards);
                 whole.shard_bytes.append(&mut description.shard_bytes);
                 whole.shard_sha256.append(&mut description.shard_sha256);

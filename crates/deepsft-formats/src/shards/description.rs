@@ -76,11 +76,11 @@ impl ShapeCounts {
         self.at_rest += u64::from(strength == 0.0);
     }
 
-    /// Adds the counts of other samples.
+    /// Adds the counts of other samples. What is too large stays the largest number there is.
     pub fn add(&mut self, other: &Self) {
-        self.shapes += other.shapes;
-        self.weakened += other.weakened;
-        self.at_rest += other.at_rest;
+        self.shapes = self.shapes.saturating_add(other.shapes);
+        self.weakened = self.weakened.saturating_add(other.weakened);
+        self.at_rest = self.at_rest.saturating_add(other.at_rest);
     }
 }
 

@@ -50,14 +50,14 @@ impl EdgeLengthHistogram {
         }
     }
 
-    /// Adds the counts of other samples.
+    /// Adds the counts of other samples. What is too large stays the largest number there is.
     pub fn add(&mut self, other: &Self) {
-        self.samples += other.samples;
+        self.samples = self.samples.saturating_add(other.samples);
         if self.bins.len() < other.bins.len() {
             self.bins.resize(other.bins.len(), 0);
         }
         for (sum, count) in self.bins.iter_mut().zip(&other.bins) {
-            *sum += count;
+            *sum = sum.saturating_add(*count);
         }
     }
 
@@ -70,7 +70,7 @@ impl EdgeLengthHistogram {
     }
 
     fn percentile(&self, fraction: f64) -> f64 {
-        let wanted = fraction * self.bins.iter().sum::<u64>() as f64;
+        let wanted = fraction * self.bins.iter().map(|&count| count as f64).sum::<f64>();
         let mut below = 0.0;
         for (bin, &count) in self.bins.iter().enumerate() {
             if count > 0 && below + count as f64 >= wanted {

@@ -115,7 +115,7 @@ impl IndexedShards {
         let record = read(path, bytes).map_err(|error| FormatError::unreadable(path, error))?;
         if let Some((seed, first)) = shard.described {
             record
-                .check_described(seed, first + (number - shard.first))
+                .check_described(seed, first.saturating_add(number - shard.first))
                 .map_err(|error| FormatError::unreadable(path, error))?;
         }
         if record.sample.camera != self.camera {

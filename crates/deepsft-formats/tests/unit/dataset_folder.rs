@@ -86,6 +86,20 @@ fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
 }
 
 #[test]
+fn parts_of_more_samples_than_can_be_counted_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (number, first, samples) in [(1, 0, u64::MAX), (2, u64::MAX, 2)] {
+        let mut part = DatasetDescription::new(&template(), Value::Null, 3, samples, Vec::new());
+        part.first = first;
+        let place = folder.path().join(DatasetPart { number, of: 2 }.folder_name());
+        fs::create_dir(&place).unwrap();
+        fs::write(place.join(DATASET_FILE), part.to_json().unwrap()).unwrap();
+    }
+    let error = DatasetFolder::open(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("more samples than can be counted"), "{error}");
+}
+
+#[test]
 fn a_shard_that_is_cut_and_a_sample_that_is_missing_are_errors() {
     let above = tempfile::tempdir().unwrap();
     let place = above.path().join("set");

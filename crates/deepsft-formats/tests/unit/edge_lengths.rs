@@ -22,6 +22,20 @@ fn a_histogram_of_parts_finds_the_percentiles_of_the_whole() {
 }
 
 #[test]
+fn counts_that_are_too_large_to_add_do_not_begin_anew() {
+    // As a damaged description may have them: bins of which the last holds nearly all.
+    let mut huge = EdgeLengthHistogram {
+        samples: u64::MAX,
+        bins: vec![1, u64::MAX],
+    };
+    huge.add(&huge.clone());
+    assert_eq!((huge.samples, huge.bins.as_slice()), (u64::MAX, &[2, u64::MAX][..]));
+    // The second bin, 1e-6 * 2^(1/16) to 1e-6 * 2^(2/16).
+    let median = huge.change().median;
+    assert!((1.044e-6..1.091e-6).contains(&median), "{median}");
+}
+
+#[test]
 fn the_95th_of_a_hundred_changes_is_the_nearest_rank() {
     let change = EdgeLengthChange::of((1..=100).rev().map(f64::from).collect());
     assert_eq!(

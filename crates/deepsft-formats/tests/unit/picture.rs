@@ -103,3 +103,28 @@ fn a_jpeg_with_an_exif_orientation_is_turned_upright() {
     assert_eq!((picture.width(), picture.height()), (8, 16));
     assert!(picture.pixel(4, 2)[0] < 40 && picture.pixel(4, 13)[0] > 200);
 }
+
+#[test]
+fn a_transparent_picture_is_put_on_white_without_a_copy_of_four_bytes_a_pixel() {
+    // What the decoder needs beside the pixels.
+    const BESIDE: u64 = 300_000;
+    let side = 1000;
+    let grey = image::GrayAlphaImage::from_pixel(side, side, image::LumaA([100, 51]));
+    let color = image::RgbaImage::from_pixel(side, side, Rgba([100, 0, 255, 51]));
+    // 51 of 255 is a fifth: 0.2 c + 0.8 x 255. Bytes of a pixel in the file's form, and three of RGB.
+    for (picture, bytes, expected) in [
+        (DynamicImage::ImageLumaA8(grey), 2 + 3, [224; 3]),
+        (DynamicImage::ImageRgba8(color), 4 + 3, [224, 204, 255]),
+    ] {
+        let png = encoded(&picture, ImageFormat::Png);
+        let mut decoded = None;
+        let memory = allocation_counter::measure(|| decoded = decode_picture(&png).ok());
+        assert_eq!(decoded.unwrap().pixel(7, 7), expected);
+        let most = bytes * u64::from(side * side) + BESIDE;
+        assert!(
+            memory.bytes_max < most,
+            "{} bytes, expected less than {most}",
+            memory.bytes_max
+        );
+    }
+}

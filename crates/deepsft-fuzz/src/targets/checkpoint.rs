@@ -1,11 +1,13 @@
 //! Checkpoints of trainings.
 
-use super::weights;
+use super::{picture, weights};
 use crate::files::with_folder;
 use crate::parts::{join, patched, split};
 use anyhow::{Context, Result};
+use burn::module::Module;
+use burn::optim::{GradientsParams, ModuleOptimizer};
 use deepsft::NetworkConfig;
-use deepsft_network::Network;
+use deepsft_network::{Network, pictures_to_tensor};
 use deepsft_train::{Checkpoint, CheckpointFolder, CurvePoint, Device, Fingerprint, Optimizer};
 use std::fs;
 use std::sync::OnceLock;
@@ -51,7 +53,7 @@ fn save() -> Result<[Vec<u8>; 4]> {
     let folder = tempfile::tempdir()?;
     let place = folder.path().join("checkpoint");
     let config: NetworkConfig = weights::small_config()?;
-    let network = Network::new(&config, &Device::flex());
+    let (network, optimizer) = trained(&config);
     let state = Checkpoint {
         step: 3,
         samples: 12,
@@ -66,9 +68,21 @@ fn save() -> Result<[Vec<u8>; 4]> {
         }],
         ..Checkpoint::default()
     };
-    CheckpointFolder::new(&place).save(&state, &network, Some(&network), &OPTIMIZER.init())?;
+    CheckpointFolder::new(&place).save(&state, &network, Some(&network), &optimizer)?;
     let [state, network, optimizer, average] = FILES.map(|name| fs::read(place.join(name)));
     Ok([state?, network?, optimizer?, average?])
+}
+
+/// A network after one update, and its optimiser, which has a state then.
+fn trained(config: &NetworkConfig) -> (Network, ModuleOptimizer) {
+    let device = Device::flex().autodiff();
+    let network = Network::new(config, &device);
+    let maps = network.forward_maps(pictures_to_tensor(&[&picture::small(32, 32)], &device));
+    let loss = maps.depth.sum() + maps.registration.sum() + maps.mask_logits.sum();
+    let gradients = GradientsParams::from_grads(loss.backward(), &network);
+    let mut optimizer = OPTIMIZER.init();
+    let network = optimizer.step(1e-3, network, gradients);
+    (network.valid(), optimizer)
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {

@@ -1,5 +1,6 @@
 //! Pictures of people: PNG and JPEG, and what EXIF says of the camera.
 
+use crate::parts::is_one_of;
 use crate::png;
 use anyhow::Result;
 use deepsft::{decode_picture, encode_png};
@@ -11,6 +12,9 @@ use std::io::Cursor;
 
 /// Pixels from which few JPEG files are decoded: their pixels are all there, however short the file is.
 const MANY_PIXELS: u64 = 1 << 18;
+
+/// One of so many pictures is written and read again, which takes longer than reading it.
+const WRITTEN: u32 = 4;
 
 /// One of so many of them is.
 const RARELY: u32 = 256;
@@ -39,9 +43,7 @@ pub(super) fn is_slow(file: &[u8]) -> bool {
         .with_guessed_format()
         .map(ImageReader::into_dimensions);
     let Ok(Ok((width, height))) = size else { return false };
-    let mut crc = flate2::Crc::new();
-    crc.update(file);
-    u64::from(width) * u64::from(height) > MANY_PIXELS && !crc.sum().is_multiple_of(RARELY)
+    u64::from(width) * u64::from(height) > MANY_PIXELS && !is_one_of(RARELY, file)
 }
 
 /// What is promised of a picture.
@@ -55,16 +57,18 @@ pub(super) fn check(picture: &Picture) {
     ] {
         assert!(picture.sample(x, y).iter().all(|value| (0.0..=255.0).contains(value)));
     }
-    let again = encode_png(picture).and_then(|png| decode_picture(&png));
-    assert!(
-        again.is_ok_and(|again| again == *picture),
-        "written and read again it is another picture"
-    );
+    if is_one_of(WRITTEN, picture.rgb()) {
+        let again = encode_png(picture).and_then(|png| decode_picture(&png));
+        assert!(
+            again.is_ok_and(|again| again == *picture),
+            "written and read again it is another picture"
+        );
+    }
 }
 
 /// A picture of few pixels.
 pub(super) fn small(width: usize, height: usize) -> Picture {
-    Picture::from_fn(width, height, |x, y| [40 * x as u8, 60 * y as u8, 90])
+    Picture::from_fn(width, height, |x, y| [(40 * x) as u8, (60 * y) as u8, 90])
 }
 
 /// EXIF data: a focal length of 26 mm and a picture that lies on its side.

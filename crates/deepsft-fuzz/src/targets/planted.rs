@@ -2,26 +2,20 @@
 
 use anyhow::{Result, bail};
 
-/// Words that chance does not find among 2^64: a byte that fits takes the program to a place of its own, and that guides.
-fn says(input: &[u8], word: &[u8; 8]) -> bool {
-    let mut found = input.len() >= word.len();
-    for (a, b) in input.iter().zip(word) {
-        if a != b {
-            found = false;
-            break;
-        }
-        std::hint::black_box(b);
-    }
-    found
+/// Whether an input begins with a word, which chance does not find among 2^64: what it is compared with guides mutations.
+fn says(input: &[u8], word: u64) -> bool {
+    input
+        .first_chunk()
+        .is_some_and(|&bytes| u64::from_le_bytes(bytes) == word)
 }
 
 pub(crate) fn panics(input: &[u8]) -> Result<()> {
-    assert!(!says(input, b"xK3!mQ7?"), "the planted panic");
+    assert!(!says(input, 0x784b_3321_6d51_373f), "the planted panic");
     bail!("it is not the word")
 }
 
 pub(crate) fn takes_memory(input: &[u8]) -> Result<()> {
-    if says(input, b"gR8&yW2%") {
+    if says(input, 0x6752_3826_7957_3225) {
         std::hint::black_box(vec![0_u8; 3 << 29]);
     }
     bail!("it is not the word")

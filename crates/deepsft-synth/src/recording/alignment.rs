@@ -9,6 +9,10 @@ use std::ops::Range;
 /// averaged: a dozen times the noise of a time-of-flight sensor, and less than a hand before a sheet.
 const SAME_SURFACE: f64 = 0.03;
 
+/// Most pixels of the target along a side of a square. A depth camera with a square as large has some ten columns, or the
+/// square lies at the target's pinhole, where a wrong pose puts it; then every square could cover the whole image.
+const LARGEST_SQUARE: usize = 48;
+
 /// Brings the depth pictures of a sensor into the image of a target camera that stands where the colour camera does. The
 /// target is the canonical camera: it has other intrinsics and no distortion.
 ///
@@ -17,7 +21,8 @@ const SAME_SURFACE: f64 = 0.03;
 /// hold no centre; it then covers the pixel in which it lies. Of all squares over a pixel the nearest surface wins
 /// (z-test), and the squares of that surface are averaged.
 ///
-/// A pixel without a square is a hole: the depth camera did not see it, or measured nothing. Holes stay holes, because a
+/// A pixel without a square is a hole: the depth camera did not see it, or measured nothing, or a square is larger than
+/// any that a camera's pixel has. Holes stay holes, because a
 /// network would learn a made-up depth.
 #[derive(Clone, Debug)]
 pub struct DepthAlignment {
@@ -78,8 +83,11 @@ impl DepthAlignment {
                 continue;
             };
             let z = f64::midpoint(moved[0].z, moved[1].z);
-            let across = covered(a.x, b.x, columns);
-            for row in covered(a.y, b.y, rows) {
+            let (across, down) = (covered(a.x, b.x, columns), covered(a.y, b.y, rows));
+            if across.len().max(down.len()) > LARGEST_SQUARE {
+                continue;
+            }
+            for row in down {
                 for column in across.clone() {
                     each(row * columns + column, z);
                 }

@@ -77,3 +77,15 @@ fn a_depth_camera_beside_sees_the_same_plane_and_leaves_a_hole_where_it_cannot_l
     assert!(row[219..237].iter().all(|&d| d == 0.0), "{:?}", &row[210..245]);
     assert!(row[100..213].iter().all(|&d| d == 800.0));
 }
+
+#[test]
+fn a_pose_that_puts_the_wall_at_the_pinhole_gives_holes_and_no_wall() {
+    // A wall at 800 mm, and a depth camera said to stand 799.9 mm behind the target: at 0.1 mm a square is 8000 pixels wide.
+    let sensor = RgbdSensor {
+        color_from_depth: DAffine3::from_translation(DVec3::new(0.0, 0.0, -799.9)),
+        ..RgbdSensor::registered(training_camera())
+    };
+    let raw = picture(&sensor, |_, _| 800.0);
+    let aligned = DepthAlignment::new(&sensor, &training_camera()).apply(&raw);
+    assert!(aligned.iter().all(|&depth| depth == 0.0));
+}

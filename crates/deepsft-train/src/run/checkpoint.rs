@@ -1,6 +1,7 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
 use super::fingerprint::Fingerprint;
+use super::record_files;
 use crate::device::LossScale;
 use crate::error::TrainError;
 use burn::module::Module;
@@ -255,16 +256,21 @@ impl CheckpointFolder {
             return Err(TrainError::CheckpointMismatch { what, path: folder });
         }
         let load = |name: &str| -> Result<Network, TrainError> {
-            let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes(name)?));
-            let record = record.map_err(at(&folder.join(name)))?;
+            let path = folder.join(name);
+            let file = bytes(name)?;
+            record_files::check_network(&path).map_err(at(&path))?;
+            let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(file));
+            let record = record.map_err(at(&path))?;
             let loaded = make_network()?.try_load_record(record);
-            loaded.map_err(at(&folder.join(name)))
+            loaded.map_err(at(&path))
         };
         let network = load(NETWORK)?;
         let average = folder.join(AVERAGE).is_file().then(|| load(AVERAGE)).transpose()?;
+        let optimizer_path = folder.join(OPTIMIZER);
+        record_files::check_optimizer(&optimizer_path, &network).map_err(at(&optimizer_path))?;
         let optimizer = optimizer
             .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
-            .map_err(at(&folder.join(OPTIMIZER)))?;
+            .map_err(at(&optimizer_path))?;
         Ok(Some(Saved {
             state,
             network,
@@ -364,6 +370,25 @@ mod tests {
             &deepsft::NetworkConfig::compact([297.0, 210.0], &camera),
             &burn::tensor::Device::flex(),
         )
+    }
+
+    #[test]
+    fn a_damaged_optimiser_is_an_error_that_names_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("model.checkpoint");
+        let checkpoint = CheckpointFolder::new(&place);
+        let optimizer = || burn::optim::SgdConfig::new().init();
+        checkpoint
+            .save(&Checkpoint::default(), &network(), None, &optimizer())
+            .unwrap();
+        // The weights are no state of an optimiser, though the file is whole.
+        fs::copy(place.join(NETWORK), place.join(OPTIMIZER)).unwrap();
+        let load = checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
+        let error = load.map(drop).unwrap_err().to_string();
+        assert!(
+            error.contains("belongs to no weight") && error.contains(OPTIMIZER),
+            "{error}"
+        );
     }
 
     #[test]

@@ -168,6 +168,17 @@ fn filters_are_rounded_to_steps_of_their_own_and_biases_to_half_precision() {
 }
 
 #[test]
+fn weights_whose_shape_no_number_counts_are_refused() {
+    // Of quantised values the reader of the container does not check that the shape fits the bytes.
+    let kind = DType::QFloat(burn::tensor::quantization::QuantScheme::default());
+    let bytes = Bytes::from_bytes_vec(vec![0; 4]);
+    let tensor = Packed::new("a.weight".to_owned(), kind, vec![usize::MAX / 2, 3], None, bytes);
+    let file = Writer::new(vec![tensor]).into_bytes().unwrap();
+    let refusal = weights_from_burnpack(&file).unwrap_err();
+    assert!(refusal.starts_with("a.weight holds QFloat"), "{refusal}");
+}
+
+#[test]
 fn weights_of_another_kind_are_refused() {
     let mut files = files();
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(files[WEIGHTS_FILE].clone())).unwrap();

@@ -61,14 +61,7 @@ impl Program {
     /// Builds it. The features are those of the whole workspace, as the tests of the crates have left them.
     pub fn build(root: &Path) -> Result<Self> {
         ensure!(super::HERE, "the fuzz targets run on Linux only");
-        let compiler = env::var_os("CXX").is_some()
-            || ["c++", "g++", "clang++"]
-                .iter()
-                .any(|name| tools::on_path(name).is_some());
-        ensure!(
-            compiler,
-            "libFuzzer needs a C++ compiler (on Debian and Ubuntu `apt install g++`)"
-        );
+        tools::ensure_cpp_compiler()?;
         let mut cargo = tools::cargo(root);
         cargo.args(["build", "--release", "--workspace", "--bin", "deepsft-fuzz"]);
         cargo.args(["--features", "deepsft-fuzz/libfuzzer"]);
