@@ -91,7 +91,7 @@ fn parts_of_more_samples_than_can_be_counted_are_refused() {
     for (number, first, samples) in [(1, 0, u64::MAX), (2, u64::MAX, 2)] {
         let mut part = DatasetDescription::new(&template(), Value::Null, 3, samples, Vec::new());
         part.first = first;
-        let place = folder.path().join(DatasetPart { number, of: 2 }.folder_name());
+        let place = folder.path().join(DatasetPart::new(number, 2).unwrap().folder_name());
         fs::create_dir(&place).unwrap();
         fs::write(place.join(DATASET_FILE), part.to_json().unwrap()).unwrap();
     }

@@ -175,7 +175,7 @@ fn weights_whose_shape_no_number_counts_are_refused() {
     let tensor = Packed::new("a.weight".to_owned(), kind, vec![usize::MAX / 2, 3], None, bytes);
     let file = Writer::new(vec![tensor]).into_bytes().unwrap();
     let refusal = weights_from_burnpack(&file).unwrap_err();
-    assert!(refusal.starts_with("a.weight holds QFloat"), "{refusal}");
+    assert!(refusal.to_string().contains("a.weight holds QFloat"), "{refusal}");
 }
 
 #[test]
