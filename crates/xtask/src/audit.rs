@@ -35,9 +35,7 @@ pub fn run(root: &Path, offline: bool) -> Result<()> {
 fn crates(root: &Path, offline: bool) -> Result<()> {
     let program = cargo_deny(root)?;
     let mut command = Command::new(program);
-    command
-        .current_dir(root)
-        .args(["--locked", "check"]);
+    command.current_dir(root).args(["--locked", "check"]);
     if offline {
         command.args(OFFLINE_CHECKS);
     }
