@@ -35,7 +35,8 @@ pub mod solver;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, PAPER_CAMERAS, canonical_camera, training_camera,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Lens, PAPER_CAMERAS, canonical_camera,
+    training_camera,
 };
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
