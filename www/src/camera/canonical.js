@@ -5,7 +5,8 @@
 export const CANONICAL_WIDTH = 480;
 /** Rows of the canonical image and of maps, of an upright camera columns. */
 export const CANONICAL_HEIGHT = 270;
-/** Focal length of the canonical camera, pixels; its principal point is the image's centre. */
+/** Focal length of the training camera, pixels; its principal point is the image's centre. Where an object is too near for its angle of view
+ * the canonical image has a shorter one: `focal` of an estimate. */
 export const CANONICAL_FOCAL = 380;
 
 /** @import { Camera } from "./intrinsics.js" */
@@ -68,11 +69,12 @@ function fisheyeRadius([k1, k2, k3, k4], angle) {
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] of the canonical image, pixels: an estimate's own where the object was too near for the training camera's
  * @returns {[number, number]}
  */
-export function imageFromCanonical(camera, x, y) {
+export function imageFromCanonical(camera, x, y, focal = CANONICAL_FOCAL) {
   const { width, height } = canonicalSize(camera);
-  const ray = [(x - width / 2) / CANONICAL_FOCAL, (y - height / 2) / CANONICAL_FOCAL];
+  const ray = [(x - width / 2) / focal, (y - height / 2) / focal];
   const [dx, dy] = camera.fisheye
     ? scaled(ray, (r) => fisheyeRadius(camera.fisheye ?? [], Math.atan(r))[0])
     : distort(camera.distortion ?? [0, 0, 0, 0, 0], ray[0], ray[1]);
@@ -107,9 +109,10 @@ export function verticesInImage(vertices, camera, scale = 1) {
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] as there
  * @returns {[number, number]}
  */
-export function canonicalFromImage(camera, x, y) {
+export function canonicalFromImage(camera, x, y, focal = CANONICAL_FOCAL) {
   const distorted = [(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy];
   let ray = camera.fisheye ? fisheyeRay(camera.fisheye, distorted) : [...distorted];
   const distortion = camera.distortion ?? [0, 0, 0, 0, 0];
@@ -120,7 +123,7 @@ export function canonicalFromImage(camera, x, y) {
     if (step[0] * step[0] + step[1] * step[1] < 1e-24) break;
   }
   const { width, height } = canonicalSize(camera);
-  return [ray[0] * CANONICAL_FOCAL + width / 2, ray[1] * CANONICAL_FOCAL + height / 2];
+  return [ray[0] * focal + width / 2, ray[1] * focal + height / 2];
 }
 
 /**
@@ -152,22 +155,4 @@ function fisheyeRay(fisheye, distorted) {
     }
     return Math.tan(angle);
   });
-}
-
-/**
- * The part of a camera's image that the network sees, pixels: the canonical image's rectangle (lens distortion
- * left aside) cut to the image. A wide image reaches beyond it.
- *
- * @param {Camera} camera
- * @returns {{ left: number, top: number, right: number, bottom: number }}
- */
-export function visibleRegion({ width, height, fx, fy, cx, cy }) {
-  const canonical = canonicalSize({ width, height });
-  const [halfWidth, halfHeight] = [canonical.width / 2 / CANONICAL_FOCAL, canonical.height / 2 / CANONICAL_FOCAL];
-  return {
-    left: Math.max(0, cx - halfWidth * fx),
-    top: Math.max(0, cy - halfHeight * fy),
-    right: Math.min(width, cx + halfWidth * fx),
-    bottom: Math.min(height, cy + halfHeight * fy),
-  };
 }
