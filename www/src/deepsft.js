@@ -435,15 +435,15 @@ export class DeepSft {
    * @param {boolean} estimated whether the network's answer is wanted as an estimate too
    * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
    */
-  async #find({ ids, frame, canonical, camera }, estimated) {
+  async #find({ ids, frame, canonical, camera, focal }, estimated) {
     const began = performance.now();
-    const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
+    const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
     let isKept = false;
     try {
       const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
         const copy = await createImageBitmap(canonical ?? frame);
         try {
-          return await worker.find({ ids, estimated, frame: copy, intrinsics });
+          return await worker.find({ ids, estimated, frame: copy, intrinsics, focal });
         } catch (error) {
           copy.close();
           throw error;

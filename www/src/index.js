@@ -8,8 +8,8 @@ export {
   canonicalSize,
   imageFromCanonical,
   verticesInImage,
-  visibleRegion,
 } from "./camera/canonical.js";
+export { visibleRegion } from "./camera/canonical-views.js";
 export { LENS_GLSL, lensUniform } from "./camera/lens.js";
 export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js";
 export { DeepSft } from "./deepsft.js";

@@ -35,7 +35,9 @@ pub mod solver;
 mod unrolling;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
-pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
+pub use camera::{
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Lens, canonical_camera, training_camera,
+};
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
     VisibleVertices,

@@ -1,6 +1,7 @@
 //! `deepsft-lab study`: what a part of the pipeline is worth, measured where the truth is known.
 
 mod calibration;
+mod cameras;
 mod finding;
 mod fit;
 mod precision;
@@ -15,6 +16,8 @@ use clap::Subcommand;
 pub enum StudyCommand {
     /// Measure how exactly the focal length is found from a sheet that bends, in clips.
     Calibration(calibration::CalibrationStudyArguments),
+    /// Measure the same scenes through several cameras, with and without the canonical warp.
+    Cameras(cameras::CamerasArguments),
     /// Measure how often features find a print that nothing was trained for.
     Finding(finding::FindingStudyArguments),
     /// Compare the fitted mesh with the maps that the fit starts from, one disturbance at a time.
@@ -32,6 +35,7 @@ pub enum StudyCommand {
 pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
         StudyCommand::Calibration(arguments) => calibration::run(arguments),
+        StudyCommand::Cameras(arguments) => cameras::run(arguments),
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Fit(arguments) => fit::run(arguments),
         StudyCommand::Precision(arguments) => precision::run(arguments),

@@ -104,6 +104,45 @@ fn a_study_has_every_level_of_every_series_and_draws_them() {
     }
 }
 
+/// A GoPro's image is 59 degrees across and the training camera's 65: without the warp depths are off by a sixth.
+#[test]
+fn one_scene_is_measured_through_all_cameras_with_and_without_the_warp() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = shipped_model();
+    let arguments = [
+        "study",
+        "cameras",
+        "--model",
+        &model,
+        "--scenes",
+        "1",
+        "--near-scenes",
+        "0",
+    ];
+    let files = ["--json", "cameras.json", "--figure", "cameras.png"];
+    let run = deepsft_lab(folder.path(), &[&arguments[..], &files].concat());
+    assert!(run.succeeds().stdout.contains("wide-phone, upright"), "{}", run.stdout);
+    let report = json(&folder.path().join("cameras.json"));
+    let rows = report["cameras"].as_array().unwrap();
+    assert_eq!((rows.len(), report["near"].as_array().unwrap().len()), (20, 6));
+    let row = |camera: &str, is_warped: bool| {
+        let is_it =
+            |row: &&Value| row["camera"] == camera && row["is_warped"] == is_warped && row["is_upright"] == false;
+        rows.iter().find(is_it).unwrap()
+    };
+    let depth = |row: &Value| row["fitted"]["depth_mm"]["median"].as_f64().unwrap();
+    for camera in ["training", "kinect-v2", "realsense-d435", "gopro-hero3", "wide-phone"] {
+        assert_eq!(row(camera, true)["found"], 1, "{camera}");
+    }
+    assert_eq!(depth(row("training", true)), depth(row("training", false)));
+    assert!(
+        depth(row("gopro-hero3", false)) > 3.0 * depth(row("gopro-hero3", true)),
+        "{report}"
+    );
+    let sheet = decode_picture(&fs::read(folder.path().join("cameras.png")).unwrap()).unwrap();
+    assert!(sheet.width() > 5 * 240 && sheet.height() > 5 * 135);
+}
+
 #[test]
 fn the_study_of_a_few_clips_has_its_figures_and_its_picture() {
     let folder = tempfile::tempdir().unwrap();

@@ -8,6 +8,11 @@ extern "C" {
     fn now() -> f64;
 }
 
+/// Milliseconds since some origin.
+pub fn now_ms() -> f64 {
+    now()
+}
+
 /// Measures the stages of one frame.
 pub struct Stopwatch {
     lap_began_ms: f64,

@@ -185,7 +185,8 @@ impl Engine {
     /// them.
     ///
     /// `canDeny` says whether no sighting means that the target is not there. With `estimated` the network's answer comes as an
-    /// estimate too, if the model's target is among `ids`. Numbers that are no target have no answer. Rejects as
+    /// estimate too, if the model's target is among `ids`. `focal` is the focal length of the canonical image that is looked at, pixels: the
+    /// training camera's, or a shorter one that sees more. Numbers that are no target have no answer. Rejects as
     /// [`Engine::estimate`].
     #[wasm_bindgen(
         unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }[], estimate: RawEstimate | undefined }>"
@@ -198,14 +199,20 @@ impl Engine {
         width: usize,
         height: usize,
         camera: Vec<f64>,
+        focal: f64,
     ) -> Promise {
         let core = Rc::clone(&self.core);
-        settle::promise(async move { core.find(&ids, estimated, &rgba, (width, height), &camera).await })
+        settle::promise(async move {
+            let camera = camera_from((width, height), &camera)?;
+            let picture = picture_from(&rgba, (width, height))?;
+            core.find((&ids, estimated), &mut View::new(&picture, &camera), focal)
+                .await
+        })
     }
 
     /// Fits a target's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
     ///
-    /// `width`, `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
+    /// `width`, `focal`, `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
     /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable`, `target-unknown` or
     /// `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
@@ -213,6 +220,7 @@ impl Engine {
         &self,
         id: u32,
         width: u32,
+        focal: f64,
         depth: Vec<f32>,
         registration: Vec<f32>,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] canonical: Vec<u8>,
@@ -221,7 +229,9 @@ impl Engine {
         settle::promise(async move {
             let maps = maps_from(width, depth, &registration)?;
             let canonical = picture_from(&canonical, maps.size())?;
-            let fitted = core.target(id)?.fit(&canonical, &maps)?;
+            let target = core.target(id)?;
+            let camera = target.view_camera(maps.size(), focal)?;
+            let fitted = target.fit(&canonical, &maps, &camera)?;
             Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
@@ -229,14 +239,16 @@ impl Engine {
     /// ARAP completion of one frame, without its image: visible vertices stay about where the maps have them, the others follow as
     /// rigidly as possible.
     ///
-    /// `width`, `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
+    /// `width`, `focal`, `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
     /// vertices. Rejects as [`Engine::fit`].
     #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
-    pub fn complete(&self, id: u32, width: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn complete(&self, id: u32, width: u32, focal: f64, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let maps = maps_from(width, depth, &registration)?;
-            let completed = core.target(id)?.complete(&maps)?;
+            let target = core.target(id)?;
+            let camera = target.view_camera(maps.size(), focal)?;
+            let completed = target.complete(&maps, &camera)?;
             Ok(completed.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
@@ -266,17 +278,7 @@ impl Core {
         estimate.map_err(|error| self.failed(&error))
     }
 
-    async fn find(
-        &self,
-        ids: &[u32],
-        estimated: bool,
-        rgba: &[u8],
-        size: (usize, usize),
-        camera: &[f64],
-    ) -> Result<Object, Failure> {
-        let camera = camera_from(size, camera)?;
-        let picture = picture_from(rgba, size)?;
-        let mut view = View::new(&picture, &camera);
+    async fn find(&self, (ids, estimated): (&[u32], bool), view: &mut View<'_>, focal: f64) -> Result<Object, Failure> {
         let mut estimate = JsValue::UNDEFINED;
         let answers = Array::new();
         for &id in ids {
@@ -284,16 +286,16 @@ impl Core {
                 continue;
             };
             let mut stopwatch = Stopwatch::start();
-            let found = target.find(&mut view).await;
+            let camera = target.view_camera(view.size(), focal)?;
+            let found = target.find(view, &camera).await;
             let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
-                let camera = network.canonical_camera(view.size());
                 let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?;
                 let by_network = sightings.iter().find(|sighting| sighting.by == FinderKind::Network);
                 let nothing = Maps::empty(canonical.width(), canonical.height());
                 let maps = by_network.map_or(&nothing, |sighting| &sighting.maps);
-                let raw = network_estimate(network, canonical, maps, (0.0, network_ms));
+                let raw = network_estimate(network, (canonical, &camera), maps, network_ms);
                 estimate = raw.map_err(|error| self.failed(&error))?.into();
             }
             answers.push(&object([

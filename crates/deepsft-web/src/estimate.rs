@@ -1,7 +1,7 @@
 //! One frame's estimate as JavaScript holds it.
 
 use crate::mesh::RawMesh;
-use deepsft::geometry::{Maps, Picture};
+use deepsft::geometry::{Camera, Maps, Picture};
 use deepsft::{FinderKind, Judgement};
 use js_sys::{Float32Array, Object, Reflect, Uint8Array, Uint8ClampedArray};
 use wasm_bindgen::prelude::*;
@@ -21,6 +21,7 @@ pub struct Times {
 #[wasm_bindgen]
 pub struct RawEstimate {
     width: usize,
+    focal: f64,
     depth: Float32Array,
     registration: Float32Array,
     mask: Uint8Array,
@@ -34,11 +35,18 @@ pub struct RawEstimate {
 
 impl RawEstimate {
     /// Copies the maps and the canonical image out of WebAssembly's memory.
-    pub fn new(maps: &Maps, canonical: &Picture, judgement: &Judgement, by: Option<FinderKind>, times: &Times) -> Self {
+    pub fn new(
+        maps: &Maps,
+        (canonical, camera): (&Picture, &Camera),
+        judgement: &Judgement,
+        by: Option<FinderKind>,
+        times: &Times,
+    ) -> Self {
         let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
         let rgba: Vec<u8> = rgba(canonical);
         Self {
             width: maps.width(),
+            focal: camera.focal().x,
             depth: maps.depth().into(),
             registration: maps.registration().as_flattened().into(),
             mask: mask.as_slice().into(),
@@ -63,6 +71,12 @@ impl RawEstimate {
     #[wasm_bindgen(getter)]
     pub fn width(&self) -> usize {
         self.width
+    }
+
+    /// Focal length of the canonical image, pixels: shorter where the object is too near for the training camera's.
+    #[wasm_bindgen(getter)]
+    pub fn focal(&self) -> f64 {
+        self.focal
     }
 
     /// Distance along the camera's axis in mm, -1 outside the object; a number for each pixel.

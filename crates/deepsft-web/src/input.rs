@@ -42,6 +42,23 @@ pub fn camera_from(size: (usize, usize), numbers: &[f64]) -> Result<Camera, Fail
     }
 }
 
+/// The view of focal length `focal` (pixels) for images of `size`: the canonical camera, or one that is zoomed out.
+pub fn view_from(canonical: &Camera, focal: f64) -> Result<Camera, Failure> {
+    let (own, centre) = (canonical.focal(), canonical.principal_point());
+    if focal == own.x {
+        return Ok(*canonical);
+    }
+    let fy = focal / own.x * own.y;
+    Ok(Camera::pinhole(
+        canonical.width(),
+        canonical.height(),
+        focal,
+        fy,
+        centre.x,
+        centre.y,
+    )?)
+}
+
 /// The picture of RGBA bytes, alpha left out.
 pub fn picture_from(rgba: &[u8], (width, height): (usize, usize)) -> Result<Picture, Failure> {
     let expected = width.saturating_mul(height).saturating_mul(4);

@@ -1,16 +1,17 @@
 //! A target in the engine: what finds it, and what makes meshes of it.
 
 use crate::{
-    clock::Stopwatch,
+    clock::{Stopwatch, now_ms},
     estimate::{RawEstimate, Times, object, rgba},
     failure::{Code, Failure},
+    input::view_from,
     mesh::{RawMesh, template_mesh},
 };
 use deepsft::{
     DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, PictureGrade, PictureTarget},
     geometry::{
-        CompletionOptions, Maps, MapsCompletion, Picture, Template,
+        Camera, CompletionOptions, Maps, MapsCompletion, Picture, Template,
         fitting::{FitOptions, FrameFitter},
     },
 };
@@ -85,10 +86,15 @@ impl EngineTarget {
         ])
     }
 
-    /// What the finders see and the image confirms, and whether seeing nothing means that the target is not there.
-    pub async fn find(&self, view: &mut View<'_>) -> Result<(Vec<Sighting>, bool), DeepSftError> {
+    /// The camera that stands for images of `size`: the canonical one, zoomed to a focal length in pixels.
+    pub fn view_camera(&self, size: (usize, usize), focal: f64) -> Result<Camera, Failure> {
+        view_from(&self.target.canonical_camera(size), focal)
+    }
+
+    /// What the finders see and the image confirms, as `camera` sees it, and whether seeing nothing means that the target is not there.
+    pub async fn find(&self, view: &mut View<'_>, camera: &Camera) -> Result<(Vec<Sighting>, bool), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let seen = finder.find_confirmed(view).await;
+        let seen = finder.find_confirmed(view, camera).await;
         let can_deny = finder.can_deny();
         self.finder.replace(Some(finder));
         Ok((seen?, can_deny))
@@ -97,15 +103,21 @@ impl EngineTarget {
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
     pub async fn estimate(&self, view: &mut View<'_>) -> Result<RawEstimate, DeepSftError> {
         let mut stopwatch = Stopwatch::start();
-        let canonical = self.target.canonical_camera(view.size());
-        view.canonical(&canonical)?;
-        let warp_ms = stopwatch.lap_ms();
         if let Some(network) = self.target.network() {
-            let canonical = view.canonical(&canonical)?;
-            let maps = network.infer(canonical).await?;
-            let network_ms = stopwatch.lap_ms();
-            return network_estimate(network, canonical, &maps, (warp_ms, network_ms));
+            let (picture, camera) = (view.image(), view.camera());
+            let (estimate, times) = network.estimate_timed(picture, camera, now_ms).await?;
+            let times = Times {
+                warp_ms: times.warp_ms,
+                network_ms: times.network_ms,
+                judge_ms: times.judge_ms,
+                ..Times::default()
+            };
+            let seen = (&estimate.canonical, &estimate.canonical_camera);
+            let by = Some(FinderKind::Network);
+            return Ok(RawEstimate::new(&estimate.maps, seen, &estimate.judgement, by, &times));
         }
+        view.canonical(&self.target.canonical_camera(view.size()))?;
+        let warp_ms = stopwatch.lap_ms();
         let mut finder = self.taken_finder()?;
         let estimate = finder.estimate(view).await;
         self.finder.replace(Some(finder));
@@ -116,8 +128,9 @@ impl EngineTarget {
             features_ms,
             ..Times::default()
         };
-        let (canonical, judgement) = (view.canonical(&canonical)?, &estimate.judgement);
-        let raw = RawEstimate::new(&estimate.maps, canonical, judgement, estimate.by, &times);
+        let camera = estimate.canonical_camera;
+        let seen = (view.canonical(&camera)?, &camera);
+        let raw = RawEstimate::new(&estimate.maps, seen, &estimate.judgement, estimate.by, &times);
         Ok(raw.with_fit(estimate.fit.map(|fit| RawMesh::of_fit(&fit, 0.0))))
     }
 
@@ -128,8 +141,8 @@ impl EngineTarget {
         }
     }
 
-    /// ARAP completion of maps.
-    pub fn complete(&self, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
+    /// ARAP completion of maps of `camera`.
+    pub fn complete(&self, maps: &Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
         let mut completion = self.completion.borrow_mut();
         let completion = match &mut *completion {
             Some(completion) => completion,
@@ -139,20 +152,19 @@ impl EngineTarget {
             )?),
         };
         let mut stopwatch = Stopwatch::start();
-        let completed = completion.complete(maps, &self.target.canonical_camera(maps.size()), None)?;
+        let completed = completion.complete(maps, camera, None)?;
         Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
     }
 
-    /// The mesh fitted to a canonical image, from maps of it.
-    pub fn fit(&self, canonical: &Picture, maps: &Maps) -> Result<Option<RawMesh>, Failure> {
+    /// The mesh fitted to a canonical image of `camera`, from maps of it.
+    pub fn fit(&self, canonical: &Picture, maps: &Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
         let mut stopwatch = Stopwatch::start();
         let mut fitter = self.fitter.borrow_mut();
         let fitter = match &mut *fitter {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        let camera = self.target.canonical_camera(maps.size());
-        let fitted = fitter.fit(canonical, &camera, maps, None)?;
+        let fitted = fitter.fit(canonical, camera, maps, None)?;
         Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
     }
 }
@@ -166,21 +178,20 @@ fn grade_object(grade: &PictureGrade) -> JsValue {
     object([("level", grade.level.name().into()), ("reasons", reasons.into())]).into()
 }
 
-/// The maps of a network, judged. The times are those of the canonical warp and of the network, milliseconds.
+/// The maps of a network in the image of a `camera`, judged. The network took `network_ms`.
 pub fn network_estimate(
     network: &Estimator,
-    canonical: &Picture,
+    (canonical, camera): (&Picture, &Camera),
     maps: &Maps,
-    (warp_ms, network_ms): (f64, f64),
+    network_ms: f64,
 ) -> Result<RawEstimate, DeepSftError> {
     let mut stopwatch = Stopwatch::start();
     let judgement = network.judge(canonical, maps)?;
     let times = Times {
-        warp_ms,
         network_ms,
         judge_ms: stopwatch.lap_ms(),
         ..Times::default()
     };
     let by = Some(FinderKind::Network);
-    Ok(RawEstimate::new(maps, canonical, &judgement, by, &times))
+    Ok(RawEstimate::new(maps, (canonical, camera), &judgement, by, &times))
 }

@@ -4,7 +4,7 @@ use crate::{
     clock::Stopwatch,
     estimate::object,
     failure::{Code, Failure},
-    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
+    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from, view_from},
     mesh::positions,
     settle,
 };
@@ -125,7 +125,8 @@ impl MeshTracker {
         self.core.borrow_mut().tracks.remove(&id);
     }
 
-    /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend.
+    /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend. `focal` is the focal length of the
+    /// canonical image that it is followed in, pixels: the training camera's, or a shorter one that sees more.
     ///
     /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),
     /// `confidence` (of each vertex, 0 to 1), `agreement` (of the whole visible print), solver `iterations`. With `calibrate` the
@@ -143,12 +144,15 @@ impl MeshTracker {
         width: usize,
         height: usize,
         camera: Vec<f64>,
+        focal: f64,
         calibrate: bool,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let camera = camera_from((width, height), &camera)?;
-            core.borrow_mut().follow((number, time_s), &rgba, &camera, calibrate)
+            let picture = picture_from(&rgba, (width, height))?;
+            core.borrow_mut()
+                .follow((number, time_s), &mut View::new(&picture, &camera), focal, calibrate)
         })
     }
 
@@ -175,15 +179,19 @@ impl MeshTracker {
     ///
     /// Rejects with an `Error` whose `code` is `target-unknown`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ width: number, depth: Float32Array, registration: Float32Array }>"
+        unchecked_return_type = "Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>"
     )]
     pub fn maps(&self, id: u32) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let maps = core.borrow_mut().track(id)?.tracker.maps();
+            let mut core = core.borrow_mut();
+            let track = core.track(id)?;
+            let maps = track.tracker.maps();
+            let camera = track.tracker.camera().unwrap_or(track.training);
             let registration = Float32Array::from(maps.registration().as_flattened());
             Ok(object([
                 ("width", (maps.width() as u32).into()),
+                ("focal", camera.focal().x.into()),
                 ("depth", Float32Array::from(maps.depth()).into()),
                 ("registration", registration.into()),
             ]))
@@ -222,21 +230,20 @@ impl Core {
     fn follow(
         &mut self,
         (number, time_s): (u32, f64),
-        rgba: &[u8],
-        camera: &Camera,
+        view: &mut View<'_>,
+        focal: f64,
         calibrate: bool,
     ) -> Result<Object, Failure> {
         let (mut whole, mut stopwatch) = (Stopwatch::start(), Stopwatch::start());
-        let picture = picture_from(rgba, camera.size())?;
-        let mut view = View::new(&picture, camera);
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         // Targets share the canonical image.
         let mut shared: Option<(Camera, TrackerImage)> = None;
-        let mut warp_ms = stopwatch.lap_ms();
+        let mut warp_ms = 0.0;
         let targets = Array::new();
         let mut focal: Option<CalibratedCamera> = None;
         for (&id, track) in &mut self.tracks {
-            let canonical = canonical_camera(&track.training, camera.size());
+            let nearest = canonical_camera(&track.training, view.size());
+            let canonical = view_from(&nearest, focal)?;
             let image = match shared.take().filter(|(camera, _)| *camera == canonical) {
                 Some((_, image)) => image,
                 None => {
@@ -251,8 +258,9 @@ impl Core {
                 .follow_shared(u64::from(number), time_s, &image, &canonical)?;
             targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
             if calibrate {
-                let picture = view.canonical(&canonical).map_err(failed)?;
-                if let Some(found) = track.calibrated(picture, &canonical, number)?
+                // All of one camera's images.
+                let picture = view.canonical(&nearest).map_err(failed)?;
+                if let Some(found) = track.calibrated(picture, &nearest, number)?
                     && focal
                         .as_ref()
                         .is_none_or(|best| found.focal_deviation < best.focal_deviation)

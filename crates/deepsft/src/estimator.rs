@@ -5,8 +5,8 @@ use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Maps, Picture, canonical_camera, check_size,
-    remove_islands, turned_clockwise,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Maps, Picture, canonical_camera,
+    check_size, remove_islands, turned_clockwise,
 };
 #[cfg(feature = "webgpu")]
 use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
@@ -36,8 +36,21 @@ pub struct Estimate {
     pub maps: Maps,
     /// The canonical image they belong to.
     pub canonical: Picture,
+    /// The camera of that image, zoomed out where the object is too near for the canonical one ([`CanonicalViews`]).
+    pub canonical_camera: Camera,
     /// Whether to believe them.
     pub judgement: Judgement,
+}
+
+/// Milliseconds that the stages of a frame took, over all views that were tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EstimateTimes {
+    /// The canonical warp.
+    pub warp_ms: f64,
+    /// The network.
+    pub network_ms: f64,
+    /// The judgement of its maps.
+    pub judge_ms: f64,
 }
 
 /// A model on a device. Cheap to call, made once; clones share what is in it.
@@ -221,6 +234,20 @@ impl Estimator {
         Ok(maps)
     }
 
+    /// As [`Estimator::infer`], of an image of `view`, the canonical camera or one that is zoomed out. The network sees what is at a depth z
+    /// as large as the training camera sees it at z over the zoom: its depths are corrected by that factor.
+    ///
+    /// # Errors
+    /// As [`Estimator::infer`].
+    pub async fn infer_in(&self, canonical: &Picture, view: &Camera) -> Result<Maps, DeepSftError> {
+        let mut maps = self.infer(canonical).await?;
+        let zoom = (view.focal().x / self.canonical_camera(view.size()).focal().x) as f32;
+        if zoom != 1.0 {
+            maps.scale_depth(zoom);
+        }
+        Ok(maps)
+    }
+
     /// Stage 2 taken apart, for ablations: the maps that the network has after each of its blocks, small islands removed. The last
     /// are those of [`Estimator::infer`].
     ///
@@ -313,18 +340,54 @@ impl Estimator {
         })
     }
 
-    /// All stages.
+    /// All stages, in the nearest view that holds what is seen of the object: the canonical camera's, or where the object is not found in
+    /// that or reaches over its border, one zoomed out as far as the image of `camera` goes on.
     ///
     /// # Errors
     /// As the stages.
     pub async fn estimate(&self, image: &Picture, camera: &Camera) -> Result<Estimate, DeepSftError> {
-        let canonical = self.canonical_image(image, camera)?;
-        let maps = self.infer(&canonical).await?;
-        let judgement = self.judge(&canonical, &maps)?;
-        Ok(Estimate {
-            maps,
-            canonical,
-            judgement,
-        })
+        Ok(self.estimate_timed(image, camera, || 0.0).await?.0)
+    }
+
+    /// As [`Estimator::estimate`], with what the stages took by `clock_ms`, which gives the time in milliseconds from any origin.
+    ///
+    /// # Errors
+    /// As the stages.
+    pub async fn estimate_timed(
+        &self,
+        image: &Picture,
+        camera: &Camera,
+        clock_ms: impl Fn() -> f64,
+    ) -> Result<(Estimate, EstimateTimes), DeepSftError> {
+        let views = CanonicalViews::new(&self.canonical, camera);
+        let mut times = EstimateTimes::default();
+        let mut timed = async |view: &Camera| -> Result<Estimate, DeepSftError> {
+            let began = clock_ms();
+            let canonical = CanonicalWarp::new(camera, view).apply(image)?;
+            let warped = clock_ms();
+            let maps = self.infer_in(&canonical, view).await?;
+            let inferred = clock_ms();
+            let judgement = self.judge(&canonical, &maps)?;
+            times.warp_ms += warped - began;
+            times.network_ms += inferred - warped;
+            times.judge_ms += clock_ms() - inferred;
+            Ok(Estimate {
+                maps,
+                canonical,
+                canonical_camera: *view,
+                judgement,
+            })
+        };
+        let mut best = timed(views.nearest()).await?;
+        for view in &views.all()[1..] {
+            if best.judgement.found && !views.cuts(&best.canonical_camera, &best.maps) {
+                break;
+            }
+            let wider = timed(view).await?;
+            if wider.judgement.found {
+                best = wider;
+            }
+        }
+        Ok((best, times))
     }
 }

@@ -33,7 +33,7 @@ pub use deepsft_inference::{
 };
 pub use device::{Device, start_device};
 pub use error::DeepSftError;
-pub use estimator::{Estimate, Estimator, Judgement};
+pub use estimator::{Estimate, EstimateTimes, Estimator, Judgement};
 pub use finding::{
     DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetEstimate, TargetFinder,
     View, is_found,

@@ -1,7 +1,5 @@
 // What lies in front of the sheet: the network's mask, carried along on the mesh.
 
-import { CANONICAL_FOCAL } from "deepsft";
-
 /** Meshes that are remembered until the network's answer to their frame is there. */
 const MOST_REMEMBERED = 60;
 
@@ -16,6 +14,7 @@ const SHOWN = { from: 0.6, fully: 0.85 };
 
 /** @typedef {Pick<import("deepsft").SurfaceMesh, "vertices" | "textureCoordinates" | "confidence">} Mesh */
 /** @typedef {{ values: () => Uint8Array, width: number, height: number }} Mask of the canonical image */
+/** @typedef {{ mask: Mask, focal: number }} Masked an estimate: its mask, and the canonical image's focal length, pixels */
 
 /** Weight of a new answer against those before: flicker of the mask at a hand's outline is smoothed. */
 const NEW_WEIGHT = 0.6;
@@ -58,12 +57,12 @@ export class Covering {
    * Takes over what the network says of a frame.
    *
    * @param {number} frame
-   * @param {Mask} mask
+   * @param {Masked} estimate
    */
-  answer(frame, mask) {
+  answer(frame, estimate) {
     const mesh = this.#meshes.get(frame);
     if (!mesh || this.#seen.length !== mesh.confidence.length) return;
-    const seen = seenFractions(mesh, mask);
+    const seen = seenFractions(mesh, estimate);
     this.#seen = this.#seen.map((before, i) => before + NEW_WEIGHT * (seen[i] - before));
   }
 }
@@ -86,27 +85,27 @@ export function confirmed(seen, confidence) {
  * Which vertices the mask of their own frame sees.
  *
  * @param {Pick<Mesh, "vertices" | "textureCoordinates">} mesh
- * @param {Mask} mask
+ * @param {Masked} estimate
  * @returns {Float32Array} 0 or 1 each
  */
-export function seenFractions({ vertices, textureCoordinates }, mask) {
+export function seenFractions({ vertices, textureCoordinates }, estimate) {
   return Float32Array.from({ length: vertices.length / 3 }, (_, i) => {
     const onBorder = textureCoordinates.subarray(2 * i, 2 * i + 2).some((c) => c <= 0 || c >= 1);
     const reach = onBorder ? REACH.border : REACH.inside;
-    return seenAt(mask, vertices.subarray(3 * i, 3 * i + 3), reach);
+    return seenAt(estimate, vertices.subarray(3 * i, 3 * i + 3), reach);
   });
 }
 
 /**
- * @param {Mask} mask
+ * @param {Masked} estimate
  * @param {Float32Array} p camera frame
  * @param {number} reach canonical pixels
  * @returns {number} 1 where the mask is near, or where the image does not reach
  */
-function seenAt(mask, [x, y, z], reach) {
+function seenAt({ mask, focal }, [x, y, z], reach) {
   const { width, height } = mask;
-  const column = Math.floor((x / z) * CANONICAL_FOCAL + width / 2);
-  const row = Math.floor((y / z) * CANONICAL_FOCAL + height / 2);
+  const column = Math.floor((x / z) * focal + width / 2);
+  const row = Math.floor((y / z) * focal + height / 2);
   if (column < 0 || row < 0 || column >= width || row >= height) return 1;
   const values = mask.values();
   for (let j = Math.max(0, row - reach); j <= Math.min(height - 1, row + reach); j++) {

@@ -149,12 +149,13 @@ export class Live {
     const whole = estimate.found || target.kind === "model" ? estimate.completeMesh() : null;
     const { width, height } = estimate.mask;
     const seen = estimate.mask.values();
-    const { camera } = estimate;
+    const { camera, focal } = estimate;
     estimate.close();
     const mesh = await whole;
     if (!mesh || !wanted()) return;
     this.#followDepth(depthsOf(mesh));
-    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, { width, height, values: () => seen }), mesh.confidence));
+    const mask = { width, height, values: () => seen };
+    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, { mask, focal }), mesh.confidence));
     this.#hud.showMesh(true);
     this.onMesh(mesh, camera, true);
     this.#mesh = mesh;
@@ -239,7 +240,7 @@ export class Live {
     const now = performance.now();
     if (this.#tracked || now - this.#seenAt >= MAPS_SHOWN_MS) this.#seenSince = now;
     if (estimate.found) this.#seenAt = now;
-    this.#covering.answer(frame, estimate.mask);
+    this.#covering.answer(frame, estimate);
     this.#take(estimate);
     this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
     estimate.close();

@@ -63,6 +63,8 @@ export class Stage {
   #rehearsed = new Set();
   /** @type {SourcedCamera | null} */
   #camera = null;
+  /** Focal length of the canonical image that the maps belong to, pixels. */
+  #focal = CANONICAL_FOCAL;
   #foundSince = Infinity;
   /** Size of the box that a mesh alone was last drawn in. */
   #box = { width: 0, height: 0 };
@@ -189,6 +191,7 @@ export class Stage {
     this.#hasMaps = shading !== null;
     this.#showFrame(estimate, this.#hasMaps);
     this.addMesh(null, new Float32Array());
+    this.#focal = estimate.focal;
     if (!shading) return;
     const { width: w, height: h } = estimate.mask;
     gl.bindTexture(gl.TEXTURE_2D, this.#textures.depth);
@@ -362,7 +365,7 @@ export class Stage {
     gl.uniform1fv(uniform("u_lens"), lensUniform(camera));
     gl.uniform4f(uniform("u_region"), region.left, region.top, region.right, region.bottom);
     const canonical = canonicalSize(camera);
-    gl.uniform3f(uniform("u_canonical"), canonical.width, canonical.height, CANONICAL_FOCAL);
+    gl.uniform3f(uniform("u_canonical"), canonical.width, canonical.height, this.#focal);
     gl.uniform1f(uniform("u_strength"), strength);
     gl.uniform1f(uniform("u_seconds"), seconds);
     gl.uniform2f(uniform("u_sheetMm"), ...this.#sheetMm);

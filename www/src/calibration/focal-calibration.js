@@ -2,7 +2,6 @@
 // a plane gives two equations in the focal length (Zhang, "A flexible new technique for camera calibration", 2000,
 // section 3.1), here with square pixels and the principal point at the centre.
 
-import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { fitHomography } from "./homography.js";
 
 /** @import { Estimate } from "../results/estimate.js" */
@@ -61,7 +60,7 @@ export class FocalCalibration {
     const fit = fitHomography(plane, image);
     if (fit === null || fit.rms > FLAT_RMS) return "not-flat";
     // Canonical pixels to image pixels about the principal point.
-    const scale = estimate.camera.fx / CANONICAL_FOCAL;
+    const scale = estimate.camera.fx / estimate.focal;
     const view = viewFromHomography(fit.matrix, scale, estimate.camera.fx);
     if (Math.acos(Math.min(1, Math.abs(view.normal[2]))) < LEAST_TILT) return "not-tilted";
     const turned = (/** @type {View} */ { normal }) =>

@@ -7,7 +7,8 @@ import { distorted, undistorted } from "./lens.js";
 export const CANONICAL_WIDTH = 480;
 /** Rows of the canonical image and of maps, of an upright camera columns. */
 export const CANONICAL_HEIGHT = 270;
-/** Focal length of the canonical camera, pixels; its principal point is the image's centre. */
+/** Focal length of the training camera, pixels; its principal point is the image's centre. Where an object is too near for its angle of view
+ * the canonical image has a shorter one: `focal` of an estimate. */
 export const CANONICAL_FOCAL = 380;
 
 /** @import { Camera } from "./intrinsics.js" */
@@ -30,11 +31,12 @@ export function canonicalSize({ width, height }) {
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] of the canonical image, pixels: an estimate's own where the object was too near for the training camera's
  * @returns {[number, number]}
  */
-export function imageFromCanonical(camera, x, y) {
+export function imageFromCanonical(camera, x, y, focal = CANONICAL_FOCAL) {
   const { width, height } = canonicalSize(camera);
-  const ray = [(x - width / 2) / CANONICAL_FOCAL, (y - height / 2) / CANONICAL_FOCAL];
+  const ray = [(x - width / 2) / focal, (y - height / 2) / focal];
   const [dx, dy] = distorted(camera, ray[0], ray[1]);
   return [dx * camera.fx + camera.cx, dy * camera.fy + camera.cy];
 }
@@ -67,29 +69,11 @@ export function verticesInImage(vertices, camera, scale = 1) {
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] as there
  * @returns {[number, number]}
  */
-export function canonicalFromImage(camera, x, y) {
+export function canonicalFromImage(camera, x, y, focal = CANONICAL_FOCAL) {
   const ray = undistorted(camera, (x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy);
   const { width, height } = canonicalSize(camera);
-  return [ray[0] * CANONICAL_FOCAL + width / 2, ray[1] * CANONICAL_FOCAL + height / 2];
-}
-
-/**
- * The part of a camera's image that the network sees, pixels: the canonical image's rectangle, of a lens that distorts the
- * one through the middle of its sides, cut to the image. A wide image reaches beyond it.
- *
- * @param {Camera} camera
- * @returns {{ left: number, top: number, right: number, bottom: number }}
- */
-export function visibleRegion(camera) {
-  const { width, height } = canonicalSize(camera);
-  const [[left], [right]] = [0, width].map((x) => imageFromCanonical(camera, x, height / 2));
-  const [[, top], [, bottom]] = [0, height].map((y) => imageFromCanonical(camera, width / 2, y));
-  return {
-    left: Math.max(0, left),
-    top: Math.max(0, top),
-    right: Math.min(camera.width, right),
-    bottom: Math.min(camera.height, bottom),
-  };
+  return [ray[0] * focal + width / 2, ray[1] * focal + height / 2];
 }

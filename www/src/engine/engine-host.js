@@ -115,10 +115,11 @@ export async function estimate({ id, frame, intrinsics, fit }) {
  * @param {FindRequest} request
  * @returns {Promise<{ value: RawFinding, transfer: Transferable[] }>}
  */
-export async function find({ ids, estimated, frame, intrinsics }) {
+export async function find({ ids, estimated, frame, intrinsics, focal }) {
   const { rgba, readMs } = read(frame);
   const { width, height } = frame;
-  const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, new Float64Array(intrinsics));
+  const camera = new Float64Array(intrinsics);
+  const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, camera, focal);
   const { answers } = found;
   const maps = answers.flatMap(({ sightings }) => sightings);
   const transfer = maps.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
@@ -145,12 +146,12 @@ function read(frame) {
  */
 function carried(raw, bitmap, readMs) {
   try {
-    const { width, depth, registration, mask, canonical, found, confidence, by, times } = raw;
+    const { width, focal, depth, registration, mask, canonical, found, confidence, by, times } = raw;
     const fitted = raw.takeFitted();
     const mesh = fitted ? plainMesh(fitted) : null;
     return {
       value: {
-        ...{ width, depth, registration, mask, canonical, found, confidence, by: by ?? null },
+        ...{ width, focal, depth, registration, mask, canonical, found, confidence, by: by ?? null },
         ...{ times: { ...times }, readMs, bitmap, fitted: found ? mesh : null },
       },
       transfer: [depth.buffer, registration.buffer, mask.buffer, canonical.buffer, ...(bitmap ? [bitmap] : [])],
@@ -174,10 +175,10 @@ export async function mesh(request) {
  * @param {MeshRequest} request
  * @returns {Promise<RawMesh | null>}
  */
-async function solvedMesh({ id, width, depth, registration, canonical }) {
+async function solvedMesh({ id, width, focal, depth, registration, canonical }) {
   const raw = await (canonical === null
-    ? started().complete(id, width, depth, registration)
-    : started().fit(id, width, depth, registration, canonical));
+    ? started().complete(id, width, focal, depth, registration)
+    : started().fit(id, width, focal, depth, registration, canonical));
   return raw ? plainMesh(raw) : null;
 }
 

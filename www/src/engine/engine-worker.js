@@ -32,6 +32,7 @@ import { WorkerCalls } from "./worker-calls.js";
  *
  * @typedef {object} RawEstimate
  * @property {number} width columns of the maps and of the canonical image
+ * @property {number} focal of the canonical image, pixels
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {Uint8Array} mask
@@ -78,7 +79,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
+/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
  * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
@@ -92,7 +93,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ id: number, width: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, width: number, focal: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
 /**

@@ -8,10 +8,11 @@ import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "../camera/ca
  * The numbers of the canonical camera that stands for a camera, in the order the engine takes them.
  *
  * @param {{ width: number, height: number }} camera
+ * @param {number} [focal] of the canonical image, pixels
  */
-export function canonicalIntrinsics(camera) {
+export function canonicalIntrinsics(camera, focal = CANONICAL_FOCAL) {
   const { width, height } = canonicalSize(camera);
-  return [CANONICAL_FOCAL, CANONICAL_FOCAL, width / 2, height / 2, 0, 0, 0, 0, 0];
+  return [focal, focal, width / 2, height / 2, 0, 0, 0, 0, 0];
 }
 
 /**
@@ -42,13 +43,14 @@ let half = null;
  * @param {ImageBitmap} frame
  * @param {SourcedCamera} camera of the frame
  * @param {boolean} [asPixels] whether it is read at once, which costs least where the browser draws with the processor
+ * @param {number} [focal] of the canonical image, pixels
  * @returns {ImageBitmap | ImageData | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
-export function canonicalFrame(frame, camera, asPixels = false) {
+export function canonicalFrame(frame, camera, asPixels = false, focal = CANONICAL_FOCAL) {
   if (camera.fisheye || camera.distortion.some((k) => k !== 0)) return null;
-  const [left, top] = imageFromCanonical(camera, 0, 0);
+  const [left, top] = imageFromCanonical(camera, 0, 0, focal);
   const { width, height } = canonicalSize(camera);
-  const [right, bottom] = imageFromCanonical(camera, width, height);
+  const [right, bottom] = imageFromCanonical(camera, width, height, focal);
   const scale = Math.max((right - left) / width, (bottom - top) / height);
   if (scale < LEAST_SCALE) return null;
   const settings = { alpha: false, willReadFrequently: asPixels };

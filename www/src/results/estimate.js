@@ -117,6 +117,11 @@ export class Estimate {
     this.mask = new EstimateMap(raw.mask, raw.width, 1);
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
     this.fitted = raw.fitted?.accepted === true;
+    /**
+     * Focal length of the canonical image, pixels: `CANONICAL_FOCAL`, or shorter where the target is too near for that. The functions between
+     * the canonical image and the camera's take it.
+     */
+    this.focal = raw.focal;
     /** The canonical image the maps belong to. */
     this.canonical = new ImageData(new Uint8ClampedArray(raw.canonical), raw.width);
     /** The camera that was used, with its source. */
@@ -141,7 +146,8 @@ export class Estimate {
   async completeMesh({ method = "fit" } = {}) {
     if (!this.found) return null;
     // Before anything is waited for: close() may be called meanwhile.
-    const maps = { width: this.depth.width, depth: this.depth.values(), registration: this.registration.values() };
+    const { width } = this.depth;
+    const maps = { width, focal: this.focal, depth: this.depth.values(), registration: this.registration.values() };
     if (method === "completion") return this.#completedMesh(maps);
     this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
@@ -153,7 +159,7 @@ export class Estimate {
     }
   }
 
-  /** @param {{ width: number, depth: Float32Array, registration: Float32Array }} maps */
+  /** @param {{ width: number, focal: number, depth: Float32Array, registration: Float32Array }} maps */
   async #completedMesh(maps) {
     this.#completed ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: null });
     try {

@@ -2,6 +2,7 @@
 
 import { DeepSftError } from "../error.js";
 import { canonicalSize } from "../camera/canonical.js";
+import { ViewChoice } from "../camera/canonical-views.js";
 import { canonicalFrame, canonicalIntrinsics } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { MemoryFrames } from "../frames/memory-frames.js";
@@ -62,9 +63,10 @@ const FOCAL_DEVIATION_SOUGHT = 0.005;
  * @property {ImageBitmap} frame closed with the estimate, or when there is none
  * @property {ImageBitmap | null} canonical the canonical image where it is enough; closed with the answer
  * @property {SourcedCamera} camera of the frame
+ * @property {number} focal of the canonical image that is looked at, pixels
  */
 
-/** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
+/** A target that is followed, with what was last shown of it, and whether that is of the newest frame. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null, isNew: boolean }} Followed */
 
 /** Meshes being followed through a video. */
 export class MeshTracking {
@@ -88,6 +90,7 @@ export class MeshTracking {
   #wakeFinders = () => {};
   /** Camera of the last frame, and how sure its focal length is: the standard deviation, as a fraction. */
   #focal = { of: "", deviation: Infinity };
+  #view = new ViewChoice();
   /** Columns of the canonical image of the last frame. */
   #canonicalWidth = 0;
   /** The first frame of those that this camera has taken as it is held now. */
@@ -110,7 +113,9 @@ export class MeshTracking {
     this.#parts = parts;
     this.#frames = new VideoFrames(video);
     this.#memory = parts.software ? new MemoryFrames() : null;
-    this.#followed = new Map(parts.targets.map((target) => [target.id, { target, presence: new Presence(), mesh: null }]));
+    this.#followed = new Map(
+      parts.targets.map((target) => [target.id, { target, presence: new Presence(), mesh: null, isNew: false }]),
+    );
     this.#plan = new SearchPlan(parts.targets);
     this.#ready = parts.tracker.start(parts.start);
     // Also where no frame comes that would wait for it.
@@ -140,10 +145,10 @@ export class MeshTracking {
 
   /**
    * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: rows of `width` columns, -1 where the mesh is
-   * not seen. Rejects once stopped.
+   * not seen, and the focal length of the canonical image that they belong to. Rejects once stopped.
    *
    * @param {Target} [target] the first when absent
-   * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
+   * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
    * @throws {DeepSftError} `target-unknown`, `closed`
    */
   async maps(target) {
@@ -180,10 +185,10 @@ export class MeshTracking {
       if (this.#isTurned(camera) || current.afresh) this.#beginView(number);
       const { times, readMs } = raw;
       const totalMs = performance.now() - began;
+      const seen = raw.targets.flatMap((one) => this.#seen(one, 1000 * timeS) ?? []);
       // Where frames wait already, the worker follows the next while the page draws this one.
       next = this.#frames.waiting ? await this.#begin(video) : null;
       if (this.#stopped) return frame.close();
-      const seen = raw.targets.flatMap((one) => this.#seen(one, 1000 * timeS) ?? []);
       const tracked = new TrackedFrame({
         number,
         targets: seen.map(({ tracked }) => tracked),
@@ -245,7 +250,7 @@ export class MeshTracking {
    */
   #beginView(number) {
     this.#viewBegan = number;
-    for (const followed of this.#followed.values()) followed.mesh = null;
+    for (const followed of this.#followed.values()) [followed.mesh, followed.isNew] = [null, false];
   }
 
   /**
@@ -262,6 +267,7 @@ export class MeshTracking {
     const { found, agreement, iterations } = raw;
     const change = presence.update(found ? agreement : 0, atMs);
     if (found) followed.mesh = new SurfaceMesh(raw, target.mesh, "tracking");
+    followed.isNew = found;
     const mesh = presence.isFound ? followed.mesh : null;
     const held = mesh !== null && !presence.isConfirmed;
     return { change, tracked: new TrackedTarget({ target, mesh, held, agreement, iterations }) };
@@ -295,7 +301,10 @@ export class MeshTracking {
       const camera = this.#cameraOf(grabbed);
       // Of videos only bitmaps are made.
       const frame = /** @type {ImageBitmap} */ (grabbed.frame);
-      const canonical = canonicalFrame(frame, camera, this.#memory !== null);
+      const ids = this.#findersBusy ? [] : this.#plan.next(began);
+      const meshes = [...this.#followed.values()].flatMap(({ mesh, isNew }) => (mesh && isNew ? [mesh.vertices] : []));
+      const focal = this.#view.next(camera, meshes, ids.length > 0);
+      const canonical = canonicalFrame(frame, camera, this.#memory !== null, focal);
       const grabMs = performance.now() - began;
       // A second frame of one time starts the tracker afresh.
       const afresh = changes !== this.#changes;
@@ -303,18 +312,17 @@ export class MeshTracking {
       if (!afresh) this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
       else this.#focal = { of: "", deviation: Infinity };
       const number = ++this.#number;
-      const ids = this.#findersBusy ? [] : this.#plan.next(began);
       if (ids.length > 0) {
         const confirms = canonical && this.#plan.onlyConfirms(ids);
         const [copy, small] = await Promise.all([createImageBitmap(frame), confirms ? createImageBitmap(canonical) : null]);
-        void this.#ask(number, { ids, frame: copy, canonical: small, camera });
+        void this.#ask(number, { ids, frame: copy, canonical: small, camera, focal });
       }
       // The frame itself stays here, to be drawn.
       const looked = canonical ?? (await createImageBitmap(frame));
-      const intrinsics = canonical ? canonicalIntrinsics(camera) : intrinsicsOf(camera);
+      const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
       const { width, height } = grabbed;
       const calibrate = !afresh && this.#seeksFocal(camera);
-      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, calibrate });
+      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, focal, calibrate });
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());
       return { number, timeS: this.#timeS, afresh, frame, camera, size: { width, height }, began, grabMs, answer };
@@ -356,6 +364,7 @@ export class MeshTracking {
       this.#plan.took(question.ids, now - began, question.canonical !== null);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
+      if (answers.some(({ sightings }) => sightings.length > 0)) this.#view.seen();
       const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
       const heard = Promise.all(answers.filter(isFollowed).map((answer) => tracker.answer({ ...answer, number })));
       // Should the callback throw, nobody waits for this any more.

@@ -1,6 +1,7 @@
 // The tracker in its worker: an instance of the module of its own, with the targets and without finders.
 
 import initialise, { MeshTracker } from "../../pkg/deepsft_web.js";
+import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
@@ -44,17 +45,17 @@ export async function unfollow({ id }) {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export async function follow({ number, timeS, frame, intrinsics, calibrate = false }) {
+export async function follow({ number, timeS, frame, intrinsics, focal = CANONICAL_FOCAL, calibrate = false }) {
   const began = performance.now();
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
   const { width, height } = frame;
-  const answer = await (await started()).follow(number, timeS, rgba, width, height, camera, calibrate);
-  const { targets, focal, warpMs, trackMs } = answer;
+  const answer = await (await started()).follow(number, timeS, rgba, width, height, camera, focal, calibrate);
+  const { targets, warpMs, trackMs } = answer;
   closeFrame(frame);
   const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
-  return { value: { targets, focal, times: { warpMs, trackMs }, readMs }, transfer };
+  return { value: { targets, focal: answer.focal, times: { warpMs, trackMs }, readMs }, transfer };
 }
 
 /**
@@ -78,9 +79,9 @@ export async function answer({ id, number, sightings, canDeny }) {
 
 /**
  * @param {{ id: number }} request
- * @returns {Promise<{ value: { width: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { width: number, focal: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
  */
 export async function trackedMaps({ id }) {
-  const { width, depth, registration } = await (await started()).maps(id);
-  return { value: { width, depth, registration }, transfer: [depth.buffer, registration.buffer] };
+  const { width, focal, depth, registration } = await (await started()).maps(id);
+  return { value: { width, focal, depth, registration }, transfer: [depth.buffer, registration.buffer] };
 }

@@ -14,7 +14,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  */
 
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], calibrate?: boolean }} FollowRequest */
+/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], focal?: number, calibrate?: boolean }} FollowRequest `focal`: of the canonical image, pixels; the training camera's when absent */
 /** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 
 /**
@@ -77,7 +77,7 @@ export class TrackerWorker extends WorkerCalls {
 
   /**
    * @param {{ id: number }} request
-   * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
+   * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
    */
   maps(request) {
     return this.call("trackedMaps", request);

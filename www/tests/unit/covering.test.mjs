@@ -1,18 +1,18 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
+import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { Covering, confirmed, seenFractions } from "../../demo/live/covering.js";
 
 /** A point that the canonical camera sees at a pixel, 380 mm away: a millimetre a pixel. */
 const at = (column, row) => [column - CANONICAL_WIDTH / 2 + 0.5, row - CANONICAL_HEIGHT / 2 + 0.5, 380];
 
-/** A mask that sees everything left of column 240. */
-function leftHalf() {
+/** An estimate that sees everything left of column 240. */
+function leftHalf(focal = CANONICAL_FOCAL) {
   const mask = new Uint8Array(CANONICAL_WIDTH * CANONICAL_HEIGHT);
   for (let row = 0; row < CANONICAL_HEIGHT; row++)
     mask.fill(1, row * CANONICAL_WIDTH, row * CANONICAL_WIDTH + 240);
-  return { values: () => mask, width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT };
+  return { mask: { values: () => mask, width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT }, focal };
 }
 
 /** A mesh of one vertex that the image says nothing about. */
@@ -33,6 +33,9 @@ test("a vertex is seen a pixel beyond the mask, four on the sheet's border, and 
     [1, 0],
   );
   assert.deepEqual([seen(600, 100), seen(300, -5)], [1, 1]);
+  // Zoomed out to a half, what was 1.5 pixels to the right of the middle is 0.75.
+  const zoomed = (column) => seenFractions(mesh(at(column, 100)), leftHalf(CANONICAL_FOCAL / 2))[0];
+  assert.deepEqual([zoomed(239), zoomed(241), zoomed(242)], [1, 1, 0]);
 });
 
 test("what the image itself confirms is seen, whatever the mask says", () => {

@@ -59,6 +59,7 @@ export function flatSheet({
   return {
     found: true,
     camera: { fx: assumedFocal },
+    focal: CANONICAL_FOCAL,
     registration: { values: () => registration },
     mask: { values: () => mask, width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT },
   };

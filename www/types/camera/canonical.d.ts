@@ -2,7 +2,8 @@
 export declare const CANONICAL_WIDTH = 480;
 /** Rows of the canonical image and of maps, of an upright camera columns. */
 export declare const CANONICAL_HEIGHT = 270;
-/** Focal length of the canonical camera, pixels; its principal point is the image's centre. */
+/** Focal length of the training camera, pixels; its principal point is the image's centre. Where an object is too near for its angle of view
+ * the canonical image has a shorter one: `focal` of an estimate. */
 export declare const CANONICAL_FOCAL = 380;
 import type { Camera } from "./intrinsics.js";
 /** @import { Camera } from "./intrinsics.js" */
@@ -25,9 +26,10 @@ export declare function canonicalSize({ width, height }: {
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] of the canonical image, pixels: an estimate's own where the object was too near for the training camera's
  * @returns {[number, number]}
  */
-export declare function imageFromCanonical(camera: Camera, x: number, y: number): [number, number];
+export declare function imageFromCanonical(camera: Camera, x: number, y: number, focal?: number): [number, number];
 /**
  * Where the vertices of a mesh lie in a camera's image.
  *
@@ -44,6 +46,7 @@ export declare function verticesInImage(vertices: Float32Array, camera: Camera, 
  * @param {Camera} camera
  * @param {number} x
  * @param {number} y
+ * @param {number} [focal] as there
  * @returns {[number, number]}
  */
 export declare function canonicalFromImage(camera: Camera, x: number, y: number): [number, number];

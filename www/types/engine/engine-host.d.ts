@@ -54,7 +54,7 @@ export declare function estimate({ id, frame, intrinsics, fit }: EstimateRequest
  * @param {FindRequest} request
  * @returns {Promise<{ value: RawFinding, transfer: Transferable[] }>}
  */
-export declare function find({ ids, estimated, frame, intrinsics }: FindRequest): Promise<{
+export declare function find({ ids, estimated, frame, intrinsics, focal }: FindRequest): Promise<{
     value: RawFinding;
     transfer: Transferable[];
 }>;

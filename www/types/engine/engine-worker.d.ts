@@ -44,6 +44,10 @@ export type RawEstimate = {
      * columns of the maps and of the canonical image
      */
     width: number;
+    /**
+     * of the canonical image, pixels
+     */
+    focal: number;
     depth: Float32Array;
     registration: Float32Array;
     mask: Uint8Array;
@@ -124,6 +128,7 @@ export type FindRequest = {
     estimated: boolean;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    focal: number;
 };
 export type RawAnswer = {
     id: number;
@@ -141,6 +146,7 @@ export type RawFinding = {
 export type MeshRequest = {
     id: number;
     width: number;
+    focal: number;
     depth: Float32Array;
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
@@ -171,6 +177,7 @@ export type MeshRequest = {
  *
  * @typedef {object} RawEstimate
  * @property {number} width columns of the maps and of the canonical image
+ * @property {number} focal of the canonical image, pixels
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {Uint8Array} mask
@@ -212,7 +219,7 @@ export type MeshRequest = {
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[] }} FindRequest */
+/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 /**
  * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
  * there.
@@ -223,7 +230,7 @@ export type MeshRequest = {
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
  *
- * @typedef {{ id: number, width: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
+ * @typedef {{ id: number, width: number, focal: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 /**
  * Compiles the WebAssembly module while it downloads.

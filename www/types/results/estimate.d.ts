@@ -93,6 +93,11 @@ export declare class Estimate {
     mask: EstimateMap<Uint8Array<ArrayBufferLike>>;
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
     fitted: boolean;
+    /**
+     * Focal length of the canonical image, pixels: `CANONICAL_FOCAL`, or shorter where the target is too near for that. The functions between
+     * the canonical image and the camera's take it.
+     */
+    focal: number;
     /** The canonical image the maps belong to. */
     canonical: ImageData;
     /** The camera that was used, with its source. */

@@ -51,11 +51,16 @@ export type Question = {
      * of the frame
      */
     camera: SourcedCamera;
+    /**
+     * of the canonical image that is looked at, pixels
+     */
+    focal: number;
 };
 export type Followed = {
     target: Target;
     presence: Presence;
     mesh: SurfaceMesh | null;
+    isNew: boolean;
 };
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
@@ -85,8 +90,9 @@ export type Followed = {
  * @property {ImageBitmap} frame closed with the estimate, or when there is none
  * @property {ImageBitmap | null} canonical the canonical image where it is enough; closed with the answer
  * @property {SourcedCamera} camera of the frame
+ * @property {number} focal of the canonical image that is looked at, pixels
  */
-/** A target that is followed, with what was last shown of it. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null }} Followed */
+/** A target that is followed, with what was last shown of it, and whether that is of the newest frame. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null, isNew: boolean }} Followed */
 /** Meshes being followed through a video. */
 export declare class MeshTracking {
     #private;
@@ -106,14 +112,15 @@ export declare class MeshTracking {
     stop(): void;
     /**
      * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: rows of `width` columns, -1 where the mesh is
-     * not seen. Rejects once stopped.
+     * not seen, and the focal length of the canonical image that they belong to. Rejects once stopped.
      *
      * @param {Target} [target] the first when absent
-     * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
+     * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
      * @throws {DeepSftError} `target-unknown`, `closed`
      */
     maps(target?: Target): Promise<{
         width: number;
+        focal: number;
         depth: Float32Array;
         registration: Float32Array;
     }>;

@@ -18,7 +18,7 @@ export declare function unfollow({ id }: {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export declare function follow({ number, timeS, frame, intrinsics, calibrate }: FollowRequest): Promise<{
+export declare function follow({ number, timeS, frame, intrinsics, focal, calibrate }: FollowRequest): Promise<{
     value: RawTracked;
     transfer: Transferable[];
 }>;
@@ -35,13 +35,14 @@ export declare function answer({ id, number, sightings, canDeny }: AnswerRequest
 }>;
 /**
  * @param {{ id: number }} request
- * @returns {Promise<{ value: { width: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { width: number, focal: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
  */
 export declare function trackedMaps({ id }: {
     id: number;
 }): Promise<{
     value: {
         width: number;
+        focal: number;
         depth: Float32Array;
         registration: Float32Array;
     };

@@ -14,6 +14,7 @@ export type FollowRequest = {
     timeS: number;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    focal?: number;
     calibrate?: boolean;
 };
 export type AnswerRequest = RawAnswer & {
@@ -56,7 +57,7 @@ export type RawTracked = {
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], calibrate?: boolean }} FollowRequest */
+/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], focal?: number, calibrate?: boolean }} FollowRequest `focal`: of the canonical image, pixels; the training camera's when absent */
 /** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 /**
  * What the tracker made of an answer of the finders.
@@ -107,12 +108,13 @@ export declare class TrackerWorker extends WorkerCalls {
     }>;
     /**
      * @param {{ id: number }} request
-     * @returns {Promise<{ width: number, depth: Float32Array, registration: Float32Array }>}
+     * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
      */
     maps(request: {
         id: number;
     }): Promise<{
         width: number;
+        focal: number;
         depth: Float32Array;
         registration: Float32Array;
     }>;

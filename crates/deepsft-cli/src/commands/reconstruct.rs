@@ -8,7 +8,7 @@ use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
+use deepsft::{DeviceKind, Estimate, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
@@ -46,8 +46,8 @@ The command writes for each image DIR/<name of the image>/ with
   whole-mesh.glb    the whole object, hidden parts included (not with --mesh none)
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
-Maps belong to the canonical 480 x 270 image; report.json has its camera. Of an upright photograph all stand upright: 480 rows of 270. Without --camera the focal
-length is what the photograph's EXIF data tell, or else that of a typical phone: depths are wrong by the same fraction as it is.
+Maps belong to the canonical 480 x 270 image; report.json has its camera, zoomed out for an object that is too near. Of an upright photograph
+all stand upright: 480 rows of 270. Without --camera the focal length is what the photograph's EXIF data tell, or else that of a typical phone: depths are wrong by the same fraction as it is.
 The line of each image says which. deepsft camera calibrate makes a camera file.
 
 A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
@@ -202,6 +202,9 @@ struct Outcome {
     by: Option<FinderKind>,
     judgement: Judgement,
     maps: Maps,
+    /// The image of the maps, and its camera.
+    canonical: Picture,
+    canonical_camera: Camera,
     mesh_taken: Option<bool>,
     vertices_camera: Option<Vec<DVec3>>,
 }
@@ -213,14 +216,11 @@ impl Object {
         let (image, exif) = stages.time("decode", || input::photograph(path))?;
         let (camera, source) = camera_of(&image, camera, exif)?;
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
-        let canonical_camera = self.finder.target().canonical_camera(camera.size());
-        let mut view = View::new(&image, &camera);
-        let canonical = stages.time("canonical_warp", || view.canonical(&canonical_camera).cloned())?;
         let outcome = match &mut self.recovery {
-            None => stages.time("find_and_fit", || fitted(&mut self.finder, &mut view))?,
+            None => fitted(&mut self.finder, &image, &camera, &mut stages)?,
             Some(recovery) => {
                 let network = self.finder.target().network().context("the model has a network")?;
-                network_only(network, recovery.as_mut(), &canonical, &mut stages)?
+                network_only(network, recovery.as_mut(), (&image, &camera), &mut stages)?
             }
         };
         let template = self.finder.target().template();
@@ -228,7 +228,7 @@ impl Object {
             .vertices_camera
             .map(|vertices| template.mesh().with_vertices(vertices))
             .transpose()?;
-        let (judgement, maps) = (outcome.judgement, outcome.maps);
+        let (judgement, maps, canonical) = (outcome.judgement, outcome.maps, outcome.canonical);
         let report = Report {
             image: path.display().to_string(),
             object: self.name.clone(),
@@ -240,12 +240,13 @@ impl Object {
             depth_mm: depth_range(&maps),
             photo_consistency_error: photo_consistency_error(&canonical, template.texture(), &maps),
             camera: CameraReport::new(&camera, source),
-            canonical_camera: CameraReport::new(&canonical_camera, "model"),
+            canonical_camera: CameraReport::new(&outcome.canonical_camera, "model"),
             device: self.device.clone(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        let mut files = self.files(&canonical, &maps, &judgement, whole.as_ref())?;
+        let seen = (&canonical, &outcome.canonical_camera);
+        let mut files = self.files(seen, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
         Ok(format!(
@@ -260,7 +261,7 @@ impl Object {
     /// The results by file name, all but the report.
     fn files(
         &self,
-        canonical: &Picture,
+        (canonical, camera): (&Picture, &Camera),
         maps: &Maps,
         judgement: &Judgement,
         whole: Option<&TriangleMesh>,
@@ -284,7 +285,7 @@ impl Object {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = visible_surface(maps, &self.finder.target().canonical_camera(maps.size()))?;
+        let mesh = visible_surface(maps, camera)?;
         let registration = maps.registration().iter().flatten().copied();
         let mut files = BTreeMap::from([
             (
@@ -314,8 +315,11 @@ impl Object {
 }
 
 /// The object by its finders and the fit.
-fn fitted(finder: &mut TargetFinder, view: &mut View<'_>) -> Result<Outcome> {
-    let estimate = pollster::block_on(finder.estimate(view))?;
+fn fitted(finder: &mut TargetFinder, image: &Picture, camera: &Camera, stages: &mut Stages) -> Result<Outcome> {
+    let mut view = View::new(image, camera);
+    let nearest = finder.target().canonical_camera(camera.size());
+    stages.time("canonical_warp", || view.canonical(&nearest).map(|_| ()))?;
+    let estimate = stages.time("find_and_fit", || pollster::block_on(finder.estimate(&mut view)))?;
     let judgement = estimate.judgement;
     let fit = estimate.fit.filter(|fit| fit.accepted && judgement.found);
     Ok(Outcome {
@@ -325,6 +329,8 @@ fn fitted(finder: &mut TargetFinder, view: &mut View<'_>) -> Result<Outcome> {
         vertices_camera: fit.map(|fit| fit.vertices_camera),
         judgement,
         maps: estimate.maps,
+        canonical: view.canonical(&estimate.canonical_camera)?.clone(),
+        canonical_camera: estimate.canonical_camera,
     })
 }
 
@@ -332,16 +338,29 @@ fn fitted(finder: &mut TargetFinder, view: &mut View<'_>) -> Result<Outcome> {
 fn network_only(
     network: &Estimator,
     recovery: Option<&mut MeshRecovery>,
-    canonical: &Picture,
+    (image, camera): (&Picture, &Camera),
     stages: &mut Stages,
 ) -> Result<Outcome> {
-    let mut maps = stages.time("network", || pollster::block_on(network.infer(canonical)))?;
-    let judgement = stages.time("confidence", || network.judge(canonical, &maps))?;
+    let began = Instant::now();
+    let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
+    let (estimate, times) = pollster::block_on(network.estimate_timed(image, camera, clock_ms))?;
+    for (stage, ms) in [
+        ("canonical_warp", times.warp_ms),
+        ("network", times.network_ms),
+        ("confidence", times.judge_ms),
+    ] {
+        stages.milliseconds.insert(stage, ms);
+    }
+    let Estimate {
+        mut maps,
+        canonical,
+        canonical_camera,
+        judgement,
+    } = estimate;
     let mut mesh_taken = recovery.as_ref().map(|_| false);
     let mut vertices_camera = None;
     if let Some(recovery) = recovery.filter(|_| judgement.found) {
-        let camera = network.canonical_camera(canonical.size());
-        let recovered = stages.time("mesh", || recovery.recover(canonical, &camera, &maps))?;
+        let recovered = stages.time("mesh", || recovery.recover(&canonical, &canonical_camera, &maps))?;
         if let Some(recovered) = recovered.filter(|recovered| recovered.accepted) {
             mesh_taken = Some(true);
             maps = recovered.maps;
@@ -352,6 +371,8 @@ fn network_only(
         by: judgement.found.then_some(FinderKind::Network),
         judgement,
         maps,
+        canonical,
+        canonical_camera,
         mesh_taken,
         vertices_camera,
     })

@@ -304,12 +304,10 @@ impl Track<'_> {
     fn frame(&mut self, image: &Picture, decode_ms: f64) -> Result<()> {
         let number = self.frames.len();
         let time_s = number as f64 / self.frames_per_s;
-        let start = Instant::now();
         let mut view = View::new(image, &self.camera);
-        view.canonical(&self.canonical_camera)?;
-        let warp_ms = milliseconds(start);
         let TrackedFrame {
             tracked,
+            canonical_camera,
             detection,
             times,
             ..
@@ -324,7 +322,7 @@ impl Track<'_> {
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {
-                Some(sample) => Some(self.compare(&sample, &tracked.vertices_camera)?),
+                Some(sample) => Some(self.compare(&sample, &canonical_camera, &tracked.vertices_camera)?),
                 None => None,
             },
             None => None,
@@ -346,7 +344,7 @@ impl Track<'_> {
             agreement: tracked.agreement,
             iterations: tracked.iterations,
             detection,
-            ms: StageTimes::new(decode_ms, warp_ms, &times),
+            ms: StageTimes::new(decode_ms, &times),
             truth,
         };
         let vertices = tracked.found.then_some(tracked.vertices_camera.as_slice());
@@ -355,8 +353,8 @@ impl Track<'_> {
         Ok(())
     }
 
-    fn compare(&self, sample: &Sample, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
-        let (template, camera) = (self.template, &self.canonical_camera);
+    fn compare(&self, sample: &Sample, camera: &Camera, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
+        let template = self.template;
         let truth = tracking_errors::truth_maps(sample, template, camera)?;
         let metrics = match vertices_camera {
             [] => None,

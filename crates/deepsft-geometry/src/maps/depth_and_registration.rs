@@ -115,6 +115,13 @@ impl Maps {
         self
     }
 
+    /// Multiplies the depths inside the object.
+    pub fn scale_depth(&mut self, factor: f32) {
+        for depth in self.depth.iter_mut().filter(|depth| **depth > OUTSIDE) {
+            *depth *= factor;
+        }
+    }
+
     /// These maps turned by a quarter anticlockwise. Depth and registration do not depend on how a camera is rolled.
     #[must_use]
     pub fn turned_anticlockwise(&self) -> Self {

@@ -1,6 +1,7 @@
 //! A swaying, bending sheet is followed from one late answer of a network.
 
 use crate::sheet::{bent, image, template};
+use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
@@ -72,6 +73,55 @@ fn a_camera_that_is_turned_starts_the_video_afresh() {
     let upright = across.1.turned_anticlockwise();
     assert_eq!(video.tracker.update(3, Some(&upright)).unwrap(), TrackUpdate::Started);
     assert_eq!(video.tracker.maps().size(), (270, 480));
+}
+
+/// Zoomed out, the same camera sees more: the mesh stays, and late answers are about the view in which their frame was followed.
+#[test]
+fn a_view_that_is_zoomed_between_frames_keeps_the_track() {
+    let mut video = Video::new();
+    let (near, wide) = (
+        video.camera,
+        Camera::pinhole((480, 270), DVec2::new(285.0, 285.0), DVec2::new(240.0, 135.0)).unwrap(),
+    );
+    let view_of = |frame: u64| if (3..6).contains(&frame) { wide } else { near };
+    for frame in 0..9 {
+        video.camera = view_of(frame);
+        let picture = video.picture(frame);
+        assert_eq!(video.follow(frame, &picture), frame > 0, "frame {frame}");
+        if frame == 0 {
+            let truth = video.truth(0);
+            assert_eq!(video.tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
+        }
+        let error = video.error_px(frame);
+        assert!(error < 0.7, "{error} px in frame {frame}");
+    }
+    video.camera = wide;
+    let seen_wide = video.truth(4);
+    assert_eq!(
+        video.tracker.update(4, Some(&seen_wide)).unwrap(),
+        TrackUpdate::Confirmed
+    );
+    // A track that is lost comes back through frames of both views.
+    let wall = Picture::from_fn(480, 270, |x, y| [if (x / 12 + y / 9) % 2 == 0 { 60 } else { 150 }; 3]);
+    video.camera = near;
+    for frame in 9..14 {
+        video.follow(frame, &wall);
+    }
+    assert!(!video.tracker.current().found);
+    for frame in 14..18 {
+        video.camera = if frame < 16 { wide } else { near };
+        let picture = video.picture(frame);
+        video.follow(frame, &picture);
+    }
+    video.camera = wide;
+    let seen_wide = video.truth(14);
+    assert_eq!(
+        video.tracker.update(14, Some(&seen_wide)).unwrap(),
+        TrackUpdate::Started
+    );
+    video.camera = near;
+    let error = video.error_px(17);
+    assert!(error < 0.7, "{error} px after catching up");
 }
 
 #[test]

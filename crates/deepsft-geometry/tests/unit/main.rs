@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod canonical;
+mod canonical_views;
 mod color_response;
 mod disjoint_sets;
 mod islands;

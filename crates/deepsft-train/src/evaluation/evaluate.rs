@@ -152,9 +152,8 @@ impl Evaluation {
             if let Some(recovery) = recovery.as_deref_mut()
                 && estimate.judgement.found
             {
-                let camera = estimator.canonical_camera(estimate.maps.size());
                 let start = Instant::now();
-                let recovered = recovery.recover(&estimate.canonical, &camera, &estimate.maps);
+                let recovered = recovery.recover(&estimate.canonical, &estimate.canonical_camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
                 if let Some(recovered) = recovered.map_err(DeepSftError::from)? {
                     let network = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
@@ -214,6 +213,7 @@ impl Evaluation {
                 let estimate = Estimate {
                     judgement: estimator.judge(&canonical, &maps)?,
                     canonical: canonical.clone(),
+                    canonical_camera: estimator.canonical_camera(canonical.size()),
                     maps,
                 };
                 let result = FrameResult::new(index as u64, &frame, &estimate, &compared, &reference, template)?;

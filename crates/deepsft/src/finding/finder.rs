@@ -117,7 +117,7 @@ impl Finder {
         }
     }
 
-    /// Where it sees the target in `view`, as `canonical` sees it. `None` where it sees nothing that a fit could start from;
+    /// Where it sees the target in `view`, as `canonical` sees it, the canonical camera or one zoomed out. `None` where it sees nothing that a fit could start from;
     /// something else may look like the target, and only the fit tells.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Finder {
         match self {
             Self::Network(network) => {
                 let image = view.canonical(canonical)?;
-                let maps = network.infer(image).await?;
+                let maps = network.infer_in(image, canonical).await?;
                 let judgement = network.judge(image, &maps)?;
                 let is_sure = judgement.found;
                 // Where the target is not in the image, the mask is empty or nearly so.

@@ -4,7 +4,7 @@ use crate::bundle::ModelBundle;
 use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_geometry::{Camera, Picture, Template, canonical_camera, training_camera};
+use deepsft_geometry::{Camera, CanonicalViews, Picture, Template, canonical_camera, training_camera};
 
 /// An object to look for: its template, and its network if one was trained for it.
 #[derive(Clone, Debug)]
@@ -55,8 +55,17 @@ impl Target {
     /// The camera in whose image it is measured in images of `size` (columns, rows): that of the network's training, else
     /// [`training_camera`], turned by a quarter for upright images ([`canonical_camera`]).
     pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
-        let training = self.network.as_ref();
-        let training = training.map_or_else(training_camera, |network| *network.training_camera());
-        canonical_camera(&training, size)
+        canonical_camera(&self.training_camera(), size)
+    }
+
+    /// The cameras in one of whose images it is measured in images of `camera`: the canonical one, and where the image reaches further,
+    /// wider ones.
+    pub fn canonical_views(&self, camera: &Camera) -> CanonicalViews {
+        CanonicalViews::new(&self.training_camera(), camera)
+    }
+
+    fn training_camera(&self) -> Camera {
+        let network = self.network.as_ref();
+        network.map_or_else(training_camera, |network| *network.training_camera())
     }
 }

@@ -61,8 +61,10 @@ impl std::fmt::Debug for TargetFinder {
 pub struct TargetEstimate {
     /// Who saw it.
     pub by: Option<FinderKind>,
-    /// Depth (mm) and registration in the canonical image: the fitted mesh's, or the finder's where there is none.
+    /// Depth (mm) and registration in the image of `canonical_camera`: the fitted mesh's, or the finder's where there is none.
     pub maps: Maps,
+    /// The camera of the maps: the canonical one, zoomed out where the target is too near for that.
+    pub canonical_camera: Camera,
     /// Whether to believe them.
     pub judgement: Judgement,
     /// The fitted mesh. `None` for templates that are no sheets, and where too little is seen.
@@ -135,13 +137,14 @@ impl TargetFinder {
         self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
     }
 
-    /// Where the finders see the target, asked in turn until one is sure; the likeliest first. Matches on a print that repeats
-    /// itself may have slipped: those sightings are fitted and judged before they count.
+    /// Where the finders see the target in `view` as `camera` sees it, one of the target's [`Target::canonical_views`]; asked in turn until
+    /// one is sure; the likeliest first. Matches on a print that repeats itself may have slipped: those sightings are fitted and judged
+    /// before they count.
     ///
     /// # Errors
     /// As [`Finder::find`].
-    pub async fn find(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
-        self.find_and_fit(view, false).await
+    pub async fn find(&mut self, view: &mut View<'_>, camera: &Camera) -> Result<Vec<Sighting>, DeepSftError> {
+        self.find_and_fit(view, camera, false).await
     }
 
     /// As [`Self::find`], without the matches that no fit to the image confirms: matches often see something where the target
@@ -149,16 +152,24 @@ impl TargetFinder {
     ///
     /// # Errors
     /// As [`Finder::find`].
-    pub async fn find_confirmed(&mut self, view: &mut View<'_>) -> Result<Vec<Sighting>, DeepSftError> {
-        self.find_and_fit(view, true).await
+    pub async fn find_confirmed(
+        &mut self,
+        view: &mut View<'_>,
+        camera: &Camera,
+    ) -> Result<Vec<Sighting>, DeepSftError> {
+        self.find_and_fit(view, camera, true).await
     }
 
-    async fn find_and_fit(&mut self, view: &mut View<'_>, fits_all: bool) -> Result<Vec<Sighting>, DeepSftError> {
-        let camera = self.target.canonical_camera(view.size());
+    async fn find_and_fit(
+        &mut self,
+        view: &mut View<'_>,
+        camera: &Camera,
+        fits_all: bool,
+    ) -> Result<Vec<Sighting>, DeepSftError> {
         let least = TrackingOptions::default().start_agreement;
         let mut sightings = Vec::new();
         for k in 0..self.finders.len() {
-            let Some(sighting) = self.finders[k].find(view, &camera).await? else {
+            let Some(sighting) = self.finders[k].find(view, camera).await? else {
                 continue;
             };
             let Sighting { by, is_sure, .. } = sighting;
@@ -167,13 +178,13 @@ impl TargetFinder {
             } else if self.can_slip() {
                 let TargetEstimate {
                     maps, judgement, fit, ..
-                } = self.judged(view.canonical(&camera)?, &camera, sighting)?;
+                } = self.judged(view.canonical(camera)?, camera, sighting)?;
                 let counts = judgement.found && (!fits_all || fit.is_some_and(|fit| fit.agreement >= least));
                 sightings.extend(counts.then_some(Sighting { by, maps, is_sure }));
             } else if fits_all {
                 let fit = self
                     .fitter()?
-                    .fit(view.canonical(&camera)?, &camera, &sighting.maps, None)?;
+                    .fit(view.canonical(camera)?, camera, &sighting.maps, None)?;
                 let confirmed = fit.filter(|fit| fit.agreement >= least);
                 sightings.extend(confirmed.map(|FrameFit { maps, .. }| Sighting { by, maps, is_sure }));
             } else {
@@ -197,18 +208,37 @@ impl TargetFinder {
     }
 
     /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image
-    /// confirms most.
+    /// confirms most. It is measured in the image of the canonical camera, or where the target is not found in that or reaches over its
+    /// border, of one that is zoomed out as far as the image goes on.
     ///
     /// # Errors
     /// As [`Finder::find`].
     pub async fn estimate(&mut self, view: &mut View<'_>) -> Result<TargetEstimate, DeepSftError> {
-        let camera = self.target.canonical_camera(view.size());
+        let views = self.target.canonical_views(view.camera());
+        let mut best = self.estimate_in(view, views.nearest()).await?;
+        for camera in &views.all()[1..] {
+            if best.judgement.found && !views.cuts(&best.canonical_camera, &best.maps) {
+                break;
+            }
+            let wider = self.estimate_in(view, camera).await?;
+            if wider.judgement.found {
+                best = wider;
+            }
+        }
+        Ok(best)
+    }
+
+    /// As [`TargetFinder::estimate`], in the image of `camera` alone, one of the target's [`Target::canonical_views`].
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn estimate_in(&mut self, view: &mut View<'_>, camera: &Camera) -> Result<TargetEstimate, DeepSftError> {
         let mut best: Option<TargetEstimate> = None;
         for k in 0..self.finders.len() {
-            let Some(sighting) = self.finders[k].find(view, &camera).await? else {
+            let Some(sighting) = self.finders[k].find(view, camera).await? else {
                 continue;
             };
-            let estimate = self.judged(view.canonical(&camera)?, &camera, sighting)?;
+            let estimate = self.judged(view.canonical(camera)?, camera, sighting)?;
             let is_clear = estimate.judgement.found && f64::from(estimate.judgement.confidence) >= CLEAR;
             if best.as_ref().is_none_or(|best| estimate.worth() > best.worth()) {
                 best = Some(estimate);
@@ -220,6 +250,7 @@ impl TargetFinder {
         Ok(best.unwrap_or_else(|| TargetEstimate {
             by: None,
             maps: Maps::empty(camera.width(), camera.height()),
+            canonical_camera: *camera,
             judgement: Judgement::default(),
             fit: None,
         }))
@@ -248,6 +279,7 @@ impl TargetFinder {
             return Ok(TargetEstimate {
                 by: Some(by),
                 maps,
+                canonical_camera: *camera,
                 judgement,
                 fit: None,
             });
@@ -266,6 +298,7 @@ impl TargetFinder {
                 area: Estimator::area(&maps) as f32,
             },
             maps,
+            canonical_camera: *camera,
             fit,
         })
     }

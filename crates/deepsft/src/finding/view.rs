@@ -28,6 +28,16 @@ impl<'a> View<'a> {
         }
     }
 
+    /// The image.
+    pub fn image(&self) -> &'a Picture {
+        self.image
+    }
+
+    /// The camera that took it.
+    pub fn camera(&self) -> &'a Camera {
+        self.camera
+    }
+
     /// Columns and rows of the image, pixels.
     pub fn size(&self) -> (usize, usize) {
         self.camera.size()

@@ -8,6 +8,7 @@
 
 mod pace;
 mod video_tracker;
+mod view_choice;
 
 pub use pace::FindingPace;
 pub use video_tracker::{Detection, FrameTimes, TrackedFrame, VideoOptions, VideoTracker};

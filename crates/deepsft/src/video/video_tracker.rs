@@ -1,8 +1,10 @@
 //! One object followed through one video.
 
 use super::pace::FindingPace;
+use super::view_choice::ViewChoice;
 use crate::error::DeepSftError;
 use crate::finding::{FinderKind, Sighting, TargetFinder, View};
+use deepsft_geometry::Camera;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackingOptions};
 use serde::{Serialize, Serializer};
 
@@ -47,6 +49,8 @@ impl Detection {
 pub struct FrameTimes {
     /// The finders on this frame, if they started on it. A device runs them beside the tracker.
     pub finding: Option<f64>,
+    /// The canonical warp.
+    pub warp: f64,
     /// The tracker on this frame.
     pub follow: f64,
     /// Taking a detection in: the start of a track, and catching up with the newest frame.
@@ -59,6 +63,8 @@ pub struct FrameTimes {
 pub struct TrackedFrame {
     /// Mesh (mm, camera frame) and state of the track, smoothed if [`VideoOptions::smoothing`] asks for it.
     pub tracked: Tracked,
+    /// The camera of the image in which it was followed: the canonical one, zoomed out while the mesh is too near for that.
+    pub canonical_camera: Camera,
     /// The detection that arrived after the frame, if one did.
     pub detection: Option<Detection>,
     /// What it cost.
@@ -71,6 +77,7 @@ pub struct VideoTracker<'a> {
     clock_ms: Box<dyn Fn() -> f64 + Send + 'a>,
     tracker: Tracker,
     pace: FindingPace,
+    view: ViewChoice,
     smoothing: Option<OneEuro>,
     pending: Option<PendingDetection>,
     frame: u64,
@@ -109,6 +116,7 @@ impl<'a> VideoTracker<'a> {
             tracker: Tracker::new(finder.target().template(), options.tracking)?,
             finder,
             pace: options.pace,
+            view: ViewChoice::default(),
             smoothing: options.smoothing.map(OneEuro::new),
             pending: None,
             frame: 0,
@@ -123,16 +131,28 @@ impl<'a> VideoTracker<'a> {
     pub async fn follow(&mut self, time_s: f64, view: &mut View<'_>) -> Result<TrackedFrame, DeepSftError> {
         let frame = self.frame;
         self.frame += 1;
-        let camera = self.finder.target().canonical_camera(view.size());
-        let canonical = view.canonical(&camera)?;
+        let is_busy = self.pending.as_ref().is_some_and(|pending| pending.due > frame);
+        let starts = self.pace.starts(frame, is_busy);
+        let (target, source) = (self.finder.target(), view.camera());
+        // Where something was seen the view stays: a track is about to start there.
+        let is_seen = self
+            .pending
+            .as_ref()
+            .is_some_and(|pending| !pending.sightings.is_empty());
+        let camera = self
+            .view
+            .next(target, source, self.tracker.current(), starts && !is_seen);
         let mut times = FrameTimes::default();
+        let start = (self.clock_ms)();
+        let canonical = view.canonical(&camera)?;
+        times.warp = (self.clock_ms)() - start;
         let start = (self.clock_ms)();
         self.tracker.follow(frame, time_s, canonical, &camera)?;
         times.follow = (self.clock_ms)() - start;
         let mut detection = self.take_due(frame, &mut times)?;
-        if self.pace.starts(frame, self.pending.is_some()) {
+        if starts {
             let start = (self.clock_ms)();
-            let sightings = self.finder.find(view).await?;
+            let sightings = self.finder.find(view, &camera).await?;
             times.finding = Some((self.clock_ms)() - start);
             self.pending = Some(PendingDetection {
                 of_frame: frame,
@@ -156,6 +176,7 @@ impl<'a> VideoTracker<'a> {
         }
         Ok(TrackedFrame {
             tracked,
+            canonical_camera: camera,
             detection,
             times,
         })

@@ -114,7 +114,7 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     };
     assert!(!is_found(&small));
     // The tracker starts from what was seen, before any fit.
-    let seen = pollster::block_on(finder.find(&mut view)).unwrap();
+    let seen = pollster::block_on(finder.find(&mut view, &training_camera())).unwrap();
     assert!(seen.len() == 1 && !seen[0].is_sure && seen[0].maps.size() == (480, 270));
     // Where something else hides most of it, what is left still matches, but the image contradicts the whole.
     let hidden = Picture::from_fn(960, 540, |x, y| match y {
@@ -123,8 +123,10 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     });
     let mut behind = View::new(&hidden, &camera);
     let confirmed = [&mut view, &mut behind].map(|view| {
-        let seen = pollster::block_on(finder.find(view)).unwrap().len();
-        (seen, pollster::block_on(finder.find_confirmed(view)).unwrap().len())
+        let camera = training_camera();
+        let seen = pollster::block_on(finder.find(view, &camera)).unwrap().len();
+        let confirmed = pollster::block_on(finder.find_confirmed(view, &camera)).unwrap();
+        (seen, confirmed.len())
     });
     assert_eq!(confirmed, [(1, 1), (1, 0)]);
 

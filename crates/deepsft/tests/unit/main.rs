@@ -5,4 +5,5 @@
 mod bundle;
 mod device;
 mod finding;
+mod near;
 mod photo_consistency;

@@ -238,6 +238,7 @@ mod tests {
         let estimate = Estimate {
             maps,
             canonical: image.clone(),
+            canonical_camera: training_camera(),
             judgement,
         };
         let result = FrameResult {

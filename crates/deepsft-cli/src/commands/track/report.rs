@@ -86,10 +86,10 @@ pub struct MeanMedian {
 }
 
 impl StageTimes {
-    pub fn new(decode_ms: f64, warp_ms: f64, times: &FrameTimes) -> Self {
+    pub fn new(decode_ms: f64, times: &FrameTimes) -> Self {
         Self {
             decode: Some(decode_ms),
-            canonical_warp: Some(warp_ms),
+            canonical_warp: Some(times.warp),
             follow: Some(times.follow),
             catch_up: times.catch_up,
             finding: times.finding,

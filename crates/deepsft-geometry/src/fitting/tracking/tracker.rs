@@ -21,6 +21,7 @@ use std::sync::Arc;
 struct Remembered {
     frame: u64,
     time_s: f64,
+    camera: Camera,
     image: Arc<Sizes>,
     mesh: Option<Mesh>,
 }
@@ -69,11 +70,11 @@ impl TrackerImage {
 /// Follows one template through one video.
 ///
 /// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
-/// ([`update`](Self::update)). The image must be the canonical one; another camera starts the video afresh.
+/// ([`update`](Self::update)). The image must be a canonical one. From frame to frame the view may be zoomed (another focal length,
+/// [`CanonicalViews`](crate::CanonicalViews)); any other change of the camera starts the video afresh.
 pub struct Tracker {
     fitter: FrameFitter,
     options: TrackingOptions,
-    camera: Option<Camera>,
     frames: VecDeque<Remembered>,
     /// Missed frames in a row.
     missed: usize,
@@ -104,7 +105,6 @@ impl Tracker {
         Ok(Self {
             fitter: FrameFitter::new(template, options.fit.clone())?,
             options,
-            camera: None,
             frames: VecDeque::new(),
             missed: 0,
             searched: None,
@@ -119,14 +119,19 @@ impl Tracker {
 
     /// Depth and registration of the mesh in the newest frame; empty while nothing is followed.
     pub fn maps(&mut self) -> Maps {
-        match &self.camera {
+        match self.camera() {
             Some(camera) if self.current.found => {
                 let mesh = self.fitter.mesh_fitter().template.mesh();
-                VisibleSurface::new(mesh, &self.current.vertices_camera, camera).maps()
+                VisibleSurface::new(mesh, &self.current.vertices_camera, &camera).maps()
             }
             Some(camera) => Maps::empty(camera.width(), camera.height()),
             None => Maps::empty(crate::camera::CANONICAL_WIDTH, crate::camera::CANONICAL_HEIGHT),
         }
+    }
+
+    /// The camera of the newest frame.
+    pub fn camera(&self) -> Option<Camera> {
+        self.frames.back().map(|frame| frame.camera)
     }
 
     /// Forgets the video: for a jump to another one.
@@ -167,14 +172,14 @@ impl Tracker {
         let goes_on = self
             .frames
             .back()
-            .is_none_or(|last| frame > last.frame && time_s > last.time_s);
-        if !goes_on || self.camera.is_some_and(|known| known != *camera) {
+            .is_none_or(|last| frame > last.frame && time_s > last.time_s && camera.is_zoom_of(&last.camera));
+        if !goes_on {
             self.reset();
         }
-        self.camera = Some(*camera);
         self.frames.push_back(Remembered {
             frame,
             time_s,
+            camera: *camera,
             image: Arc::clone(image),
             mesh: None,
         });
@@ -200,7 +205,8 @@ impl Tracker {
         Ok(&self.current)
     }
 
-    /// Takes the network's `maps` of an earlier frame or of the newest; `None` when the network does not see the object there.
+    /// Takes the network's `maps` of an earlier frame or of the newest, in the view that the frame was followed in; `None` when the network
+    /// does not see the object there.
     ///
     /// Without a track, a mesh is fitted to them in that frame and followed through the frames since. With one, the two are
     /// compared; where they disagree, the image decides.
@@ -208,12 +214,13 @@ impl Tracker {
     /// # Errors
     /// [`GeometryError::MapSize`] when the maps are not of the frames' size.
     pub fn update(&mut self, frame: u64, maps: Option<&Maps>) -> Result<TrackUpdate, GeometryError> {
-        let (Some(camera), Ok(index)) = (self.camera, self.frames.binary_search_by_key(&frame, |f| f.frame)) else {
+        let Ok(index) = self.frames.binary_search_by_key(&frame, |f| f.frame) else {
             return Ok(TrackUpdate::Ignored);
         };
         let Some(maps) = maps else {
             return Ok(self.deny(frame));
         };
+        let camera = self.frames[index].camera;
         check_size(maps.size(), camera.size())?;
         // After a search the image decides also where the two are near each other.
         let searched = std::mem::take(&mut self.searched);
@@ -362,12 +369,10 @@ impl Tracker {
     /// `vertices` moved across the view to where the print correlates best with frame `index`: without a known speed a
     /// quick hand is beyond the reach of the widest blur.
     fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
-        let Some(camera) = self.camera else {
-            return vertices.to_vec();
-        };
+        let Remembered { camera, image, .. } = &self.frames[index];
         let fit = self.fitter.mesh_fitter();
-        let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, &camera);
-        let grey = &self.frames[index].image.whole;
+        let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
+        let grey = &image.whole;
         // The border takes in the whole image.
         let border = grey.width.max(grey.height);
         let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (border, MARGIN_PX), 1);
@@ -389,9 +394,7 @@ impl Tracker {
         start: Vec<DVec3>,
         last: &Mesh,
     ) -> Result<Mesh, GeometryError> {
-        let Some(camera) = self.camera else {
-            return Ok(last.clone());
-        };
+        let camera = self.frames[index].camera;
         let image = Arc::clone(&self.frames[index].image);
         let half_camera = camera.halved()?;
         let mut mesh = Mesh {

@@ -1,0 +1,166 @@
+//! How far the canonical view is zoomed out: an object that is too near for the training camera's angle of view, but not for the
+//! camera's own, is looked at by a camera with a shorter focal length.
+
+use super::canonical::canonical_camera;
+use super::pinhole::Camera;
+use crate::maps::Maps;
+use glam::{DVec2, DVec3};
+
+/// Focal lengths of the views between the training camera's and the widest, as multiples of the training camera's.
+const STEPS: [f64; 2] = [0.75, 0.5];
+
+/// The widest view: 119 degrees across. Beyond, rays are so slanted that a pinhole shows little of the middle.
+const LEAST_SCALE: f64 = 0.375;
+
+/// A view that reaches less beyond the one before, as a multiple, is left out.
+const LEAST_GAIN: f64 = 1.1;
+
+/// A camera that sees less than this beyond the training camera's view has no other.
+const LEAST_BEYOND: f64 = 1.05;
+
+/// Places along each side of the image that say which rays it holds.
+const BORDER_PLACES: usize = 16;
+
+/// Pixels between a mesh and a view's border for which the mesh counts as held by a view that is chosen anew.
+const MARGIN_PX: f64 = 8.0;
+
+/// The same below which a view is left for a wider one, and from which it is left for a narrower one: apart, so that views do not alternate.
+const MARGIN_TO_LEAVE_PX: f64 = 3.0;
+const MARGIN_TO_RETURN_PX: f64 = 24.0;
+
+/// Pixels of a mask along a view's border from which the object counts as cut off.
+const CUT_PX: usize = 4;
+
+/// The cameras that may stand for one camera: the [canonical one](canonical_camera), and where the camera's image reaches beyond that one's,
+/// wider ones of the same size (shorter focal lengths), as far as the image reaches. In all of them points and depths are those of the
+/// one camera frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CanonicalViews {
+    source: Camera,
+    /// The widest last.
+    views: Vec<Camera>,
+}
+
+impl CanonicalViews {
+    /// Those of images that `source` takes.
+    pub fn new(training: &Camera, source: &Camera) -> Self {
+        let canonical = canonical_camera(training, source.size());
+        let whole = whole_image_scale(&canonical, source);
+        let mut views = vec![canonical];
+        if whole * LEAST_BEYOND < 1.0 {
+            let steps = STEPS.into_iter().filter(|step| *step > LEAST_GAIN * whole);
+            views.extend(steps.chain([whole]).map(|scale| canonical.zoomed(scale)));
+        }
+        Self { source: *source, views }
+    }
+
+    /// The camera whose images they stand for.
+    pub fn source(&self) -> &Camera {
+        &self.source
+    }
+
+    /// All, the nearest first.
+    pub fn all(&self) -> &[Camera] {
+        &self.views
+    }
+
+    /// The canonical camera.
+    pub fn nearest(&self) -> &Camera {
+        &self.views[0]
+    }
+
+    /// The one that reaches as far as the image.
+    pub fn widest(&self) -> &Camera {
+        &self.views[self.views.len() - 1]
+    }
+
+    /// The view for the next frame of a video in which the last frame, in the view `current`, had its mesh at `vertices_camera` (mm,
+    /// camera frame): `current`, until the mesh leaves it or a nearer one holds the mesh by far.
+    pub fn following(&self, current: &Camera, vertices_camera: &[DVec3]) -> &Camera {
+        let Some(current) = self.views.iter().position(|view| view == current) else {
+            return self.holding(vertices_camera, MARGIN_PX);
+        };
+        let nearer = self.holding(vertices_camera, MARGIN_TO_RETURN_PX);
+        if self.views[..current].contains(nearer) {
+            return nearer;
+        }
+        match self.holds(&self.views[current], vertices_camera, MARGIN_TO_LEAVE_PX) {
+            true => &self.views[current],
+            false => {
+                let wider = &self.views[current..];
+                let held = wider.iter().find(|view| self.holds(view, vertices_camera, MARGIN_PX));
+                held.unwrap_or(self.widest())
+            }
+        }
+    }
+
+    /// The nearest view that holds as much of a mesh as the image does, `margin_px` away from its border; else the widest.
+    fn holding(&self, vertices_camera: &[DVec3], margin_px: f64) -> &Camera {
+        let held = self
+            .views
+            .iter()
+            .find(|view| self.holds(view, vertices_camera, margin_px));
+        held.unwrap_or(self.widest())
+    }
+
+    fn holds(&self, view: &Camera, vertices_camera: &[DVec3], margin_px: f64) -> bool {
+        let in_image = |camera: &Camera, p: DVec3, margin: f64| {
+            let limit = DVec2::new(f64::from(camera.width()), f64::from(camera.height())) - margin;
+            let inside = |pixel: DVec2| pixel.cmpge(DVec2::splat(margin)).all() && pixel.cmple(limit).all();
+            camera.project(p).is_some_and(inside)
+        };
+        let seen = vertices_camera.iter().filter(|p| in_image(&self.source, **p, 0.0));
+        seen.into_iter().all(|p| in_image(view, *p, margin_px))
+    }
+
+    /// Whether `maps` of `view` end at its border where the image goes on.
+    pub fn cuts(&self, view: &Camera, maps: &Maps) -> bool {
+        let (width, height) = maps.size();
+        let limit = DVec2::new(f64::from(self.source.width()), f64::from(self.source.height()));
+        let goes_on = |x: usize, y: usize| {
+            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let outwards = DVec2::new(outwards(x, width), outwards(y, height));
+            let beyond = view.ray_from_pixel(centre + MARGIN_PX * outwards);
+            let at = self.source.pixel_from_ray(beyond);
+            at.is_some_and(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
+        };
+        let on_border = |&(x, y): &(usize, usize)| x == 0 || y == 0 || x + 1 == width || y + 1 == height;
+        let pixels = (0..width * height).map(|pixel| (pixel % width, pixel / width));
+        let cut = pixels
+            .filter(on_border)
+            .filter(|&(x, y)| maps.inside(y * width + x) && goes_on(x, y));
+        cut.count() >= CUT_PX
+    }
+}
+
+/// The way out of an image of `length` pixels at pixel `at`.
+fn outwards(at: usize, length: usize) -> f64 {
+    match at {
+        0 => -1.0,
+        at if at + 1 == length => 1.0,
+        _ => 0.0,
+    }
+}
+
+/// The focal length with which `canonical` would hold all of the source's image, as a multiple of its own; at least [`LEAST_SCALE`].
+fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
+    let size = DVec2::new(f64::from(source.width()), f64::from(source.height()));
+    let border = (0..=BORDER_PLACES).flat_map(|k| {
+        let at = size * (k as f64 / BORDER_PLACES as f64);
+        [
+            DVec2::new(at.x, 0.0),
+            DVec2::new(at.x, size.y),
+            DVec2::new(0.0, at.y),
+            DVec2::new(size.x, at.y),
+        ]
+    });
+    let centre = canonical.principal_point();
+    let limit = DVec2::new(f64::from(canonical.width()), f64::from(canonical.height())) - centre;
+    let scale_of = |pixel: DVec2| {
+        let offset = source.ray_from_pixel(pixel) * canonical.focal();
+        // To the right and down there is `limit`, to the left and up `centre`.
+        let [right, left] = [offset / limit, -offset / centre].map(|fraction| fraction.max_element());
+        1.0 / right.max(left)
+    };
+    border.map(scale_of).fold(1.0, f64::min).max(LEAST_SCALE)
+}
