@@ -149,16 +149,17 @@ impl Camera {
     /// The same camera with other focal lengths, `scale` times its own: below 1 it sees more.
     pub(crate) fn zoomed(&self, scale: f64) -> Self {
         Self {
-            fx: scale * self.fx,
-            fy: scale * self.fy,
+            focal: scale * self.focal,
             ..*self
         }
     }
 
     /// Whether the two differ in nothing but their focal lengths.
     pub(crate) fn is_zoom_of(&self, other: &Self) -> bool {
-        let (fx, fy) = (other.fx, other.fy);
-        Self { fx, fy, ..*self } == *other
+        Self {
+            focal: other.focal,
+            ..*self
+        } == *other
     }
 
     /// Image width, pixels.

@@ -186,7 +186,7 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
 
 /// The camera that an image of `camera`'s size is taken for when it is only resized to the canonical size.
 fn taken_for(canonical: &Camera, camera: &Camera) -> Result<Camera> {
-    Ok(canonical.resized(camera.width(), camera.height())?)
+    Ok(canonical.resized(camera.size())?)
 }
 
 /// `image` of `camera` at the canonical size.

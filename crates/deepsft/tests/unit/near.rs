@@ -57,10 +57,10 @@ fn distance(vertices: &[DVec3], truth: &[DVec3]) -> f64 {
 fn a_sheet_that_only_the_whole_image_holds_is_measured_whole() {
     let bundle = poster();
     let template = bundle.template();
-    let camera = Camera::typical(1280, 960).unwrap();
+    let camera = Camera::typical((1280, 960)).unwrap();
     let vertices = bent(template, 300.0);
     let inside = |camera: &Camera| {
-        let limit = DVec2::new(f64::from(camera.width()), f64::from(camera.height()));
+        let limit = DVec2::new(camera.width() as f64, camera.height() as f64);
         let seen = |p: &&DVec3| {
             let at = camera.project(**p).unwrap();
             at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all()
@@ -92,7 +92,7 @@ fn a_sheet_that_only_the_whole_image_holds_is_measured_whole() {
 fn depths_of_a_network_in_a_wider_view_are_those_of_the_camera() {
     let bundle = poster();
     let network = Estimator::new(&bundle, &Device::Cpu).unwrap();
-    let views = CanonicalViews::new(network.training_camera(), &Camera::typical(1280, 960).unwrap());
+    let views = CanonicalViews::new(network.training_camera(), &Camera::typical((1280, 960)).unwrap());
     let depth_in = |view: &Camera, depth_mm: f64| {
         let image = photograph(bundle.template(), &bent(bundle.template(), depth_mm), view);
         let maps = pollster::block_on(network.infer_in(&image, view)).unwrap();
@@ -111,7 +111,7 @@ fn depths_of_a_network_in_a_wider_view_are_those_of_the_camera() {
 #[test]
 fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
     let bundle = poster();
-    let camera = Camera::typical(640, 480).unwrap();
+    let camera = Camera::typical((640, 480)).unwrap();
     let target = Target::from_model(&bundle, &Device::Cpu).unwrap();
     let network = target.network().unwrap().clone();
     let mut finder = TargetFinder::with_finders(target, vec![Finder::Network(Box::new(network))]);

@@ -88,7 +88,7 @@ impl std::fmt::Debug for Tracker {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Tracker")
             .field("options", &self.options)
-            .field("camera", &self.camera)
+            .field("camera", &self.camera())
             .field("current", &self.current)
             .finish_non_exhaustive()
     }

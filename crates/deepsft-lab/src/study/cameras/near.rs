@@ -40,7 +40,7 @@ struct Near {
 
 /// Cameras that see more than the training camera: a web camera of 4 : 3 too.
 fn wide_cameras() -> Result<Vec<NamedCamera>> {
-    let webcam = Camera::typical(1280, 960)?;
+    let webcam = Camera::typical((1280, 960))?;
     let webcams = [false, true].map(|is_upright| NamedCamera {
         name: "4:3 webcam",
         is_upright,

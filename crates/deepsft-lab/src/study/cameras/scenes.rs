@@ -117,7 +117,7 @@ impl Scenes {
         let of = |[low, high]: [DVec2; 2], focal: f64| {
             let size = ((high - low) * focal).ceil().as_uvec2();
             Camera::pinhole(
-                (size.x, size.y),
+                (size.x as usize, size.y as usize),
                 DVec2::new(focal, focal),
                 DVec2::new(-low.x * focal, -low.y * focal),
             )
@@ -195,7 +195,7 @@ impl Scenes {
 
 /// Whether all of a mesh is inside a camera's image.
 pub fn holds(camera: &Camera, vertices: &[DVec3]) -> bool {
-    let limit = DVec2::new(f64::from(camera.width()), f64::from(camera.height()));
+    let limit = DVec2::new(camera.width() as f64, camera.height() as f64);
     let inside = |p: DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all();
     vertices.iter().all(|&p| camera.project(p).is_some_and(inside))
 }
@@ -210,7 +210,7 @@ enum Side {
 
 /// Rays along the border of a camera's image.
 fn border(camera: &Camera) -> impl Iterator<Item = (Side, DVec2)> {
-    let (width, height) = (f64::from(camera.width()), f64::from(camera.height()));
+    let (width, height) = (camera.width() as f64, camera.height() as f64);
     (0..=BORDER).flat_map(move |k| {
         let at = k as f64 / BORDER as f64;
         [
