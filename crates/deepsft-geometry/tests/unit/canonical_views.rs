@@ -19,10 +19,10 @@ fn views_reach_as_far_as_the_image_and_no_further_than_119_degrees() {
         );
     };
     near(focals(&training_camera()), &[380.0]);
-    near(focals(&Camera::typical(1280, 720).unwrap()), &[380.0]);
+    near(focals(&Camera::typical((1280, 720)).unwrap()), &[380.0]);
     let webcam = [380.0, 135.0 / 240.0 * 0.79 * 640.0];
-    near(focals(&Camera::typical(640, 480).unwrap()), &webcam);
-    near(focals(&Camera::typical(480, 640).unwrap()), &webcam);
+    near(focals(&Camera::typical((640, 480)).unwrap()), &webcam);
+    near(focals(&Camera::typical((480, 640)).unwrap()), &webcam);
     let kinect = Camera::pinhole((1920, 1080), DVec2::new(1057.8, 1064.0), DVec2::new(947.6, 530.4)).unwrap();
     near(focals(&kinect), &[380.0, 240.0 / (1920.0 - 947.6) * 1057.8]);
     let fisheye = Camera::pinhole((800, 600), DVec2::new(250.0, 250.0), DVec2::new(400.0, 300.0)).unwrap();
@@ -39,7 +39,7 @@ fn views_reach_as_far_as_the_image_and_no_further_than_119_degrees() {
 
 #[test]
 fn a_mesh_that_comes_near_is_followed_in_a_wider_view_until_it_is_well_inside_the_nearer_one() {
-    let views = CanonicalViews::new(&training_camera(), &Camera::typical(640, 480).unwrap());
+    let views = CanonicalViews::new(&training_camera(), &Camera::typical((640, 480)).unwrap());
     let (near, wide) = (*views.nearest(), *views.widest());
     // A square of 100 mm: its corners are 50 f / z from the middle, of 135 pixels.
     let square =
@@ -64,7 +64,7 @@ fn an_object_is_cut_where_its_maps_end_at_the_view_and_the_image_goes_on() {
     let mut inside = column(240);
     (0..9).chain(261..270).for_each(|y| inside.clear(480 * y + 240));
     // Of 640 x 480 pixels the view shows all columns, and not all rows.
-    let views = CanonicalViews::new(&training_camera(), &Camera::typical(640, 480).unwrap());
+    let views = CanonicalViews::new(&training_camera(), &Camera::typical((640, 480)).unwrap());
     assert!(!views.cuts(views.nearest(), &column(240)), "two pixels are no edge");
     let mut wide = Maps::empty(480, 270);
     (100..300).for_each(|pixel| wide.set(pixel, 300.0, [0.5; 2]));

@@ -36,8 +36,8 @@ fn photograph(template: &Template, vertices: &[DVec3], camera: &Camera) -> Pictu
     let maps = VisibleSurface::new(template.mesh(), vertices, camera).maps();
     let texture = template.texture().halved();
     let size = DVec2::new(texture.width() as f64, texture.height() as f64);
-    Picture::from_fn(camera.width() as usize, camera.height() as usize, |x, y| {
-        let pixel = camera.width() as usize * y + x;
+    Picture::from_fn(camera.width(), camera.height(), |x, y| {
+        let pixel = camera.width() * y + x;
         if !maps.inside(pixel) {
             return [(60 + (x / 40 + y / 40) % 2 * 25) as u8; 3];
         }
