@@ -38,7 +38,7 @@ pub const TARGETS: [Target; 10] = [
     },
     Target {
         name: "checkpoint",
-        longest: 4096,
+        longest: 1 << 17,
         read: checkpoint::read,
         seeds: checkpoint::seeds,
     },
