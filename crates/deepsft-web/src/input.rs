@@ -44,19 +44,12 @@ pub fn camera_from(size: (usize, usize), numbers: &[f64]) -> Result<Camera, Fail
 
 /// The view of focal length `focal` (pixels) for images of `size`: the canonical camera, or one that is zoomed out.
 pub fn view_from(canonical: &Camera, focal: f64) -> Result<Camera, Failure> {
-    let (own, centre) = (canonical.focal(), canonical.principal_point());
+    let own = canonical.focal();
     if focal == own.x {
         return Ok(*canonical);
     }
-    let fy = focal / own.x * own.y;
-    Ok(Camera::pinhole(
-        canonical.width(),
-        canonical.height(),
-        focal,
-        fy,
-        centre.x,
-        centre.y,
-    )?)
+    let zoomed = focal / own.x * own;
+    Ok(Camera::pinhole(canonical.size(), zoomed, canonical.principal_point())?)
 }
 
 /// The picture of RGBA bytes, alpha left out.

@@ -240,7 +240,7 @@ impl Core {
         let mut shared: Option<(Camera, TrackerImage)> = None;
         let mut warp_ms = 0.0;
         let targets = Array::new();
-        let mut focal: Option<CalibratedCamera> = None;
+        let mut calibrated: Option<CalibratedCamera> = None;
         for (&id, track) in &mut self.tracks {
             let nearest = canonical_camera(&track.training, view.size());
             let canonical = view_from(&nearest, focal)?;
@@ -261,11 +261,11 @@ impl Core {
                 // All of one camera's images.
                 let picture = view.canonical(&nearest).map_err(failed)?;
                 if let Some(found) = track.calibrated(picture, &nearest, number)?
-                    && focal
+                    && calibrated
                         .as_ref()
                         .is_none_or(|best| found.focal_deviation < best.focal_deviation)
                 {
-                    focal = Some(found);
+                    calibrated = Some(found);
                 }
             } else {
                 track.calibration = None;
@@ -274,7 +274,10 @@ impl Core {
         }
         Ok(object([
             ("targets", targets.into()),
-            ("focal", focal.map_or(JsValue::NULL, |found| focal_ratio(&found).into())),
+            (
+                "focal",
+                calibrated.map_or(JsValue::NULL, |found| focal_ratio(&found).into()),
+            ),
             ("warpMs", warp_ms.into()),
             ("trackMs", (whole.lap_ms() - warp_ms).into()),
         ]))

@@ -49,17 +49,4 @@ export declare function verticesInImage(vertices: Float32Array, camera: Camera, 
  * @param {number} [focal] as there
  * @returns {[number, number]}
  */
-export declare function canonicalFromImage(camera: Camera, x: number, y: number): [number, number];
-/**
- * The part of a camera's image that the network sees, pixels: the canonical image's rectangle, of a lens that distorts the
- * one through the middle of its sides, cut to the image. A wide image reaches beyond it.
- *
- * @param {Camera} camera
- * @returns {{ left: number, top: number, right: number, bottom: number }}
- */
-export declare function visibleRegion(camera: Camera): {
-    left: number;
-    top: number;
-    right: number;
-    bottom: number;
-};
+export declare function canonicalFromImage(camera: Camera, x: number, y: number, focal?: number): [number, number];
