@@ -84,7 +84,7 @@ fn data_sets_that_cannot_be_trained_on_are_told_before_the_training_begins() {
     let other = Template::thin_shell(other, 200.0, 150.0).unwrap();
     write_files(&folder.join("other"), &template_to_files(&other).unwrap());
     train("--template other --data set").fails(INVALID_INPUT, &["data set set", "another template", "texture"]);
-    run("train --out model --model m --stages 2 --recording recording --data set").fails(USAGE, &["for step 1"]);
+    run("train --out model --model m --steps 2 --recording recording --data set").fails(USAGE, &["for step 1"]);
 
     // Cut, and with a size that is right but a sample that is missing.
     let shard = folder.join("set/shard-000001.tar");
