@@ -86,10 +86,11 @@ fn trained(config: &NetworkConfig) -> (Network, ModuleOptimizer) {
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
-    let [state, _, optimizer, _] = saved()?;
+    let [state, ..] = saved()?;
     Ok(vec![
         join(&[b"~", b"~", b"~", b"~"]),
-        join(&[state, b"~\xff\xf0\x00\x07", optimizer]),
-        join(&[state, b"~", b"~", b"~\xff\xf0\x00\x07"]),
+        // Other weights: of the network, of its average, and other sums of the optimiser.
+        join(&[state, b"~\xff\xf0\x00\x07", b"~"]),
+        join(&[state, b"~", b"~\xff\xf0\x00\x07", b"~\xff\xf0\x00\x07"]),
     ])
 }
