@@ -38,7 +38,7 @@ pub const TARGETS: [Target; 10] = [
     },
     Target {
         name: "checkpoint",
-        longest: 1 << 17,
+        longest: 4096,
         read: checkpoint::read,
         seeds: checkpoint::seeds,
     },

@@ -107,9 +107,7 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
             let ended = program.run_round(&target, &folder, round);
             let mut schedule = locked();
             match schedule.ended(&target.name, ended) {
-                Ok(Some(line)) => println!("{line}"),
-                // Another has its turn meanwhile.
-                Ok(None) => {}
+                Ok(line) => println!("{line}"),
                 Err(error) => {
                     schedule.stopped = true;
                     return Err(error);
@@ -216,17 +214,17 @@ impl Schedule {
     }
 
     /// Writes down what a round had; gives a line to print.
-    fn ended(&mut self, name: &str, ended: Result<program::Ended>) -> Result<Option<String>> {
+    fn ended(&mut self, name: &str, ended: Result<program::Ended>) -> Result<String> {
         self.running.remove(name);
         self.done.insert(name.to_owned());
         let program::Ended { inputs, time } = ended?;
         self.totals.add(name, inputs)?;
         let rate = inputs as f64 / time.max(Duration::from_millis(1)).as_secs_f64();
-        Ok(Some(format!(
+        Ok(format!(
             "{name:<12} {inputs:>10} inputs in {:>4.0} s, {rate:>7.0} in a second, {:>11} in total",
             time.as_secs_f64(),
             self.totals.inputs(name)
-        )))
+        ))
     }
 }
 

@@ -97,7 +97,7 @@ export async function nativeTrack(folder, clip) {
   const count = clip.frames.length;
   await deepsft(
     "track",
-    ...["--model", MODEL, "--network-every", String(count), "--out", folder, clip.folder],
+    ...["--model", MODEL, "--find-every", String(count), "--out", folder, clip.folder],
   );
   const { shape, values } = await readNpy(join(folder, "vertices.npy"));
   if (shape[0] !== count) throw new Error(`vertices.npy has ${shape[0]} frames of ${count}`);

@@ -353,6 +353,7 @@ impl Track<'_> {
         Ok(())
     }
 
+    /// Compares the mesh with the truth in the view that the frame was followed in; pixels are those of the nearest view.
     fn compare(&self, sample: &Sample, camera: &Camera, vertices_camera: &[DVec3]) -> Result<FrameTruth> {
         let template = self.template;
         let truth = tracking_errors::truth_maps(sample, template, camera)?;
@@ -360,9 +361,10 @@ impl Track<'_> {
             [] => None,
             vertices => Some(tracking_errors::mesh_errors(template, vertices, &truth, camera)?),
         };
+        let nearest = self.canonical_camera.focal().x / camera.focal().x;
         Ok(FrameTruth {
             print_in_view: tracking_errors::print_in_view(&truth),
-            registration_rmse_px: metrics.and_then(|m| m.registration_rmse_px),
+            registration_rmse_px: metrics.and_then(|m| m.registration_rmse_px).map(|px| nearest * px),
             points_rmse_mm: metrics.and_then(|m| m.points_rmse_mm),
         })
     }

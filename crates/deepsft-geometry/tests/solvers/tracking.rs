@@ -48,7 +48,6 @@ impl Video {
     }
 }
 
-/// A phone that is turned shows other frames: the old track ends, answers to the old frames count no more, and a new track starts.
 #[test]
 fn trackers_and_their_images_may_move_between_threads() {
     fn is_send<T: Send>() {}
@@ -56,6 +55,7 @@ fn trackers_and_their_images_may_move_between_threads() {
     is_send::<TrackerImage>();
 }
 
+/// A phone that is turned shows other frames: the old track ends, answers to the old frames count no more, and a new track starts.
 #[test]
 fn a_camera_that_is_turned_starts_the_video_afresh() {
     let mut video = Video::new();

@@ -4,7 +4,7 @@ use super::limits::{check_momentum, within};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
-/// Rows and columns of the encoder's last map, stride 32.
+/// Columns and rows of the encoder's last map, stride 32.
 pub const ENCODED: (usize, usize) = (CANONICAL_WIDTH.div_ceil(32), CANONICAL_HEIGHT.div_ceil(32));
 
 /// Channels of that map in full width.

@@ -297,6 +297,10 @@ impl UnfinishedDataset {
 /// # Errors
 /// [`FormatError::Write`].
 pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
+    // Without a state there is nothing to do, and the place may be one that nobody may write to.
+    if !place.join(STATE_FILE).is_file() {
+        return Ok(());
+    }
     match FolderLock::acquire(place) {
         Ok(_alone) => tidy(place),
         Err(FormatError::Locked { .. }) => Ok(()),

@@ -126,7 +126,8 @@ pub struct FitSummary {
 impl Evaluation {
     /// Evaluates `estimator` on `frames`, fitting a mesh to the frames in which the template was found if
     /// there is a `recovery`, calling `each` after every frame with the frame, the answer, the maps whose depth was
-    /// compared (see [`EvaluationFrame::metrics`]) and the result.
+    /// compared (see [`EvaluationFrame::metrics`]) and the result. Frames are of the estimator's canonical camera, as those of `deepsft eval`:
+    /// of a wider one the estimate may be in another view than the truth.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.

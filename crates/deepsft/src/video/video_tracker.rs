@@ -80,6 +80,8 @@ pub struct VideoTracker<'a> {
     view: ViewChoice,
     smoothing: Option<OneEuro>,
     pending: Option<PendingDetection>,
+    /// Whether the last sightings started no track: the object may be too near for the view they were seen in.
+    in_vain: bool,
     frame: u64,
 }
 
@@ -119,6 +121,7 @@ impl<'a> VideoTracker<'a> {
             view: ViewChoice::default(),
             smoothing: options.smoothing.map(OneEuro::new),
             pending: None,
+            in_vain: false,
             frame: 0,
         })
     }
@@ -135,10 +138,11 @@ impl<'a> VideoTracker<'a> {
         let starts = self.pace.starts(frame, is_busy);
         let (target, source) = (self.finder.target(), view.camera());
         // Where something was seen the view stays: a track is about to start there.
-        let is_seen = self
-            .pending
-            .as_ref()
-            .is_some_and(|pending| !pending.sightings.is_empty());
+        let is_seen = !self.in_vain
+            && self
+                .pending
+                .as_ref()
+                .is_some_and(|pending| !pending.sightings.is_empty());
         let camera = self
             .view
             .next(target, source, self.tracker.current(), starts && !is_seen);
@@ -204,6 +208,7 @@ impl<'a> VideoTracker<'a> {
                 break;
             }
         }
+        self.in_vain = detection.effect == TrackUpdate::Ignored && !self.tracker.current().found;
         times.catch_up = Some((self.clock_ms)() - start);
         Ok(Some(detection))
     }
