@@ -125,7 +125,8 @@ impl MeshTracker {
         self.core.borrow_mut().tracks.remove(&id);
     }
 
-    /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend. `focal` is the focal length of the
+    /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend: a time that does
+    /// not starts the tracker afresh, as for another camera or file. `focal` is the focal length of the
     /// canonical image that it is followed in, pixels: the training camera's, or a shorter one that sees more.
     ///
     /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),

@@ -56,7 +56,7 @@ export async function listCameras() {
  * - `resumed`, when it plays again after that, opened anew if need be;
  * - `lost`, when it ended by itself (`error` then says why);
  * - `switched`, when another camera has taken its place by {@link CameraStream.switchTo};
- * - `resize`, when the picture's size changed because the device was turned; the intrinsics follow by themselves.
+ * - `resize`, when the picture's size changed because the device was turned, or another camera has another size; the intrinsics follow by themselves.
  */
 export class CameraStream extends EventTarget {
   #video;

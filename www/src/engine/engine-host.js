@@ -118,12 +118,12 @@ export async function estimate({ id, frame, intrinsics, fit }) {
 export async function find({ ids, estimated, frame, intrinsics, focal }) {
   const { rgba, readMs } = read(frame);
   const { width, height } = frame;
+  closeFrame(frame);
   const camera = new Float64Array(intrinsics);
   const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, camera, focal);
   const { answers } = found;
   const maps = answers.flatMap(({ sightings }) => sightings);
   const transfer = maps.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
-  closeFrame(frame);
   if (!found.estimate) return { value: { answers, estimate: null }, transfer };
   const estimate = carried(found.estimate, null, readMs);
   return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };

@@ -136,7 +136,13 @@ export class LastingEngine {
     try {
       const device = isBroken ? "cpu" : request.device;
       started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
-      for (const [id, source] of this.#sources) await started.worker.addTarget({ id, source });
+      const added = [];
+      for (const [id, source] of this.#sources) {
+        await started.worker.addTarget({ id, source });
+        added.push(id);
+      }
+      // Meanwhile some may have been removed.
+      for (const id of added) if (!this.#sources.has(id)) await started.worker.removeTarget({ id });
     } catch (cause) {
       started?.worker.terminate(cause);
       throw new DeepSftError(

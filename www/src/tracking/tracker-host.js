@@ -51,9 +51,9 @@ export async function follow({ number, timeS, frame, intrinsics, focal = CANONIC
   const readMs = performance.now() - began;
   const camera = new Float64Array(intrinsics);
   const { width, height } = frame;
+  closeFrame(frame);
   const answer = await (await started()).follow(number, timeS, rgba, width, height, camera, focal, calibrate);
   const { targets, warpMs, trackMs } = answer;
-  closeFrame(frame);
   const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
   return { value: { targets, focal: answer.focal, times: { warpMs, trackMs }, readMs }, transfer };
 }
