@@ -83,7 +83,7 @@ impl Options {
 /// Builds the fuzz targets and runs them.
 ///
 /// # Errors
-/// When they cannot be built, and with the target and the file of the first input that a target fails on.
+/// When they cannot be built, and when a target fails, which is told with the file of the input.
 pub fn run(root: &Path, options: &Options) -> Result<()> {
     let program = Program::build(root)?;
     let mut targets = program.targets()?;
@@ -105,13 +105,9 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
                 return Ok(());
             };
             let ended = program.run_round(&target, &folder, round);
-            let mut schedule = locked();
-            match schedule.ended(&target.name, ended) {
+            match locked().ended(&target.name, ended)? {
                 Ok(line) => println!("{line}"),
-                Err(error) => {
-                    schedule.stopped = true;
-                    return Err(error);
-                }
+                Err(failure) => eprintln!("{failure}"),
             }
         }
     };
@@ -122,7 +118,13 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
             .map(|result| result.unwrap_or_else(|_| bail!("a thread of the task panicked")))
             .collect()
     });
-    results.into_iter().collect()
+    results.into_iter().collect::<Result<()>>()?;
+    let failed = locked().failed.join(", ");
+    ensure!(
+        failed.is_empty(),
+        "a bug was found in {failed}: the inputs are named above"
+    );
+    Ok(())
 }
 
 /// Sees to it that a failure is seen: two targets with planted bugs have to fail.
@@ -169,7 +171,8 @@ struct Schedule {
     running: BTreeSet<String>,
     /// Targets that have had their one round of a run of so many seconds.
     done: BTreeSet<String>,
-    stopped: bool,
+    /// Targets that failed: the others go on.
+    failed: Vec<String>,
 }
 
 impl Schedule {
@@ -181,7 +184,7 @@ impl Schedule {
             totals,
             running: BTreeSet::new(),
             done: BTreeSet::new(),
-            stopped: false,
+            failed: Vec::new(),
         }
     }
 
@@ -193,11 +196,8 @@ impl Schedule {
                 Effort::Seconds(_) => self.done.contains(&target.name),
                 Effort::Runs(runs) => self.totals.inputs(&target.name) >= runs,
             };
-            !finished && !self.running.contains(&target.name)
+            !finished && !self.running.contains(&target.name) && !self.failed.contains(&target.name)
         };
-        if self.stopped {
-            return None;
-        }
         let target = self.targets.iter().filter(is_open).min_by_key(inputs)?.clone();
         let round = match self.effort {
             Effort::Seconds(seconds) => Round {
@@ -213,14 +213,23 @@ impl Schedule {
         Some((target, round))
     }
 
-    /// Writes down what a round had; gives a line to print.
-    fn ended(&mut self, name: &str, ended: Result<program::Ended>) -> Result<String> {
+    /// Writes down what a round had; gives a line to print, or the failure.
+    ///
+    /// # Errors
+    /// When it cannot be written down.
+    fn ended(&mut self, name: &str, ended: Result<program::Ended>) -> Result<Result<String, String>> {
         self.running.remove(name);
         self.done.insert(name.to_owned());
-        let program::Ended { inputs, time } = ended?;
+        let program::Ended { inputs, time } = match ended {
+            Ok(ended) => ended,
+            Err(error) => {
+                self.failed.push(name.to_owned());
+                return Ok(Err(format!("{error:#}")));
+            }
+        };
         self.totals.add(name, inputs)?;
         let rate = inputs as f64 / time.max(Duration::from_millis(1)).as_secs_f64();
-        Ok(format!(
+        Ok(Ok(format!(
             "{name:<12} {inputs:>10} inputs in {:>4.0} s, {rate:>7.0} in a second, {:>11} in total",
             time.as_secs_f64(),
             self.totals.inputs(name)
@@ -270,15 +279,31 @@ mod tests {
         assert_eq!(name(schedule.next()), Some(("a".to_owned(), Some(100))));
         assert_eq!(name(schedule.next()), Some(("b".to_owned(), Some(100))));
         assert_eq!(name(schedule.next()), None, "both are running");
-        schedule.ended("a", ended(60)).unwrap();
-        schedule.ended("b", ended(100)).unwrap();
+        schedule.ended("a", ended(60)).unwrap().unwrap();
+        schedule.ended("b", ended(100)).unwrap().unwrap();
         assert_eq!(name(schedule.next()), Some(("a".to_owned(), Some(40))));
-        schedule.ended("a", ended(41)).unwrap();
+        schedule.ended("a", ended(41)).unwrap().unwrap();
         assert_eq!(name(schedule.next()), None);
         // Another run goes on from there.
         let options = Options::parse(&words("--runs 150")).unwrap();
         let mut schedule = Schedule::new(targets, &options, Totals::load(folder.path()).unwrap());
         assert_eq!(name(schedule.next()), Some(("b".to_owned(), Some(50))));
+    }
+
+    #[test]
+    fn a_target_that_fails_is_left_out_and_the_others_go_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let targets = ["a", "b"].map(FuzzTarget::new).to_vec();
+        let options = Options::parse(&words("--runs 100")).unwrap();
+        let mut schedule = Schedule::new(targets, &options, Totals::load(folder.path()).unwrap());
+        assert_eq!(schedule.next().unwrap().0.name, "a");
+        let failure = schedule
+            .ended("a", Err(anyhow::anyhow!("it fails on crash-1")))
+            .unwrap();
+        assert_eq!(failure, Err("it fails on crash-1".to_owned()));
+        assert_eq!(schedule.next().unwrap().0.name, "b");
+        schedule.ended("b", ended(100)).unwrap().unwrap();
+        assert!(schedule.next().is_none() && schedule.failed == ["a"]);
     }
 
     #[test]
@@ -296,7 +321,7 @@ mod tests {
                     runs: None
                 }
             );
-            schedule.ended(&target.name, ended(1)).unwrap();
+            schedule.ended(&target.name, ended(1)).unwrap().unwrap();
             names.insert(target.name);
         }
         assert_eq!(names.len(), 4);

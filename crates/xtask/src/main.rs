@@ -61,10 +61,10 @@ Tasks of the DeepSfT workspace
         --out       the folder (default: soak in the target folder)
         --no-build  take what was built last
 
-    cargo xtask fuzz [--target NAME] [--seconds N | --runs N] [--jobs N]
-        Feeds the readers of all formats with inputs that mutate (libFuzzer), and ends with an error at the first input on
-        which one panics, takes more than 1 GB or 10 s. Inputs that reached something new stay in fuzz in the target
-        folder, and the next run begins with them. Linux only; needs a C++ compiler.
+    cargo xtask fuzz [--target NAME] [--seconds N | --runs N] [--jobs N] [--input FILE]
+        Feeds the readers of all formats with inputs that mutate (libFuzzer), and ends with an error when one of them panics
+        or takes more than 1 GB or 10 s: with the file of the first such input of each. Inputs that reached something new
+        stay in fuzz in the target folder, and the next run begins with them. Linux only; needs a C++ compiler.
         --target   one of bundle, checkpoint, gltf, obj, picture, recording, shard, template, weights, y4m (default: all)
         --seconds  how long for all targets together (default: 60)
         --runs     go on until each target has had so many inputs, those of earlier runs included
