@@ -233,7 +233,7 @@ impl Schedule {
             "{name:<12} {inputs:>10} inputs in {:>4.0} s, {rate:>7.0} in a second, {:>11} in total",
             time.as_secs_f64(),
             self.totals.inputs(name)
-        ))
+        )))
     }
 }
 
