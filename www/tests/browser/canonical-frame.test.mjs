@@ -58,7 +58,8 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
         const { data: warped } = estimate.canonical;
         // Twice each: what is read must not show through in the next.
         for (const asPixels of [false, true, true]) {
-          const canonical = canonicalFrame(frame, cameraForImage(camera, frame.width, frame.height), asPixels);
+          // A camera that sees more than the training camera's view may be answered in a wider one.
+          const canonical = canonicalFrame(frame, cameraForImage(camera, frame.width, frame.height), asPixels, estimate.focal);
           const { width, height } = canonical;
           const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
           if (!asPixels) context.drawImage(canonical, 0, 0);
