@@ -18,7 +18,7 @@ const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=10"];
 /// Where files are in memory, on Linux.
 const MEMORY_FOLDER: &str = "/dev/shm";
 
-/// Lines of what a failing program said that an error shows.
+/// Lines of what a failing program said that an error shows: from its complaint on, or else the last.
 const LINES: usize = 12;
 
 /// A target of the program.
@@ -138,12 +138,12 @@ impl Program {
         removed.with_context(|| format!("removing {}", temporary.display()))?;
         match failure {
             None => Ok(Ended { inputs, time }),
-            Some(Failure { input, last_lines }) => {
+            Some(Failure { input, words }) => {
                 let place = input.map_or_else(
                     || "(it left no input)".to_owned(),
                     |input| format!("on the input {input}\nrun it again with\n    cargo xtask fuzz --target {name} --input {input}"),
                 );
-                bail!("the target {name} fails {place}\n{last_lines}")
+                bail!("the target {name} fails {place}\n{words}")
             }
         }
     }
@@ -159,7 +159,7 @@ struct Report {
 struct Failure {
     /// The file of the input.
     input: Option<String>,
-    last_lines: String,
+    words: String,
 }
 
 fn run_to_its_end(command: &mut Command) -> Result<Report> {
@@ -170,7 +170,7 @@ fn run_to_its_end(command: &mut Command) -> Result<Report> {
         .spawn()
         .context("starting it")?;
     let stderr = child.stderr.take().context("what it says cannot be read")?;
-    let (mut inputs, mut input, mut last) = (0, None, VecDeque::new());
+    let (mut inputs, mut input, mut said, mut complains) = (0, None, VecDeque::new(), false);
     for line in BufReader::new(stderr).split(b'\n') {
         let line = String::from_utf8_lossy(&line?).into_owned();
         inputs = inputs_in(&line).unwrap_or(inputs);
@@ -178,17 +178,22 @@ fn run_to_its_end(command: &mut Command) -> Result<Report> {
             // Slow ones are reported and are no failures.
             input = (!file.contains("slow-unit-")).then(|| file.trim().to_owned()).or(input);
         }
-        if !line.starts_with('#') && !line.starts_with("stat::") && !line.trim().is_empty() {
-            last.push_back(line);
-            if last.len() > LINES {
-                last.pop_front();
+        let is_told = !line.starts_with('#') && !line.starts_with("stat::") && !line.trim().is_empty();
+        if is_told && !(complains && said.len() >= LINES) {
+            if !complains && ["panicked at", "ERROR: "].iter().any(|sign| line.contains(sign)) {
+                complains = true;
+                said.clear();
+            }
+            said.push_back(line);
+            if said.len() > LINES {
+                said.pop_front();
             }
         }
     }
     let status = child.wait()?;
     let failure = (!status.success()).then(|| Failure {
         input,
-        last_lines: last.into_iter().collect::<Vec<_>>().join("\n"),
+        words: said.into_iter().collect::<Vec<_>>().join("\n"),
     });
     Ok(Report {
         inputs,
@@ -240,6 +245,16 @@ mod tests {
         ));
         let failure = bad.failure.unwrap();
         assert_eq!((bad.inputs, failure.input.as_deref()), (7, Some("f/crash-2")));
-        assert!(failure.last_lines.contains("what went wrong"));
+        assert!(failure.words.contains("what went wrong"));
+        // What follows the complaint may be long, as what goes before it.
+        let many = "for k in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15; do echo \"frame $k\" >&2; done";
+        let bad = run(&format!(
+            "{many}; echo 'thread main panicked at x.rs:1' >&2; {many}; exit 77"
+        ));
+        let words = bad.failure.unwrap().words;
+        assert!(
+            words.starts_with("thread main panicked") && words.lines().count() == LINES,
+            "{words}"
+        );
     }
 }
