@@ -178,25 +178,6 @@ export function refusals(obstacles) {
       }),
     },
     {
-      what: "a camera that is unplugged ends the view",
-      code: "camera-lost",
-      cause: async (page) => {
-        await page.load();
-        await page.run(() => {
-          const { mediaDevices } = navigator;
-          const request = mediaDevices.getUserMedia.bind(mediaDevices);
-          mediaDevices.getUserMedia = async (wanted) => (globalThis.stream = await request(wanted));
-        });
-        await page.click("#use-camera");
-        await page.until(() => document.querySelector("#state").dataset.state === "missing");
-        await page.run(() => {
-          const [track] = stream.getVideoTracks();
-          track.stop();
-          track.dispatchEvent(new Event("ended"));
-        });
-      },
-    },
-    {
       what: "a defect of the page is called one",
       code: "internal",
       cause: rejectedBy(() => {
