@@ -128,9 +128,7 @@ impl Program {
         command
             .env("DEEPSFT_FUZZ_TARGET", name)
             .env("DEEPSFT_FUZZ_SEEDS", seeds)
-            .env("TMPDIR", &temporary)
-            // It would take the place of the panic's words in the last lines.
-            .env("RUST_BACKTRACE", "0");
+            .env("TMPDIR", &temporary);
         let ended = run_to_its_end(&mut command);
         // What a program that was ended leaves there.
         let removed = fs::remove_dir_all(&temporary);
