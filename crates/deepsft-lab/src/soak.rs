@@ -54,6 +54,9 @@ pub struct SoakArguments {
     /// A detection arrives K frames after its frame; then the finders start on the newest one
     #[arg(long, value_name = "K", default_value_t = 30, value_parser = clap::value_parser!(u64).range(..=30))]
     delay: u64,
+    /// In place of --delay: the finders see every Nth frame, and the video waits for them
+    #[arg(long, value_name = "N", conflicts_with = "delay", value_parser = clap::value_parser!(u64).range(1..))]
+    every: Option<u64>,
     /// Growth from which the command fails, kB
     #[arg(long, value_name = "KB", default_value_t = 1000)]
     most_growth_kb: u64,
@@ -173,7 +176,9 @@ pub fn run(arguments: &SoakArguments) -> Result<()> {
     let mut finder = arguments.descriptors.finder(chosen.target)?;
     let video = EndlessVideo::render(finder.target().template(), camera, arguments.clip_frames as usize)?;
     let options = VideoOptions {
-        pace: FindingPace::Delayed(arguments.delay),
+        pace: arguments
+            .every
+            .map_or(FindingPace::Delayed(arguments.delay), FindingPace::Every),
         smoothing: Some(OneEuroOptions::default()),
         ..VideoOptions::default()
     };

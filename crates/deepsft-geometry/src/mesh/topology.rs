@@ -11,9 +11,8 @@ use std::collections::HashSet;
 /// Texels along each side of the raster on which [`texture_overlap`] counts.
 const OVERLAP_TEXELS: usize = 512;
 
-/// A texel's centre counts to a face when it lies this far inside it (as a barycentric coordinate): neighbours share
-/// their edge.
-const INSIDE: f64 = 1e-6;
+/// A texel's centre counts to a face when it lies this far inside it along its row, texels: neighbours share their edge.
+const INSIDE: f64 = 1e-3;
 
 /// What a template's mesh is made of. Seams are welded first ([`Welding`]), so a point that stands in the mesh once for
 /// each chart counts once.
@@ -114,7 +113,7 @@ fn pieces(mesh: &TriangleMesh) -> usize {
 /// surface. Measured at the centres of 512 x 512 texels.
 pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     let side = OVERLAP_TEXELS as f64;
-    // Faces of each texel: none, one, several.
+    // The last bit says that a face uses a texel, the one before it that another does too.
     let mut uses = vec![0_u8; OVERLAP_TEXELS * OVERLAP_TEXELS];
     // Centres lie at whole numbers plus one half.
     let range = |low: f64, high: f64| {
@@ -129,21 +128,18 @@ pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
         for row in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y)) {
             let y = row as f64 + 0.5;
             let (low, high) = across(corners, y);
-            for column in range(low - 1.0, high + 1.0) {
-                let p = DVec2::new(column as f64 + 0.5, y);
-                if texture_barycentric(p, corners).into_iter().all(|w| w > INSIDE) {
-                    let uses = &mut uses[row * OVERLAP_TEXELS + column];
-                    *uses = (*uses + 1).min(2);
-                }
+            let columns = range(low + INSIDE, high - INSIDE);
+            let of_the_face = uses[row * OVERLAP_TEXELS..][..OVERLAP_TEXELS].get_mut(columns);
+            for uses in of_the_face.into_iter().flatten() {
+                *uses |= *uses << 1 | 1;
             }
         }
     }
-    let count = |least: u8| uses.iter().filter(|&&uses| uses >= least).count();
-    count(2) as f64 / count(1).max(1) as f64
+    let count = |bit: u32| uses.iter().map(|uses| u32::from(uses >> bit & 1)).sum::<u32>();
+    f64::from(count(1)) / f64::from(count(0).max(1))
 }
 
-/// From where to where a triangle reaches in the row at `y`: many faces are narrow, and most of the box around them is not
-/// theirs.
+/// From where to where a triangle reaches in the row at `y`.
 fn across([a, b, c]: [DVec2; 3], y: f64) -> (f64, f64) {
     let crossings = [[a, b], [b, c], [c, a]]
         .into_iter()
