@@ -104,7 +104,8 @@ export class CameraStream extends EventTarget {
       void this.#resume();
     };
     document.addEventListener("visibilitychange", returned, { signal });
-    self.addEventListener("pageshow", returned, { signal });
+    // The first one comes when the page has loaded, which may be after its camera has started.
+    self.addEventListener("pageshow", ({ persisted }) => persisted && returned(), { signal });
     await this.#play(this.#stream);
   }
 

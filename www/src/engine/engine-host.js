@@ -98,7 +98,21 @@ export async function readScan({ files, mmPerUnit }) {
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-export async function estimate({ id, frame, intrinsics, fit }) {
+export async function estimate(request) {
+  try {
+    return await estimated(request);
+  } catch (error) {
+    // It is not handed back.
+    closeFrame(request.frame);
+    throw error;
+  }
+}
+
+/**
+ * @param {EstimateRequest} request
+ * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
+ */
+async function estimated({ id, frame, intrinsics, fit }) {
   const { rgba, readMs } = read(frame);
   const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics));
   const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);

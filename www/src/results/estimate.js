@@ -104,7 +104,7 @@ export class Estimate {
     this.found = raw.found;
     /**
      * How well image and registered target agree, 0 to 1. Of the network's maps: photo-consistency. Of a picture: the fraction of the
-     * visible print that the image confirms; found from 0.6 on.
+     * visible print that the image confirms; docs/targets.md says from where on it counts as found.
      */
     this.confidence = raw.confidence;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */

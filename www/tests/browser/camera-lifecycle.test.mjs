@@ -55,7 +55,10 @@ test("a video that the browser paused while the page was away plays on when it r
     for (const back of ["visibilitychange", "pageshow"]) {
       await page.evaluate(() => (setAway(true), video.pause()));
       await page.evaluate(
-        (event) => (event === "pageshow" ? dispatchEvent(new Event((delete document.visibilityState, event))) : setAway(false)),
+        (event) =>
+          event === "pageshow"
+            ? dispatchEvent(new PageTransitionEvent((delete document.visibilityState, event), { persisted: true }))
+            : setAway(false),
         back,
       );
       await playsOn();

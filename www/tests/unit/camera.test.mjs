@@ -258,6 +258,8 @@ test("a camera that does not open, or ends while it starts, leaves the former on
   await assert.rejects(camera.switchTo({ facing: "user" }), { code: "camera-busy" });
   assert.deepEqual([camera.deviceId, camera.error, lost, video.paused], ["back", null, false, false]);
   assert.equal(video.srcObject, opened.at(-1));
+  // As at the end of the page's loading, which is no return to it.
+  self.dispatchEvent(Object.assign(new Event("pageshow"), { persisted: false }));
   opened.at(-1).track.end();
   assert.equal(lost, true, "the former one is watched as before");
 });
@@ -322,7 +324,8 @@ test("a video that was paused while the page was away plays on, also when the pa
   withDevices({ getUserMedia: async () => new Stream(), enumerateDevices: async () => [] });
   const video = new Video();
   await openCamera(video);
-  for (const back of [() => page.show(true), () => self.dispatchEvent(new Event("pageshow"))]) {
+  const fromCache = () => self.dispatchEvent(Object.assign(new Event("pageshow"), { persisted: true }));
+  for (const back of [() => page.show(true), fromCache]) {
     page.show(false);
     video.paused = true;
     page.visibilityState = "visible";

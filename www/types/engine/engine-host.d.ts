@@ -46,7 +46,7 @@ export declare function readScan({ files, mmPerUnit }: ScanRequest): Promise<{
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-export declare function estimate({ id, frame, intrinsics, fit }: EstimateRequest): Promise<{
+export declare function estimate(request: EstimateRequest): Promise<{
     value: RawEstimate;
     transfer: Transferable[];
 }>;

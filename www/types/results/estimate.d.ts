@@ -80,7 +80,7 @@ export declare class Estimate {
     found: boolean;
     /**
      * How well image and registered target agree, 0 to 1. Of the network's maps: photo-consistency. Of a picture: the fraction of the
-     * visible print that the image confirms; found from 0.6 on.
+     * visible print that the image confirms; docs/targets.md says from where on it counts as found.
      */
     confidence: number;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */

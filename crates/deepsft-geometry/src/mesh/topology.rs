@@ -1,7 +1,6 @@
 //! How the faces of a mesh hang together: pieces, texture charts, seams, borders.
 
 use super::disjoint_sets::DisjointSets;
-use super::texture_grid::texture_barycentric;
 use super::triangle_mesh::TriangleMesh;
 use super::welding::Welding;
 use crate::error::GeometryError;
@@ -135,8 +134,12 @@ pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
             }
         }
     }
-    let count = |bit: u32| uses.iter().map(|uses| u32::from(uses >> bit & 1)).sum::<u32>();
-    f64::from(count(1)) / f64::from(count(0).max(1))
+    // No sum can wrap, and without a check of that the loop is one of vectors.
+    let count = |bit: u8| {
+        uses.iter()
+            .fold(0_u32, |sum, uses| sum.wrapping_add(u32::from(uses & bit != 0)))
+    };
+    f64::from(count(2)) / f64::from(count(1).max(1))
 }
 
 /// From where to where a triangle reaches in the row at `y`.

@@ -1,7 +1,7 @@
 //! Objects that are too near for the training camera's angle of view, and not for the camera's: in the canonical view alone, and in the
 //! nearest view that holds them.
 
-use super::scenes::{NamedCamera, Scenes, cameras, holds};
+use super::scenes::{NamedCamera, Scenes, cameras, cut_off, holds};
 use anyhow::Result;
 use deepsft::{Device, Target, TargetEstimate, TargetFinder, View};
 use deepsft_cli::input;
@@ -13,6 +13,9 @@ use std::path::Path;
 
 /// Depth of the sheet's centroid, mm.
 const DISTANCE_MM: [f64; 2] = [150.0, 500.0];
+
+/// The least fraction of the sheet that the canonical view must cut off.
+const LEAST_CUT: f64 = 0.2;
 
 /// What came out of one view of each scene.
 #[derive(Default)]
@@ -56,7 +59,8 @@ fn wide_cameras() -> Result<Vec<NamedCamera>> {
     Ok(webcams.into_iter().chain(others).collect())
 }
 
-/// Measures `count` scenes of each wide camera in which it sees the whole sheet and the canonical view does not.
+/// Measures `count` scenes of each wide camera in which it sees the whole sheet and the canonical view
+/// misses a fifth of it.
 pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
     let bundle = input::bundle(model)?;
     let target = Target::from_model(&bundle, &Device::Cpu)?;
@@ -70,7 +74,7 @@ pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
         let (mut canonical, mut zoomed) = (Answers::default(), Answers::default());
         scenes.each(
             count,
-            |vertices| holds(&camera, vertices) && !holds(&nearest, vertices),
+            |vertices| holds(&camera, vertices) && cut_off(&nearest, vertices) >= LEAST_CUT,
             |_, scene| {
                 let image = scenes.image(scene, &camera)?;
                 let mut view = View::new(&image, &camera);
