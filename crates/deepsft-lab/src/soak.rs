@@ -32,8 +32,9 @@ come again and again. It looks at the memory of its own process, and takes the m
 resident, and what of it is heap and stacks. It fails when the last window has more than --most-growth-kb above the first one
 after the warm-up. Linux only.
 
-Example: the million of the release notes, on one thread
-  RAYON_NUM_THREADS=1 deepsft-lab soak --model models/poster-a4 --frames 1000000 --json soak.json")]
+Examples: a million frames of the poster take a thread six hours, of a small print that the finders see every other second less than two
+  RAYON_NUM_THREADS=1 deepsft-lab soak --model models/poster-a4 --json soak.json
+  RAYON_NUM_THREADS=1 deepsft-lab soak --picture models/poster-a4/template/texture.png --size-mm 114x80.6 --every 60 --json soak.json")]
 pub struct SoakArguments {
     #[command(flatten)]
     object: ObjectChoice,
@@ -69,7 +70,9 @@ pub struct SoakArguments {
 #[derive(Serialize)]
 struct Report {
     object: String,
-    finding_delay_frames: u64,
+    /// One of the two is what was asked for.
+    finding_delay_frames: Option<u64>,
+    finding_every_frames: Option<u64>,
     warm_up_frames: u64,
     /// Frames tracked so far, after the warm-up.
     frames: u64,
@@ -185,7 +188,8 @@ pub fn run(arguments: &SoakArguments) -> Result<()> {
     let windows = arguments.frames.div_ceil(arguments.window) as usize;
     let mut report = Report {
         object: chosen.name,
-        finding_delay_frames: arguments.delay,
+        finding_delay_frames: arguments.every.is_none().then_some(arguments.delay),
+        finding_every_frames: arguments.every,
         warm_up_frames: arguments.warm_up,
         frames: 0,
         finished: false,
@@ -331,7 +335,8 @@ mod tests {
         };
         let report = |windows: Vec<Window>| Report {
             object: String::new(),
-            finding_delay_frames: 4,
+            finding_delay_frames: Some(4),
+            finding_every_frames: None,
             warm_up_frames: 0,
             frames: 100,
             finished: true,
