@@ -159,6 +159,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn neighbours_do_not_share_the_texels_on_their_edge() {
+        // The diagonal goes through the centres of 512 texels.
+        let uv = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| DVec2::new(u, v));
+        let points = uv.map(|uv| uv.extend(0.0)).to_vec();
+        let square = TriangleMesh::new(points, uv.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        assert_eq!(texture_overlap(&square), 0.0);
+    }
+
+    #[test]
     fn charts_on_one_another_are_counted() {
         // Two triangles, each a chart of its own.
         let uv =
