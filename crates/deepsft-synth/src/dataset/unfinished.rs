@@ -297,14 +297,17 @@ impl UnfinishedDataset {
 /// # Errors
 /// [`FormatError::Write`].
 pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
-    // Without a state there is nothing to do, and the place may be one that nobody may write to.
-    if !place.join(STATE_FILE).is_file() {
+    let has_state = place.join(STATE_FILE).is_file();
+    // Without them there is nothing to do, and the place may be one that nobody may write to.
+    if !has_state && !FolderLock::lies_beside(place) {
         return Ok(());
     }
     match FolderLock::acquire(place) {
         Ok(_alone) => tidy(place),
         Err(FormatError::Locked { .. }) => Ok(()),
-        Err(error) => Err(error.into()),
+        Err(error) if has_state => Err(error.into()),
+        // The file of a lock does no harm.
+        Err(_) => Ok(()),
     }
 }
 
@@ -447,6 +450,11 @@ mod tests {
         fs::remove_file(beside.join(STATE_FILE)).unwrap();
         tidy_dataset(&place).unwrap();
         assert!(beside.join(DATASET_FILE).exists());
+        // After the state was removed, and before the file of the lock was.
+        let lock = above.path().join(".set.lock");
+        fs::write(&lock, "").unwrap();
+        tidy_dataset(&place).unwrap();
+        assert!(!lock.exists() && place.join(DATASET_FILE).exists());
     }
 
     #[test]
