@@ -40,7 +40,7 @@ struct Track {
     /// The camera of canonical images that lie across.
     training: Camera,
     template: Template,
-    /// While the camera is to be found.
+    /// Made when the camera is to be found.
     calibration: Option<SelfCalibration>,
 }
 
@@ -268,8 +268,9 @@ impl Core {
                 {
                     calibrated = Some(found);
                 }
-            } else {
-                track.calibration = None;
+            } else if let Some(calibration) = &mut track.calibration {
+                // Made anew at each change of the camera it would tear the memory to pieces, which then grows.
+                calibration.reset();
             }
             shared = Some((canonical, image));
         }

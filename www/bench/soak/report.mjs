@@ -13,6 +13,9 @@ const MOST_GROWTH = 0.02;
 const LAST = 3;
 const MB = 1e6;
 
+/** @param {number[]} values */
+const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
+
 /** What a page and its workers hold together. */
 const together = (/** @type {string} */ what) => ({ page, engine, tracker }) => page[what] + (engine?.[what] ?? 0) + (tracker?.[what] ?? 0);
 
@@ -107,18 +110,22 @@ export class Report {
    * @param {string} title
    * @param {Part} part
    * @param {(sample: { at: number, event: string }) => boolean} chosen
+   * @param {{ firsts?: number }} [options] the median of so many first samples stands for the first: where each has a worker of its own
    */
-  judge(title, { unit, samples }, chosen) {
-    const [before, ...later] = samples.filter(chosen);
+  judge(title, { unit, samples }, chosen, { firsts = 1 } = {}) {
+    const all = samples.filter(chosen);
+    const later = all.slice(firsts);
     const after = later.at(-1);
     if (!after) return this.expect(false, `${title}: too few samples`);
+    const first = all.slice(0, firsts);
+    const before = { at: first[0].at, values: first[0].values.map((_, i) => median(first.map(({ values }) => values[i]))) };
     console.log(`\n${title}: at ${before.at} ${unit}, at ${after.at}, most in between`);
     for (const [i, column] of Object.keys(COLUMNS).entries()) {
       const most = Math.max(...later.map(({ values }) => values[i]));
       const figures = [before.values[i], after.values[i], most];
       if (figures.every((figure) => figure === 0)) continue;
       // What is compiled just now, or finalised next, makes single samples tremble.
-      const lasting = later.slice(-LAST).map(({ values }) => values[i]).toSorted((a, b) => a - b)[Math.min(LAST, later.length) >> 1];
+      const lasting = median(later.slice(-LAST).map(({ values }) => values[i]));
       const growth = lasting / before.values[i] - 1;
       const percent = `${growth >= 0 ? "+" : ""}${(100 * growth).toFixed(1)} %`;
       console.log([column.padEnd(28), ...figures.map((figure) => figure.toFixed(2).padStart(9)), percent.padStart(9)].join(" "));
@@ -157,7 +164,7 @@ function chart({ name, unit, samples }) {
   };
   const lines = [];
   for (const [i, column] of Object.keys(JUDGED).entries()) {
-    const middle = samples.map(({ values }) => values[i]).toSorted((a, b) => a - b)[samples.length >> 1];
+    const middle = median(samples.map(({ values }) => values[i]));
     if (middle === 0) continue;
     const colour = `hsl(${Math.round((360 * i) / Object.keys(JUDGED).length)} 70% 40%)`;
     const points = samples.map(({ at, values }) => `${x(at).toFixed(1)},${y(values[i] / middle).toFixed(1)}`);

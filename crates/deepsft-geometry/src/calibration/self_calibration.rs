@@ -107,6 +107,8 @@ pub struct SelfCalibration {
     options: SelfCalibrationOptions,
     diagonal_mm: f64,
     views: Vec<View>,
+    /// Pixels of views that are gone, for new ones: given back, the memory of a page that works for long would be torn to pieces, and grow.
+    spare: Vec<Vec<f32>>,
     /// Assumed, and as far as it is known.
     cameras: Option<[Camera; 2]>,
     /// Updates of the camera since the first.
@@ -138,10 +140,18 @@ impl SelfCalibration {
             options,
             diagonal_mm: template.size_mm().length(),
             views: Vec::new(),
+            spare: Vec::new(),
             cameras: None,
             updates: 0,
             next: 0,
         })
+    }
+
+    /// Forgets the views and what they told: for another camera.
+    pub fn reset(&mut self) {
+        self.spare.extend(self.views.drain(..).map(View::into_pixels));
+        self.cameras = None;
+        (self.updates, self.next) = (0, 0);
     }
 
     /// Offers a view: an undistorted image, the camera that was assumed for it, and the mesh as it was tracked or fitted in it (the
@@ -160,9 +170,8 @@ impl SelfCalibration {
         check_start(vertices_camera, self.fitter.template.mesh().vertices().len())?;
         check_size(image.size(), assumed.size())?;
         if self.cameras.is_none_or(|[known, _]| known != *assumed) {
-            self.views.clear();
+            self.reset();
             self.cameras = Some([*assumed; 2]);
-            (self.updates, self.next) = (0, 0);
         }
         let mut vertices = self.fitter.coarse_vertices(vertices_camera);
         let far = self.options.least_motion * self.diagonal_mm;
@@ -180,10 +189,11 @@ impl SelfCalibration {
             let tells = |view: &View| view.information(self.prior());
             let least = (0..self.views.len()).min_by(|&a, &b| tells(&self.views[a]).total_cmp(&tells(&self.views[b])));
             if let Some(least) = least {
-                self.views.swap_remove(least);
+                self.spare.push(self.views.swap_remove(least).into_pixels());
             }
         }
-        self.views.push(View::new(GreyImage::of(image), tracked, vertices));
+        let grey = GreyImage::of_into(image, self.spare.pop().unwrap_or_default());
+        self.views.push(View::new(grey, tracked, vertices));
         Ok(true)
     }
 

@@ -52,6 +52,11 @@ impl View {
         }
     }
 
+    /// The memory of its image.
+    pub(super) fn into_pixels(self) -> Vec<f32> {
+        self.image.values
+    }
+
     /// Mean way of the vertices to `others`, as both were tracked, mm.
     pub(super) fn motion_from(&self, others: &[DVec3]) -> f64 {
         let ways = self.tracked.iter().zip(others).map(|(a, b)| a.distance(*b));

@@ -403,7 +403,7 @@ impl FrameFitter {
         let normalizer = Normalizer::new(both.clone(), part, camera.size(), JUDGED_BLUR_PX, WINDOW_PX);
         let image = normalizer.normalize(part.of(&grey.values, grey.width));
         let cost = |maps: &Maps| {
-            let seen = |&pixel: &usize| (f64::from(maps.depth()[pixel]), maps.registration()[pixel]);
+            let seen = |&pixel: &usize| (maps.depth()[pixel], maps.registration()[pixel]);
             let texels: Vec<_> = pixels.iter().map(|p| is_in_both(p).then(|| seen(p))).collect();
             let print = self.mesh_fitter.print.drawn(&texels, camera.focal().x);
             let drawn = normalizer.normalize(print.into_iter());

@@ -167,7 +167,7 @@ impl MeshFitter {
         };
         let surface = VisibleSurface::new(&level.mesh, start, camera);
         let border = Normalizer::reach(round.blur);
-        let mut drawing = Drawing::new(print, &surface, seen, (border, round.margin), POINT_STEP);
+        let mut drawing = Drawing::new(print, &surface, seen, (border, round.margin), Some(POINT_STEP));
         let mask = std::mem::take(&mut drawing.mask);
         let normalizer = Normalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
         let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));

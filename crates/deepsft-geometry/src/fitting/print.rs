@@ -26,8 +26,8 @@ impl Print {
 
     /// The print as an image with this focal length (pixels) shows it where a pixel has a depth (mm) and a texture position;
     /// 0 elsewhere.
-    pub(crate) fn drawn(&self, seen: &[Option<(f64, [f32; 2])>], focal: f64) -> Vec<f32> {
-        let depths = seen.iter().flatten().map(|(depth, _)| depth);
+    pub(crate) fn drawn(&self, seen: &[Option<(f32, [f32; 2])>], focal: f64) -> Vec<f32> {
+        let depths = seen.iter().flatten().map(|&(depth, _)| f64::from(depth));
         let depth = depths.clone().sum::<f64>() / depths.count().max(1) as f64;
         // At most about one texel per pixel on a frontal sheet at this depth.
         let texels_per_pixel = self.texels_per_mm * depth / focal;
@@ -53,13 +53,13 @@ pub(crate) struct Drawing {
 impl Drawing {
     /// Draws the front of `surface` and `border` pixels around it; `seen` says which pixels (column, row) may be compared.
     /// Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared with what
-    /// lies beside the object, and creep out over it. Points stand `step` pixels apart.
+    /// lies beside the object, and creep out over it. Points stand `step` pixels apart; without it there are none.
     pub(crate) fn new(
         print: &Print,
         surface: &VisibleSurface,
         seen: impl Fn(usize, usize) -> bool,
         (border, margin): (usize, usize),
-        step: usize,
+        step: Option<usize>,
     ) -> Self {
         let (camera, window) = (surface.camera(), surface.window());
         // The pixel beside the window says that there the mesh ends.
@@ -78,8 +78,8 @@ impl Drawing {
             };
             let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
             let point = triangle.seen_point(x, y);
-            texels[pixel] = Some((point.depth_mm, point.uv.as_vec2().to_array()));
-            if column % step == step / 2 && row % step == step / 2 {
+            texels[pixel] = Some((point.depth_mm as f32, point.uv.as_vec2().to_array()));
+            if step.is_some_and(|step| column % step == step / 2 && row % step == step / 2) {
                 let barycentric = triangle.barycentric(x, y);
                 anchors.push((pixel, SurfacePoint { face, barycentric }));
             }
@@ -124,7 +124,7 @@ mod tests {
         let picture = Picture::from_fn(480, 270, |x, y| [((7 * x + y * y) % 249) as u8; 3]);
         let (grey, blur) = (GreyImage::of(&picture), 1.5);
         let drawn = |border: usize| {
-            let drawing = Drawing::new(&print, &surface, |x, _| x > 10, (border, 3), 3);
+            let drawing = Drawing::new(&print, &surface, |x, _| x > 10, (border, 3), Some(3));
             let normalizer = Normalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
             let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
             let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));

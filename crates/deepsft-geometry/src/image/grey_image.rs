@@ -13,10 +13,17 @@ pub(crate) struct GreyImage {
 impl GreyImage {
     /// The [`luma`] of each pixel.
     pub fn of(picture: &Picture) -> Self {
+        Self::of_into(picture, Vec::new())
+    }
+
+    /// As [`GreyImage::of`], in memory that is there already; what was in it is gone.
+    pub fn of_into(picture: &Picture, mut values: Vec<f32>) -> Self {
+        values.clear();
+        values.extend(picture.rgb().as_chunks().0.iter().map(|&c| luma(c)));
         Self {
             width: picture.width(),
             height: picture.height(),
-            values: picture.rgb().as_chunks().0.iter().map(|&c| luma(c)).collect(),
+            values,
         }
     }
 

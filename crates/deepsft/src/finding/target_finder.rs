@@ -172,6 +172,7 @@ impl TargetFinder {
             let Some(sighting) = self.finders[k].find(view, camera).await? else {
                 continue;
             };
+            self.prepare()?;
             let Sighting { by, is_sure, .. } = sighting;
             if by == FinderKind::Network {
                 sightings.push(sighting);
@@ -197,6 +198,17 @@ impl TargetFinder {
         // A network that is not sure, and descriptors, are right less often than features.
         sightings.sort_by_key(|sighting| sighting.by != FinderKind::Features);
         Ok(sightings)
+    }
+
+    /// Makes what judging sightings of a sheet takes, at the first of any finder: made at some later one it would grow the memory of a
+    /// page that has long been at work, and hold up a frame.
+    fn prepare(&mut self) -> Result<(), DeepSftError> {
+        if self.target.template().is_sheet() {
+            self.fitter()?;
+            // Last: it needs more for a moment than a fit does, which then finds room there.
+            self.can_slip();
+        }
+        Ok(())
     }
 
     /// Whether the print looks like itself elsewhere.

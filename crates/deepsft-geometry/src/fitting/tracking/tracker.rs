@@ -375,7 +375,7 @@ impl Tracker {
         let grey = &image.whole;
         // The border takes in the whole image.
         let border = grey.width.max(grey.height);
-        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (border, MARGIN_PX), 1);
+        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (border, MARGIN_PX), None);
         let print = GreyImage {
             values: drawing.print,
             ..*grey
