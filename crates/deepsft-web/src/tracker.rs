@@ -239,6 +239,12 @@ impl Core {
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         // Targets share the canonical image.
         let mut shared: Option<(Camera, TrackerImage)> = None;
+        // All have forgotten it; the others drop it.
+        let mut spare = self
+            .tracks
+            .values_mut()
+            .filter_map(|track| track.tracker.spare_image())
+            .last();
         let mut warp_ms = 0.0;
         let targets = Array::new();
         let mut calibrated: Option<CalibratedCamera> = None;
@@ -249,7 +255,7 @@ impl Core {
                 Some((_, image)) => image,
                 None => {
                     stopwatch.lap_ms();
-                    let image = TrackerImage::of(view.canonical(&canonical).map_err(failed)?);
+                    let image = TrackerImage::of_into(view.canonical(&canonical).map_err(failed)?, spare.take());
                     warp_ms += stopwatch.lap_ms();
                     image
                 }

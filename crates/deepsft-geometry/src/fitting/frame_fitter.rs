@@ -403,9 +403,14 @@ impl FrameFitter {
         let normalizer = Normalizer::new(both.clone(), part, camera.size(), JUDGED_BLUR_PX, WINDOW_PX);
         let image = normalizer.normalize(part.of(&grey.values, grey.width));
         let cost = |maps: &Maps| {
-            let seen = |&pixel: &usize| (maps.depth()[pixel], maps.registration()[pixel]);
-            let texels: Vec<_> = pixels.iter().map(|p| is_in_both(p).then(|| seen(p))).collect();
-            let print = self.mesh_fitter.print.drawn(&texels, camera.focal().x);
+            let seen = |pixel: &usize| is_in_both(pixel).then(|| maps.registration()[*pixel]);
+            let uvs: Vec<_> = pixels.iter().map(seen).collect();
+            let depths = pixels
+                .iter()
+                .filter(|p| is_in_both(p))
+                .map(|&p| f64::from(maps.depth()[p]));
+            let depth = depths.clone().sum::<f64>() / depths.count().max(1) as f64;
+            let print = self.mesh_fitter.print.drawn(&uvs, depth, camera.focal().x);
             let drawn = normalizer.normalize(print.into_iter());
             let robust = self.mesh_fitter.robust();
             let (mut sum, mut count) = (0.0, 0_usize);

@@ -24,17 +24,13 @@ impl Print {
         }
     }
 
-    /// The print as an image with this focal length (pixels) shows it where a pixel has a depth (mm) and a texture position;
-    /// 0 elsewhere.
-    pub(crate) fn drawn(&self, seen: &[Option<(f32, [f32; 2])>], focal: f64) -> Vec<f32> {
-        let depths = seen.iter().flatten().map(|&(depth, _)| f64::from(depth));
-        let depth = depths.clone().sum::<f64>() / depths.count().max(1) as f64;
+    /// The print as an image with this focal length (pixels) shows it at a `depth` (mm), where a pixel has a texture position; 0
+    /// elsewhere.
+    pub(crate) fn drawn(&self, uvs: &[Option<[f32; 2]>], depth: f64, focal: f64) -> Vec<f32> {
         // At most about one texel per pixel on a frontal sheet at this depth.
         let texels_per_pixel = self.texels_per_mm * depth / focal;
         let level = self.mipmap.level(texels_per_pixel.max(1.0).log2().round() as usize);
-        seen.iter()
-            .map(|pixel| pixel.map_or(0.0, |(_, uv)| level.sample(uv)))
-            .collect()
+        uvs.iter().map(|uv| uv.map_or(0.0, |uv| level.sample(uv))).collect()
     }
 }
 
@@ -71,14 +67,17 @@ impl Drawing {
             }
         }
         erode(&mut mask, part.width, margin);
-        let (mut texels, mut anchors) = (vec![None; part.area()], Vec::new());
+        let (mut uvs, mut anchors) = (vec![None; part.area()], Vec::new());
+        let (mut depths_mm, mut count) = (0.0, 0_usize);
         for (column, row, face, triangle) in surface.front() {
             let Some(pixel) = part.index(column, row).filter(|&pixel| mask[pixel] > 0.0) else {
                 continue;
             };
             let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
             let point = triangle.seen_point(x, y);
-            texels[pixel] = Some((point.depth_mm as f32, point.uv.as_vec2().to_array()));
+            uvs[pixel] = Some(point.uv.as_vec2().to_array());
+            depths_mm += point.depth_mm;
+            count += 1;
             if step.is_some_and(|step| column % step == step / 2 && row % step == step / 2) {
                 let barycentric = triangle.barycentric(x, y);
                 anchors.push((pixel, SurfacePoint { face, barycentric }));
@@ -86,7 +85,7 @@ impl Drawing {
         }
         anchors.sort_by_key(|(_, point)| point.face);
         Self {
-            print: print.drawn(&texels, camera.focal().x),
+            print: print.drawn(&uvs, depths_mm / count.max(1) as f64, camera.focal().x),
             part,
             mask,
             anchors,

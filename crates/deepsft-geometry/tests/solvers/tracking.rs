@@ -55,6 +55,37 @@ fn trackers_and_their_images_may_move_between_threads() {
     is_send::<TrackerImage>();
 }
 
+#[test]
+fn images_in_the_memory_of_forgotten_ones_are_followed_as_new_ones_are() {
+    const MEMORY: usize = 3;
+    let mut video = Video::new();
+    let options = TrackingOptions {
+        memory: MEMORY,
+        ..TrackingOptions::default()
+    };
+    let mut trackers = [(); 2].map(|()| Tracker::new(&video.template, options.clone()).unwrap());
+    for frame in 0..8 {
+        let (picture, truth) = (video.picture(frame), video.truth(frame));
+        // Both have forgotten it, and it goes to the last that says so.
+        let spare = trackers.iter_mut().filter_map(Tracker::spare_image).last();
+        assert_eq!(spare.is_some(), frame as usize > MEMORY, "{frame}");
+        let shared = TrackerImage::of_into(&picture, spare);
+        let time_s = frame as f64 * FRAME_S;
+        let new = TrackerImage::of(&picture);
+        video.tracker.follow_shared(frame, time_s, &new, &video.camera).unwrap();
+        video.tracker.update(frame, Some(&truth)).unwrap();
+        for tracker in &mut trackers {
+            tracker.follow_shared(frame, time_s, &shared, &video.camera).unwrap();
+            tracker.update(frame, Some(&truth)).unwrap();
+            assert!(tracker.current().found);
+            assert_eq!(
+                tracker.current().vertices_camera,
+                video.tracker.current().vertices_camera
+            );
+        }
+    }
+}
+
 /// A phone that is turned shows other frames: the old track ends, answers to the old frames count no more, and a new track starts.
 #[test]
 fn a_camera_that_is_turned_starts_the_video_afresh() {

@@ -10,8 +10,10 @@ mod options;
 mod search;
 mod tracked;
 mod tracker;
+mod tracker_image;
 
 pub use one_euro::{OneEuro, OneEuroOptions};
 pub use options::TrackingOptions;
 pub use tracked::{TrackUpdate, Tracked};
-pub use tracker::{Tracker, TrackerImage};
+pub use tracker::Tracker;
+pub use tracker_image::TrackerImage;

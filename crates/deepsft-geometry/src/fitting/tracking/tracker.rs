@@ -3,6 +3,7 @@
 use super::options::TrackingOptions;
 use super::search::best_shift;
 use super::tracked::{TrackUpdate, Tracked};
+use super::tracker_image::{Sizes, TrackerImage};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::fitting::frame_fitter::FrameFitter;
@@ -22,15 +23,8 @@ struct Remembered {
     frame: u64,
     time_s: f64,
     camera: Camera,
-    image: Arc<Sizes>,
+    image: TrackerImage,
     mesh: Option<Mesh>,
-}
-
-/// An image at two sizes.
-struct Sizes {
-    whole: GreyImage,
-    /// For the rounds that blur so much that it shows as much.
-    half: GreyImage,
 }
 
 /// The coarse mesh and how the image confirms it.
@@ -45,28 +39,6 @@ struct Mesh {
     held: bool,
 }
 
-/// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
-/// [`memory`](TrackingOptions::memory) images.
-#[derive(Clone)]
-pub struct TrackerImage(Arc<Sizes>);
-
-impl std::fmt::Debug for TrackerImage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("TrackerImage").finish_non_exhaustive()
-    }
-}
-
-impl TrackerImage {
-    /// Of a canonical image.
-    pub fn of(image: &Picture) -> Self {
-        let whole = GreyImage::of(image);
-        Self(Arc::new(Sizes {
-            half: whole.halved(),
-            whole,
-        }))
-    }
-}
-
 /// Follows one template through one video.
 ///
 /// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
@@ -76,6 +48,8 @@ pub struct Tracker {
     fitter: FrameFitter,
     options: TrackingOptions,
     frames: VecDeque<Remembered>,
+    /// The last image that was forgotten.
+    spare: Option<TrackerImage>,
     /// Missed frames in a row.
     missed: usize,
     /// The first frame since the network's last answer in which the mesh was found by a search: it may sit in a wrong fold,
@@ -106,6 +80,7 @@ impl Tracker {
             fitter: FrameFitter::new(template, options.fit.clone())?,
             options,
             frames: VecDeque::new(),
+            spare: None,
             missed: 0,
             searched: None,
             current: Tracked::default(),
@@ -154,7 +129,13 @@ impl Tracker {
         image: &Picture,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        self.follow_shared(frame, time_s, &TrackerImage::of(image), camera)
+        let image = TrackerImage::of_into(image, self.spare_image());
+        self.follow_shared(frame, time_s, &image, camera)
+    }
+
+    /// An image that the tracker no longer remembers, for [`TrackerImage::of_into`]: a long video then makes no new ones.
+    pub fn spare_image(&mut self) -> Option<TrackerImage> {
+        self.spare.take()
     }
 
     /// As [`follow`](Self::follow), with an image that other trackers take too.
@@ -165,10 +146,11 @@ impl Tracker {
         &mut self,
         frame: u64,
         time_s: f64,
-        TrackerImage(image): &TrackerImage,
+        image: &TrackerImage,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        check_size((image.whole.width, image.whole.height), camera.size())?;
+        let Sizes { whole, .. } = &*image.0;
+        check_size((whole.width, whole.height), camera.size())?;
         let goes_on = self
             .frames
             .back()
@@ -180,11 +162,11 @@ impl Tracker {
             frame,
             time_s,
             camera: *camera,
-            image: Arc::clone(image),
+            image: image.clone(),
             mesh: None,
         });
         while self.frames.len() > self.options.memory.max(2) {
-            self.frames.pop_front();
+            self.spare = self.frames.pop_front().map(|forgotten| forgotten.image);
         }
         let newest = self.frames.len() - 1;
         if self.current.found {
@@ -303,7 +285,7 @@ impl Tracker {
 
     /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
     fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
-        let image = Arc::clone(&self.frames[index].image);
+        let image = Arc::clone(&self.frames[index].image.0);
         let Some(start) = self.fitter.coarse_start(&image.whole, camera, maps)? else {
             return Ok(None);
         };
@@ -372,15 +354,19 @@ impl Tracker {
         let Remembered { camera, image, .. } = &self.frames[index];
         let fit = self.fitter.mesh_fitter();
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
-        let grey = &image.whole;
-        // The border takes in the whole image.
-        let border = grey.width.max(grey.height);
-        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (border, MARGIN_PX), None);
-        let print = GreyImage {
-            values: drawing.print,
+        let grey = &image.0.whole;
+        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (0, MARGIN_PX), None);
+        // In the whole image.
+        let mut print = GreyImage {
+            values: vec![0.0; grey.values.len()],
             ..*grey
         };
-        let shift = best_shift(&print, &drawing.mask, grey);
+        let mut mask = print.values.clone();
+        for (index, (column, row)) in drawing.part.pixels().enumerate() {
+            let pixel = row * grey.width + column;
+            (print.values[pixel], mask[pixel]) = (drawing.print[index], drawing.mask[index]);
+        }
+        let shift = best_shift(&print, &mask, grey);
         let depth = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
         let way = (shift / camera.focal() * depth).extend(0.0);
         vertices.iter().map(|p| p + way).collect()
@@ -395,7 +381,7 @@ impl Tracker {
         last: &Mesh,
     ) -> Result<Mesh, GeometryError> {
         let camera = self.frames[index].camera;
-        let image = Arc::clone(&self.frames[index].image);
+        let image = Arc::clone(&self.frames[index].image.0);
         let half_camera = camera.halved()?;
         let mut mesh = Mesh {
             confidence: vec![0.0; start.len()],
