@@ -94,6 +94,8 @@ const awake = new KeepAwake();
 let stage;
 /** @type {Live} */
 let live;
+/** The sheet from the side, where it can be drawn. @type {Orbit | null} */
+let orbit = null;
 const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
@@ -212,7 +214,8 @@ function createStage() {
 
 function createOrbit() {
   const canvas = byId("orbit", HTMLCanvasElement);
-  const orbit = orWithoutWebGl(() => new Orbit(canvas, stage.software));
+  orbit?.stop();
+  orbit = orWithoutWebGl(() => new Orbit(canvas, stage.software));
   canvas.hidden = orbit === null;
   return orbit;
 }

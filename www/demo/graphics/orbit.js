@@ -73,6 +73,7 @@ export class Orbit {
   #pitch = 0.22;
   /** Whether someone has turned the view: then it stays as they left it. */
   #held = false;
+  #listening = new AbortController();
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -149,6 +150,11 @@ export class Orbit {
     this.#draw();
   }
 
+  /** Turns no more: another view draws on the canvas. */
+  stop() {
+    this.#listening.abort();
+  }
+
   #draw() {
     const [gl, canvas] = [this.#gl, this.#canvas];
     if (!this.#centre) return;
@@ -188,24 +194,31 @@ export class Orbit {
 
   #listen() {
     const canvas = this.#canvas;
+    const { signal } = this.#listening;
     // Positions rather than `movementX`, whose unit differs between browsers and screens.
     let [x, y] = [0, 0];
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      [x, y] = [event.clientX, event.clientY];
+    /** @type {(event: PointerEvent) => void} */
+    const hold = ({ pointerId, clientX, clientY }) => {
+      canvas.setPointerCapture(pointerId);
+      [x, y] = [clientX, clientY];
       this.#turn(0, 0);
-    });
-    canvas.addEventListener("pointermove", ({ pointerId, clientX, clientY }) => {
+    };
+    /** @type {(event: PointerEvent) => void} */
+    const drag = ({ pointerId, clientX, clientY }) => {
       if (!canvas.hasPointerCapture(pointerId)) return;
       const [right, down] = [clientX - x, clientY - y];
       [x, y] = [clientX, clientY];
       this.#turn(DRAG * right, -DRAG * down);
-    });
-    canvas.addEventListener("keydown", (event) => {
+    };
+    /** @type {(event: KeyboardEvent) => void} */
+    const press = (event) => {
       const turn = KEYS[event.key];
       if (!turn) return;
       event.preventDefault();
       this.#turn(...turn);
-    });
+    };
+    canvas.addEventListener("pointerdown", hold, { signal });
+    canvas.addEventListener("pointermove", drag, { signal });
+    canvas.addEventListener("keydown", press, { signal });
   }
 }

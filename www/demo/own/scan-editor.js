@@ -27,6 +27,8 @@ export class ScanEditor {
   #problem;
   /** @type {Orbit | null} */
   #orbit = null;
+  /** Whether the browser has taken the graphics context away. */
+  #lost = false;
   /** @type {Scan | null} */
   #scan = null;
   /** mm; NaN where none was said. */
@@ -46,6 +48,19 @@ export class ScanEditor {
     this.#part("form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
       this.#finish(event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera");
+    });
+    const shape = this.#part("#scan-shape", HTMLCanvasElement);
+    shape.addEventListener("webglcontextlost", (event) => {
+      // Without this the context would not come back.
+      event.preventDefault();
+      this.#lost = true;
+      this.#stop();
+      this.#orbit?.stop();
+      this.#orbit = null;
+    });
+    shape.addEventListener("webglcontextrestored", () => {
+      this.#lost = false;
+      if (this.#scan) this.#turn(this.#scan);
     });
   }
 
@@ -85,8 +100,9 @@ export class ScanEditor {
     this.#say("");
   }
 
-  /** Shows the scan, which turns. @param {Scan} scan */
+  /** Shows the scan, which turns; nothing until a lost context is back. @param {Scan} scan */
   #turn(scan) {
+    if (this.#lost) return;
     const canvas = this.#part("#scan-shape", HTMLCanvasElement);
     try {
       this.#orbit ??= new Orbit(canvas, false);

@@ -151,6 +151,19 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await shape.press("ArrowLeft");
       for (let i = 0; i < 5; i++) await shape.press("ArrowUp");
       assert.notDeepEqual(await shape.screenshot(), before);
+      // Nothing of it is left when the browser takes the graphics context, and it is drawn again when that is back.
+      const context = await shape.evaluateHandle((canvas) => canvas.getContext("webgl2").getExtension("WEBGL_lose_context"));
+      const event = (name) =>
+        shape.evaluate((canvas, name) => new Promise((done) => canvas.addEventListener(name, done, { once: true })).then(() => undefined), name);
+      await Promise.all([event("webglcontextlost"), context.evaluate((context) => context.loseContext())]);
+      await page.waitForTimeout(300);
+      const lost = await shape.screenshot();
+      await Promise.all([event("webglcontextrestored"), context.evaluate((context) => context.restoreContext())]);
+      await page.waitForTimeout(500);
+      const restored = await shape.screenshot();
+      assert.notDeepEqual(restored, lost);
+      await shape.press("ArrowUp");
+      assert.notDeepEqual(await shape.screenshot(), restored);
       await page.click('#scan [value="camera"]');
       await page.waitForSelector('#state[data-how="tracked"]');
       await page.waitForFunction(() => globalThis.meshes.length >= 3);
