@@ -19,7 +19,7 @@ fn javascript_and_rust_have_the_same_defaults_of_the_one_euro_filter() {
     let defaults = OneEuroOptions::default();
     assert_eq!(
         number_after(&documented, "`minCutoff` (Hz, default "),
-        defaults.least_cutoff_hz
+        defaults.min_cutoff_hz
     );
     assert_eq!(
         number_after(&documented, "`beta` (Hz per mm/s, default "),

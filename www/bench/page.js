@@ -21,7 +21,7 @@ const PIXELS = CANONICAL_WIDTH * CANONICAL_HEIGHT;
 function summary(times) {
   const sorted = [...times].sort((a, b) => a - b);
   const middle = (sorted[(sorted.length - 1) >> 1] + sorted[sorted.length >> 1]) / 2;
-  return { median_ms: middle, least_ms: sorted[0], most_ms: sorted[sorted.length - 1] };
+  return { median_ms: middle, min_ms: sorted[0], max_ms: sorted[sorted.length - 1] };
 }
 
 /** @param {string} url */

@@ -33,7 +33,7 @@ function share() {
   globalThis.blobOf = (base64) => new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]);
   globalThis.summary = (times) => {
     const sorted = times.toSorted((a, b) => a - b);
-    return { median_ms: sorted[sorted.length >> 1], least_ms: sorted[0], most_ms: sorted.at(-1) };
+    return { median_ms: sorted[sorted.length >> 1], min_ms: sorted[0], max_ms: sorted.at(-1) };
   };
 }
 

@@ -12,7 +12,7 @@ use deepsft_geometry::{Picture, Template};
 use std::path::{Path, PathBuf};
 
 /// How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins.
-const MOST_STRETCH: f64 = 0.05;
+const MAX_STRETCH: f64 = 0.05;
 
 /// An object by its model, by its picture and size, or by its template.
 #[derive(Debug, Args)]
@@ -161,7 +161,7 @@ pub fn printed(file: &Path, size: SizeMm) -> Result<Template> {
         let ratio = picture.height() as f64 / picture.width() as f64;
         let [width_mm, height_mm] = size.of(&picture);
         let stretch = height_mm / width_mm / ratio;
-        if (stretch - 1.0).abs() > MOST_STRETCH {
+        if (stretch - 1.0).abs() > MAX_STRETCH {
             let (width, height) = picture.size();
             return Err(anyhow!(
                 "it has {width} x {height} pixels, which do not fit {width_mm} x {height_mm} mm: width comes first, and the \

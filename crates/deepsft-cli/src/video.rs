@@ -17,7 +17,7 @@ use std::thread::JoinHandle;
 pub use yuv4mpeg::Yuv4Mpeg;
 
 /// Complaints of ffmpeg that an error quotes.
-const MOST_COMPLAINTS: usize = 3;
+const MAX_COMPLAINTS: usize = 3;
 
 /// Frames per second of a folder of images, unless they are given.
 const TYPICAL_RATE: f64 = 30.0;
@@ -163,8 +163,8 @@ impl Ffmpeg {
             let _ = BufReader::new(errors).read_to_end(&mut text);
             let text = String::from_utf8_lossy(&text);
             let complaints: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-            let shown = complaints[..complaints.len().min(MOST_COMPLAINTS)].join("; ");
-            match complaints.len().saturating_sub(MOST_COMPLAINTS) {
+            let shown = complaints[..complaints.len().min(MAX_COMPLAINTS)].join("; ");
+            match complaints.len().saturating_sub(MAX_COMPLAINTS) {
                 0 => shown,
                 more => format!("{shown}; and {more} more"),
             }

@@ -21,7 +21,7 @@ const SCALING: f32 = 0.6;
 const FEWEST: usize = 3;
 
 /// Most matches that are looked at.
-const MOST_MATCHES: usize = 1500;
+const MAX_MATCHES: usize = 1500;
 
 /// Which matches are neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ pub(crate) struct Neighbourhood {
 /// Groups of matches that confirm one another, the largest first.
 pub(crate) fn groups(matches: &[Match], neighbourhood: Neighbourhood) -> Vec<Vec<Match>> {
     let [nearest, farthest] = neighbourhood.distance_px;
-    let matches = &matches[..matches.len().min(MOST_MATCHES)];
+    let matches = &matches[..matches.len().min(MAX_MATCHES)];
     let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
     let explains = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);

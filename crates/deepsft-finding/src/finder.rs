@@ -26,13 +26,13 @@ const FEWEST: usize = 6;
 /// On 47 synthetic frames that were found it was 26 or more, on 50 without the print 15 or less. Matches that came from elsewhere
 /// alone are few and rough: they have no such bound. A bound on the groups' sizes loses frames: the right group may have seven
 /// matches.
-const LEAST_EXPLAINED: f64 = 8.0;
+const MIN_EXPLAINED: f64 = 8.0;
 
 /// Most groups of matches that a mesh is tried on.
-const MOST_GROUPS: usize = 4;
+const MAX_GROUPS: usize = 4;
 
 /// A group that is smaller than this fraction of the largest is not tried.
-const LEAST_GROUP: f64 = 0.25;
+const MIN_GROUP: f64 = 0.25;
 
 /// Least and greatest distance in the image at which matches confirm each other, pixels.
 const NEIGHBOURS_PX: [f64; 2] = [1.5, 58.0];
@@ -146,9 +146,9 @@ impl FeatureFinder {
             camera,
         };
         let groups = groups(candidates, neighbourhood);
-        let least = groups.first().map_or(0.0, |largest| LEAST_GROUP * largest.len() as f64);
+        let least = groups.first().map_or(0.0, |largest| MIN_GROUP * largest.len() as f64);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
-        for group in groups.iter().take(MOST_GROUPS) {
+        for group in groups.iter().take(MAX_GROUPS) {
             if group.len() < FEWEST || (group.len() as f64) < least {
                 break;
             }
@@ -159,8 +159,7 @@ impl FeatureFinder {
                 }
             }
         }
-        let Some((_, mut vertices)) =
-            best.filter(|(explained, _)| *explained >= LEAST_EXPLAINED || features.is_empty())
+        let Some((_, mut vertices)) = best.filter(|(explained, _)| *explained >= MIN_EXPLAINED || features.is_empty())
         else {
             return Ok(None);
         };

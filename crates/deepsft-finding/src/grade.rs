@@ -40,7 +40,7 @@ const CONTRAST: [u8; 2] = [20, 35];
 /// How wide the strip at a side is that is judged for itself, as a fraction of the print, and the least share of its fair part of
 /// the corners: with less it is lost when the rest is covered.
 const STRIP: f32 = 0.4;
-const LEAST_PART: f64 = 0.12;
+const MIN_PART: f64 = 0.12;
 
 /// How well a print will be found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -177,9 +177,9 @@ impl PictureGrade {
                 }
                 f64::from(there as u32) / (f64::from(STRIP) * f64::from(all.max(1) as u32))
             };
-            let what = if part(&|_| true) < LEAST_PART {
+            let what = if part(&|_| true) < MIN_PART {
                 "mostly one colour"
-            } else if part(&|i| !has_twin[i]) < LEAST_PART {
+            } else if part(&|i| !has_twin[i]) < MIN_PART {
                 "mostly repeats itself"
             } else {
                 continue;

@@ -10,7 +10,7 @@ use deepsft_geometry::{Camera, GeometryError, TriangleMesh};
 use std::f32::consts::{PI, TAU};
 
 /// Such matches may differ in this fraction of their bits.
-const MOST_DIFFERENT: f32 = 0.25;
+const MAX_DIFFERENT: f32 = 0.25;
 
 /// Largest angle between a match and the mesh, radians.
 const TURN: f32 = 0.5;
@@ -31,7 +31,7 @@ pub(crate) fn guided_matches(
 ) -> Result<Vec<Match>, GeometryError> {
     let surface = Surface::new(mesh, vertices, seen.camera, target.template().size_mm())?;
     let (features, others) = (seen.features, target.features());
-    let most = (MOST_DIFFERENT * BITS as f32) as u16;
+    let most = (MAX_DIFFERENT * BITS as f32) as u16;
     let mut found = Vec::new();
     for (image, (feature, descriptor)) in features.all().iter().zip(features.descriptors()).enumerate() {
         let Some(expected) = surface.at(feature.position) else {

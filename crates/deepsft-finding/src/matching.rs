@@ -7,10 +7,10 @@ use crate::target::PictureTarget;
 use deepsft_geometry::glam::Vec2;
 
 /// Matches whose descriptors differ in more than this fraction of their bits are none.
-const MOST_DIFFERENT: f32 = 0.33;
+const MAX_DIFFERENT: f32 = 0.33;
 
 /// The best match must be this much nearer than the best one elsewhere on the target.
-const MOST_RATIO: f32 = 0.95;
+const MAX_RATIO: f32 = 0.95;
 
 /// Elsewhere: farther than this, pixels of the target's picture (6 mm on an A4 sheet). Several corners of one spot must not
 /// reject one another.
@@ -54,7 +54,7 @@ impl Matching {
     /// For each feature of the image the most similar of the target, where it stands out; the clearest first.
     pub fn matches(&mut self, features: &Features, target: &PictureTarget) -> &[Match] {
         let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
-        let most = (MOST_DIFFERENT * BITS as f32) as u16;
+        let most = (MAX_DIFFERENT * BITS as f32) as u16;
         self.found.clear();
         for (image, descriptor) in features.descriptors().iter().enumerate() {
             let (best, least) = distances(descriptor, target.features().descriptors(), &mut self.distances);
@@ -63,13 +63,13 @@ impl Matching {
             }
             let place = target.places()[best];
             // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
-            let limit = (f32::from(least + 1) / MOST_RATIO) as u16 + 1;
+            let limit = (f32::from(least + 1) / MAX_RATIO) as u16 + 1;
             let elsewhere = |other: &Vec2| other.distance(place) > elsewhere_mm;
             let rivals = self.distances.iter().zip(target.places());
             let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
             let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
             let ratio = f32::from(least + 1) / f32::from(rival + 1);
-            if ratio <= MOST_RATIO {
+            if ratio <= MAX_RATIO {
                 self.found.push((ratio, Match::of(features, image, target, best)));
             }
         }

@@ -22,7 +22,7 @@ fn synthesizer(template: &Template) -> Synthesizer {
     let config = SynthConfig {
         camera: training_camera().resized((960, 540)).unwrap(),
         empty_probability: 0.0,
-        least_visible_px: 6000,
+        min_visible_px: 6000,
         ..SynthConfig::default()
     };
     Synthesizer::new(template, config).unwrap()

@@ -10,7 +10,7 @@ use std::io::Cursor;
 pub const MAX_PICTURE_SIDE_PX: u32 = 16_384;
 
 /// Most memory the pixels of a picture may take, MiB, as the file has them and as 8-bit RGB: 178 megapixels.
-const MOST_MIB: u64 = 512;
+const MAX_MIB: u64 = 512;
 
 /// Decodes a PNG or JPEG file. The picture is turned upright as its EXIF orientation asks,
 /// transparent parts become white as on paper, 16-bit values are rounded to 8 bits, grey becomes RGB.
@@ -32,7 +32,7 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     }
     // The sides are checked here for a clearer message; this bounds what headers and metadata take.
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(MOST_MIB << 20);
+    limits.max_alloc = Some(MAX_MIB << 20);
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(FormatError::picture)?;
     let (width, height) = decoder.dimensions();
@@ -43,9 +43,9 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     if width.max(height) > MAX_PICTURE_SIDE_PX {
         return Err(too_large(format!("a side has at most {MAX_PICTURE_SIDE_PX} pixels")));
     }
-    if mib > MOST_MIB {
+    if mib > MAX_MIB {
         return Err(too_large(format!(
-            "decoded it takes {mib} MiB, at most {MOST_MIB} are read"
+            "decoded it takes {mib} MiB, at most {MAX_MIB} are read"
         )));
     }
     let orientation = decoder.orientation().map_err(FormatError::picture)?;

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::{env, fs, process};
 
 /// What one input may take, bytes.
-const MOST_MEMORY: u64 = 1 << 30;
+const MAX_MEMORY: u64 = 1 << 30;
 
 static TARGET: OnceLock<&Target> = OnceLock::new();
 
@@ -20,7 +20,7 @@ libfuzzer_sys::fuzz_target!(init: begin(), |input: &[u8]| {
             assert!(!format!("{error:#}").is_empty(), "an error without words");
         }
     });
-    assert!(memory.bytes_max <= MOST_MEMORY, "it took {} bytes of memory", memory.bytes_max);
+    assert!(memory.bytes_max <= MAX_MEMORY, "it took {} bytes of memory", memory.bytes_max);
 });
 
 /// Finds the target and writes its seeds into the folder `DEEPSFT_FUZZ_SEEDS`.

@@ -217,25 +217,25 @@ pub enum GeometryError {
     MeshWithoutBorder,
     /// A surface cannot be laid flat without stretching it.
     #[error(
-        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {most_percent:.0} % at most: it bulges or closes to a \
+        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {max_percent:.0} % at most: it bulges or closes to a \
          tube"
     )]
     UnrollingStretch {
         /// Mean stretch, percent.
         percent: f64,
         /// Most of a sheet, percent.
-        most_percent: f64,
+        max_percent: f64,
     },
     /// The outline of a sheet is no rectangle.
     #[error(
-        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {least_percent:.0} % or more: only \
+        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {min_percent:.0} % or more: only \
          rectangular sheets can be followed"
     )]
     UnrollingOutline {
         /// Part of the rectangle that is filled, percent.
         percent: f64,
         /// Least of a sheet, percent.
-        least_percent: f64,
+        min_percent: f64,
     },
     /// A picture or maps do not have the size of what they belong to.
     #[error("image or maps of {actual:?} pixels (width, height), expected {expected:?}")]

@@ -8,13 +8,13 @@ use glam::{DMat2, DVec2, DVec3};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Most faces of a scan: the flat layout then takes some seconds in a browser.
-const MOST_FACES: usize = 200_000;
+const MAX_FACES: usize = 200_000;
 
 /// Most mean stretch of a sheet. A cap of a ball that reaches 45 degrees to each side has 4 %, a scan with 0.25 mm of noise on triangles of 5 mm 0.3 %.
-const MOST_STRETCH: f64 = 0.04;
+const MAX_STRETCH: f64 = 0.04;
 
 /// Least fraction of its rectangle that a sheet fills: round corners and frayed borders leave more.
-const LEAST_FILLED: f64 = 0.9;
+const MIN_FILLED: f64 = 0.9;
 
 /// Longest side of the flat picture, pixels: finer detail than a camera sees at any distance.
 const LONGEST_SIDE: f64 = 2000.0;
@@ -46,10 +46,10 @@ pub struct UnrolledSheet {
 /// * [`GeometryError::UnrollingOutline`] where the outline is no rectangle.
 pub fn unroll(template: &Template) -> Result<UnrolledSheet, GeometryError> {
     let faces = template.mesh().faces().len();
-    if faces > MOST_FACES {
+    if faces > MAX_FACES {
         return Err(GeometryError::MeshFaces {
             actual: faces,
-            most: MOST_FACES,
+            most: MAX_FACES,
         });
     }
     let topology = Topology::of(template.mesh())?;
@@ -63,18 +63,18 @@ pub fn unroll(template: &Template) -> Result<UnrolledSheet, GeometryError> {
     }
     let welding = Welding::of(template.mesh())?;
     let (flat, stretch) = flat_layout(welding.mesh())?;
-    if stretch > MOST_STRETCH {
+    if stretch > MAX_STRETCH {
         return Err(GeometryError::UnrollingStretch {
             percent: 100.0 * stretch,
-            most_percent: 100.0 * MOST_STRETCH,
+            max_percent: 100.0 * MAX_STRETCH,
         });
     }
     let (flat, size) = upright(&flat, welding.mesh());
     let filled = area(&flat, welding.mesh()) / (size.x * size.y);
-    if filled < LEAST_FILLED {
+    if filled < MIN_FILLED {
         return Err(GeometryError::UnrollingOutline {
             percent: 100.0 * filled,
-            least_percent: 100.0 * LEAST_FILLED,
+            min_percent: 100.0 * MIN_FILLED,
         });
     }
     let picture = flat_picture(template, &welding, &flat, size)?;

@@ -108,8 +108,8 @@ pub fn run(arguments: &NetworkTimeArguments) -> Result<()> {
             description.adapter_name,
             cores(),
             times.median_ms / 1e3,
-            times.least_ms / 1e3,
-            times.most_ms / 1e3,
+            times.min_ms / 1e3,
+            times.max_ms / 1e3,
             flops as f64 / times.median_ms / 1e6
         );
         Ok(())

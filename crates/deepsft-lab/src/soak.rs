@@ -29,7 +29,7 @@ const SEED: u64 = FIRST_CLIP_SEED + 0x50a6;
 The command renders one clip of each kind that `deepsft clip` knows and tracks them over and over as one video, each forwards
 and then backwards: nothing jumps, but from clip to clip there is a cut. Losses, searches, detections and restarts therefore
 come again and again. It looks at the memory of its own process, and takes the median over windows of frames: all that is
-resident, and what of it is heap and stacks. It fails when the last window has more than --most-growth-kb above the first one
+resident, and what of it is heap and stacks. It fails when the last window has more than --max-growth-kb above the first one
 after the warm-up. Linux only.
 
 Examples: a million frames of the poster take a thread six hours, of a small print that the finders see every other second less than two
@@ -60,7 +60,7 @@ pub struct SoakArguments {
     every: Option<u64>,
     /// Growth from which the command fails, kB
     #[arg(long, value_name = "KB", default_value_t = 1000)]
-    most_growth_kb: u64,
+    max_growth_kb: u64,
     /// Write the figures to this file, again after every window
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -247,7 +247,7 @@ pub fn run(arguments: &SoakArguments) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    judge(&report, arguments.most_growth_kb)
+    judge(&report, arguments.max_growth_kb)
 }
 
 /// The middle one of the `figure`s of looks at the memory.
@@ -265,7 +265,7 @@ fn growth_kb(windows: &[Window]) -> i64 {
 }
 
 /// An error when memory grew, or when the video was not what it is meant to be.
-fn judge(report: &Report, most_growth_kb: u64) -> Result<()> {
+fn judge(report: &Report, max_growth_kb: u64) -> Result<()> {
     println!(
         "{} frames, {:.2} ms each: memory grew by {} kB",
         report.frames, report.ms_per_frame, report.growth_kb
@@ -283,8 +283,8 @@ fn judge(report: &Report, most_growth_kb: u64) -> Result<()> {
         sum(|happened| happened.found),
         report.frames
     );
-    if report.growth_kb > most_growth_kb.cast_signed() {
-        bail!("memory grew by {} kB, more than {most_growth_kb} kB", report.growth_kb);
+    if report.growth_kb > max_growth_kb.cast_signed() {
+        bail!("memory grew by {} kB, more than {max_growth_kb} kB", report.growth_kb);
     }
     Ok(())
 }

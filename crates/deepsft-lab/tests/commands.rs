@@ -292,7 +292,7 @@ fn a_soak_tracks_its_clips_and_keeps_the_memory_of_every_window() {
     ];
     let soak = ["soak", "--template", &template, "--json", "soak.json"];
     // So few frames say nothing of memory.
-    let most = ["--most-growth-kb", "1000000"];
+    let most = ["--max-growth-kb", "1000000"];
     let run = deepsft_lab(folder.path(), &[&soak[..], &length, &most].concat());
     assert!(run.succeeds().stdout.contains("40 frames"), "{run:?}");
     let report = json(&folder.path().join("soak.json"));

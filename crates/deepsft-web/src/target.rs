@@ -20,7 +20,7 @@ use std::cell::RefCell;
 use wasm_bindgen::JsValue;
 
 /// Corners that a picture must have: below, nothing tells it from anything else.
-const FEWEST_CORNERS: usize = 12;
+const MIN_CORNERS: usize = 12;
 
 /// A target with its finders. What makes meshes is made when it is first needed.
 pub struct EngineTarget {
@@ -50,7 +50,7 @@ impl EngineTarget {
     pub fn of_sheet(template: Template) -> Result<Self, Failure> {
         let unusable = |error: DeepSftError| Failure::of_target(&error);
         let picture = PictureTarget::from_template(template.clone()).map_err(|error| unusable(error.into()))?;
-        if picture.features().len() < FEWEST_CORNERS {
+        if picture.features().len() < MIN_CORNERS {
             return Err(Failure::new(
                 Code::TargetUnusable,
                 "The picture is blank, or nearly so, or too small: there is nothing in it to recognise it by.",

@@ -59,7 +59,7 @@ impl MeshTracker {
     pub fn new(smooth: bool, min_cutoff: Option<f64>, beta: Option<f64>) -> Self {
         let defaults = OneEuroOptions::default();
         let options = OneEuroOptions {
-            least_cutoff_hz: min_cutoff.unwrap_or(defaults.least_cutoff_hz),
+            min_cutoff_hz: min_cutoff.unwrap_or(defaults.min_cutoff_hz),
             speed_coefficient: beta.unwrap_or(defaults.speed_coefficient),
             ..defaults
         };

@@ -27,16 +27,16 @@ const FORMAT_VERSION: u32 = 1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundRule {
     /// Least fraction of the canonical image that the mask covers.
-    pub least_area: f64,
+    pub min_area: f64,
     /// Least photo-consistency of what the mask covers, see [`crate::Judgement`].
-    pub least_confidence: f64,
+    pub min_confidence: f64,
 }
 
 impl Default for FoundRule {
     fn default() -> Self {
         Self {
-            least_area: 0.002,
-            least_confidence: 0.3,
+            min_area: 0.002,
+            min_confidence: 0.3,
         }
     }
 }

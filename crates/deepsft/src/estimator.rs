@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
-const LEAST_PIECE: f64 = 0.1;
+const MIN_PIECE: f64 = 0.1;
 
 /// What a frame's maps are worth; by default nothing was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +66,7 @@ pub struct Estimator {
 }
 
 /// Executors that wait for the next frame; one of a compact network holds some 25 MB.
-const MOST_IDLE: usize = 2;
+const MAX_IDLE: usize = 2;
 
 /// A network on its device.
 #[derive(Debug)]
@@ -163,7 +163,7 @@ impl Runners {
         let mut runner = free.map_or_else(|| Runner::new(&self.network, &self.device), Ok)?;
         let read = runner.infer(canonical, stages, seen).await;
         let mut idle = self.idle();
-        if idle.len() < MOST_IDLE {
+        if idle.len() < MAX_IDLE {
             idle.push(runner);
         }
         read
@@ -230,7 +230,7 @@ impl Estimator {
         let mut maps = maps
             .pop()
             .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
-        remove_islands(&mut maps, LEAST_PIECE);
+        remove_islands(&mut maps, MIN_PIECE);
         Ok(maps)
     }
 
@@ -259,7 +259,7 @@ impl Estimator {
     pub async fn infer_stages(&self, canonical: &Picture) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         let mut stages = self.at_stages(canonical, None).await?;
         for (_, maps) in &mut stages {
-            remove_islands(maps, LEAST_PIECE);
+            remove_islands(maps, MIN_PIECE);
         }
         Ok(stages)
     }
@@ -317,7 +317,7 @@ impl Estimator {
 
     /// Whether a mask that covers this fraction of the image is enough for the template to be there.
     pub(crate) fn covers_enough(&self, area: f32) -> bool {
-        f64::from(area) >= self.found.least_area
+        f64::from(area) >= self.found.min_area
     }
 
     /// Stage 3: is the template there, and do the maps explain the image?
@@ -332,7 +332,7 @@ impl Estimator {
             .consistency(canonical, maps)
             .unwrap_or(0.0)
             .clamp(0.0, 1.0);
-        let found = area >= self.found.least_area && confidence >= self.found.least_confidence;
+        let found = area >= self.found.min_area && confidence >= self.found.min_confidence;
         Ok(Judgement {
             found,
             confidence: confidence as f32,

@@ -6,7 +6,7 @@ use deepsft_geometry::{GreyMipmap, Maps, Picture, luma};
 const TILE: usize = 16;
 
 /// Fewest pixels of a tile that the mask must cover.
-const FEWEST_PIXELS: usize = 48;
+const MIN_PIXELS: usize = 48;
 
 /// Deviation of the template's luminance in a tile, grey levels, below which the tile says nothing.
 const FLAT: f32 = 6.0;
@@ -45,7 +45,7 @@ impl TemplateLuminance {
         for top in (0..height).step_by(TILE) {
             for left in (0..width).step_by(TILE) {
                 self.tile(image, maps, left, top, &mut pairs);
-                if pairs.len() >= FEWEST_PIXELS
+                if pairs.len() >= MIN_PIXELS
                     && let Some(correlation) = correlation(&pairs)
                 {
                     sum += pairs.len() as f64 * f64::from(correlation);

@@ -38,7 +38,7 @@ export function heatGradient(direction) {
 }
 
 /** Narrowest scale, mm: a frontal sheet should not show noise in all the colours. */
-const LEAST_SPAN_MM = 40;
+const MIN_SPAN_MM = 40;
 
 /**
  * The depths a scale should cover: the middle 96 % of those seen.
@@ -51,7 +51,7 @@ export function depthRange(depth) {
   if (seen.length === 0) return null;
   const at = (/** @type {number} */ fraction) => seen[Math.round(fraction * (seen.length - 1))];
   const [near, far] = [at(0.02), at(0.98)];
-  const widen = Math.max(0, LEAST_SPAN_MM - (far - near)) / 2;
+  const widen = Math.max(0, MIN_SPAN_MM - (far - near)) / 2;
   return { near: near - widen, far: far + widen };
 }
 

@@ -48,7 +48,7 @@ void main() {
 /** Farthest the view turns by itself to either side, radians, and the seconds of a turn there and back. */
 const SWAY = 0.62;
 const SWAY_SECONDS = 9;
-const MOST_PITCH = 1.35;
+const MAX_PITCH = 1.35;
 /** Radians a CSS pixel of dragging. */
 const DRAG = 0.011;
 /** Yaw and pitch, radians, of the arrow keys. @type {Readonly<Record<string, [number, number]>>} */
@@ -188,7 +188,7 @@ export class Orbit {
     if (!this.#held) this.#yaw = 0;
     this.#held = true;
     this.#yaw += yaw;
-    this.#pitch = Math.min(MOST_PITCH, Math.max(-MOST_PITCH, this.#pitch + pitch));
+    this.#pitch = Math.min(MAX_PITCH, Math.max(-MAX_PITCH, this.#pitch + pitch));
     this.#draw();
   }
 

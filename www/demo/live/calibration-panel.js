@@ -5,7 +5,7 @@ import { FocalCalibration } from "deepsft";
 /** @import { CameraStream, Estimate } from "deepsft" */
 
 /** A calibration that contradicts itself by more than this fraction of the focal length is not kept. */
-const MOST_SPREAD = 0.06;
+const MAX_SPREAD = 0.06;
 
 /** What a person does about each verdict. */
 const ADVICE = {
@@ -73,7 +73,7 @@ export class CalibrationPanel {
   #finish(calibration, camera) {
     const result = calibration.result();
     this.#calibration = null;
-    if (!result || result.spread > MOST_SPREAD * result.focal) {
+    if (!result || result.spread > MAX_SPREAD * result.focal) {
       this.#say(
         "The calibration failed",
         "The views contradict each other. Keep the sheet flat, in even light, and try again.",

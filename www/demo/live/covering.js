@@ -1,7 +1,7 @@
 // What lies in front of the sheet: the network's mask, carried along on the mesh.
 
 /** Meshes that are remembered until the network's answer to their frame is there. */
-const MOST_REMEMBERED = 60;
+const MAX_REMEMBERED = 60;
 
 /**
  * A vertex is seen when the mask is within so many canonical pixels of it: inside the sheet, and on its border, where the
@@ -45,7 +45,7 @@ export class Covering {
   follow(frame, mesh, certain) {
     if (certain) this.#meshes.set(frame, mesh);
     for (const old of this.#meshes.keys()) {
-      if (this.#meshes.size <= MOST_REMEMBERED) break;
+      if (this.#meshes.size <= MAX_REMEMBERED) break;
       this.#meshes.delete(old);
     }
     const count = mesh.confidence.length;

@@ -23,9 +23,9 @@ const MISSING_MS = 2500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
 /** Canvas pixels per CSS pixel, at least, on slow machines. */
-const LEAST_QUALITY = 0.5;
+const MIN_QUALITY = 0.5;
 /** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
-const LEAST_AGREEMENT = 0.6;
+const MIN_AGREEMENT = 0.6;
 
 /** Fired on the document for each estimate, before it is closed, for those who script the page. */
 export class EstimateEvent extends Event {
@@ -214,7 +214,7 @@ export class Live {
     /** @type {Float32Array} */
     let seen = new Float32Array();
     if (mesh) {
-      const certain = tracked.agreement >= LEAST_AGREEMENT;
+      const certain = tracked.agreement >= MIN_AGREEMENT;
       seen = this.#printCovering?.follow(mesh, certain) ?? this.#covering.follow(tracked.number, mesh, certain);
       this.#followDepth(depthsOf(mesh));
     }
@@ -312,7 +312,7 @@ export class Live {
     };
     this.#stopAnimation = animate(draw, (slowness) => {
       this.#stage.animated = false;
-      this.#stage.quality = Math.max(LEAST_QUALITY, Math.sqrt(1 / slowness));
+      this.#stage.quality = Math.max(MIN_QUALITY, Math.sqrt(1 / slowness));
       this.redraw();
     });
   }

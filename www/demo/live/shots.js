@@ -1,11 +1,11 @@
 // Pictures and recordings of what is seen: the canvases of the stage as they lie on the page.
 
 /** Pixels of the longer side at most: what phones record fluently. */
-const MOST_PIXELS = 1920;
+const MAX_PIXELS = 1920;
 const RECORDING_FPS = 30;
 const BITS_PER_SECOND = 8e6;
 /** A recording ends by itself: it is kept in memory. */
-const MOST_MS = 120_000;
+const MAX_MS = 120_000;
 /** Kinds of recordings, the one that most programs play first. */
 const KINDS = ["video/mp4;codecs=avc1", "video/mp4", "video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 
@@ -17,7 +17,7 @@ const KINDS = ["video/mp4;codecs=avc1", "video/mp4", "video/webm;codecs=vp9", "v
  * @param {Scene} scene
  */
 function canvasFor({ area: { clientWidth, clientHeight } }) {
-  const density = Math.min(devicePixelRatio, MOST_PIXELS / Math.max(clientWidth, clientHeight));
+  const density = Math.min(devicePixelRatio, MAX_PIXELS / Math.max(clientWidth, clientHeight));
   const even = (/** @type {number} */ length) => 2 * Math.round((length * density) / 2);
   return Object.assign(document.createElement("canvas"), { width: even(clientWidth), height: even(clientHeight) });
 }
@@ -95,7 +95,7 @@ export class Recording {
       });
     });
     recorder.start(1000);
-    this.#clock = setTimeout(() => this.stop(), MOST_MS);
+    this.#clock = setTimeout(() => this.stop(), MAX_MS);
   }
 
   /** Adds what is seen now. @param {Scene} scene that has just been drawn */

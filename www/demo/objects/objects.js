@@ -10,7 +10,7 @@ import { Solids } from "./solids.js";
 export const OBJECTS = { house, boat, sundial };
 
 /** No object is higher. */
-export const MOST_HEIGHT = 1.5;
+export const MAX_HEIGHT = 1.5;
 
 function house() {
   const solids = new Solids().paint("#6f9e4c").lathe([[0.97, 0], [1, 0.03], [0.94, 0.07], [0, 0.07]]);

@@ -9,9 +9,9 @@ const USUAL = { everywhere: 0.42, directed: 0.85 };
 /** How much the usual light counts against all that is seen: a flat sheet shows one direction alone. */
 const PRIOR_WEIGHT = 0.03;
 /** Light is taken where at least so much of a vertex's surroundings is seen. */
-const LEAST_SEEN = 0.5;
+const MIN_SEEN = 0.5;
 /** The light comes from the side of the sheet that is seen, at least this steeply (the sine of its height). */
-const LEAST_HEIGHT = 0.35;
+const MIN_HEIGHT = 0.35;
 /** Seconds in which it follows what is seen most of the way. */
 const FOLLOW_SECONDS = 0.4;
 
@@ -51,7 +51,7 @@ export class SheetLight {
     const mean = [0, 0, 0];
     let [count, brightness] = [0, 0];
     for (let i = 0; i < light.length; i++) {
-      if (seen[i] < LEAST_SEEN) continue;
+      if (seen[i] < MIN_SEEN) continue;
       const row = [1, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]];
       for (let j = 0; j < 4; j++) {
         for (let k = 0; k < 4; k++) system[j][k] += row[j] * row[k];
@@ -69,7 +69,7 @@ export class SheetLight {
     });
     const [everywhere, x, y, z] = solved(system);
     const [strength, height] = [Math.hypot(x, y, z), (x * mean[0] + y * mean[1] + z * mean[2]) / count];
-    const isUsable = everywhere > 0.1 * expected.everywhere && height > LEAST_HEIGHT * strength;
+    const isUsable = everywhere > 0.1 * expected.everywhere && height > MIN_HEIGHT * strength;
     const found = isUsable ? { everywhere, directed: /** @type {[number, number, number]} */ ([x, y, z]) } : expected;
     const weight = this.#light ? 1 - Math.exp(-Math.max(0, atMs - this.#atMs) / 1000 / FOLLOW_SECONDS) : 1;
     const from = this.#light ?? found;

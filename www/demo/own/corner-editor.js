@@ -15,7 +15,7 @@ const LOUPE_REACH = 108;
 const STEP = 1;
 const LONG_STEP = 12;
 /** Shortest side of the outline, as a fraction of the picture's shorter side. */
-const LEAST_SIDE = 0.04;
+const MIN_SIDE = 0.04;
 
 /** @type {Readonly<Record<string, readonly [number, number]>>} */
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -130,7 +130,7 @@ export class CornerEditor {
     const { width, height } = this.#picture;
     const corners = /** @type {Corners} */ (this.#corners.map((corner) => [...corner]));
     corners[index] = [Math.min(width, Math.max(0, x)), Math.min(height, Math.max(0, y))];
-    const least = LEAST_SIDE * Math.min(width, height);
+    const least = MIN_SIDE * Math.min(width, height);
     const isLong = corners.every(([a, b], i) => Math.hypot(corners[(i + 1) % 4][0] - a, corners[(i + 1) % 4][1] - b) >= least);
     if (!isLong || !isPrintOutline(corners)) return;
     this.#corners = corners;

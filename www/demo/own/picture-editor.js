@@ -2,8 +2,8 @@
 
 import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
 import { CornerEditor } from "./corner-editor.js";
-import { LEAST_MM, MOST_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
-import { MOST_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
+import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
+import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
 
 /** @import { Corners } from "./corner-editor.js" */
 /** @import { Unit, UsualSize } from "./print-size.js" */
@@ -234,9 +234,9 @@ export class PictureEditor {
     const [widthMm, heightMm] = [this.#widthMm, this.#widthMm / this.#aspect];
     if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it.");
     if (![widthMm, heightMm].every(isUsableLength))
-      return this.#refuse(`Prints of ${LEAST_MM} mm to ${MOST_MM / 1000} m a side can be followed.`);
+      return this.#refuse(`Prints of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
     const canvas = canvasOf(1, 1);
-    this.#drawFlat(canvas, Math.min(MOST_PICTURE_LENGTH, Math.ceil(this.#longestSide())));
+    this.#drawFlat(canvas, Math.min(MAX_PICTURE_LENGTH, Math.ceil(this.#longestSide())));
     this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm }, use);
   }
 

@@ -7,8 +7,8 @@
 export const USUAL_SIZES = { a4: [297, 210], a5: [210, 148], postcard: [148, 105], card: [85.6, 54] };
 
 /** Shortest and longest side of a print that a camera can see whole and still tell its details, mm. */
-export const LEAST_MM = 20;
-export const MOST_MM = 3000;
+export const MIN_MM = 20;
+export const MAX_MM = 3000;
 
 /**
  * A length that someone typed.
@@ -70,5 +70,5 @@ export function layOut(usual, aspect) {
 
 /** @param {number} mm */
 export function isUsableLength(mm) {
-  return mm >= LEAST_MM && mm <= MOST_MM;
+  return mm >= MIN_MM && mm <= MAX_MM;
 }

@@ -3,11 +3,11 @@
 import { PictureError } from "../messages.js";
 
 /** Longest side, pixels, that is worked with. A photograph of a print is larger than the print in it. */
-const MOST_LENGTH = 3000;
+const MAX_LENGTH = 3000;
 /** Longest side of the flat picture that is handed over: finer detail than a camera sees at any distance. */
-export const MOST_PICTURE_LENGTH = 2000;
+export const MAX_PICTURE_LENGTH = 2000;
 /** Shortest side, pixels, with anything on it to be found by. */
-const LEAST_LENGTH = 64;
+const MIN_LENGTH = 64;
 
 /**
  * @typedef {object} OpenedPicture
@@ -40,9 +40,9 @@ export async function readPicture(file, name) {
  * @returns {OpenedPicture}
  */
 export function pictureFrom(image, width, height, name) {
-  if (Math.min(width, height) < LEAST_LENGTH)
+  if (Math.min(width, height) < MIN_LENGTH)
     throw new PictureError("picture-small", `${name} is ${width} × ${height} pixels.`);
-  const scale = Math.min(1, MOST_LENGTH / Math.max(width, height));
+  const scale = Math.min(1, MAX_LENGTH / Math.max(width, height));
   const canvas = canvasOf(Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale)));
   const context = contextOf(canvas);
   context.drawImage(image, 0, 0, canvas.width, canvas.height);

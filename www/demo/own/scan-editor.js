@@ -3,8 +3,8 @@
 import { NoWebGl } from "../graphics/gl.js";
 import { animate } from "../graphics/animation.js";
 import { Orbit } from "../graphics/orbit.js";
-import { LEAST_MM, MOST_MM, formatLength, isUsableLength, parseLength } from "./print-size.js";
-import { MOST_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
+import { MIN_MM, MAX_MM, formatLength, isUsableLength, parseLength } from "./print-size.js";
+import { MAX_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
 
 /** @import { Scan } from "deepsft" */
 /** @import { ReadyPicture } from "./picture-editor.js" */
@@ -140,11 +140,11 @@ export class ScanEditor {
     if (!sheet) return;
     const [widthMm, heightMm] = [this.#widthMm, (this.#widthMm * sheet.heightMm) / sheet.widthMm];
     if (![widthMm, heightMm].every(isUsableLength)) {
-      this.#say(`How wide is the sheet, laid flat? Sheets of ${LEAST_MM} mm to ${MOST_MM / 1000} m a side can be followed.`);
+      this.#say(`How wide is the sheet, laid flat? Sheets of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
       return this.#width.focus();
     }
     const canvas = canvasOf(1, 1);
-    draw(canvas, sheet.picture, MOST_PICTURE_LENGTH);
+    draw(canvas, sheet.picture, MAX_PICTURE_LENGTH);
     this.onReady({ canvas, name, widthMm, heightMm }, use);
   }
 

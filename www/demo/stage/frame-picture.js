@@ -7,7 +7,7 @@ import { VERTEX_SHADER } from "./stage-shader.js";
 export const SMALL_LENGTH = 160;
 const BLURRED_LENGTH = 48;
 /** Frame pixels a canvas pixel from which one bilinear sample of the frame skips some of its pixels. */
-const MOST_MINIFICATION = 2;
+const MAX_MINIFICATION = 2;
 
 /** The mean of the frame's pixels within a small one: bilinear samples, each the mean of four pixels. */
 const SMALL_FRAGMENT_SHADER = `#version 300 es
@@ -93,7 +93,7 @@ export class FramePicture {
    */
   prepare(scale) {
     const gl = this.#gl;
-    const shrunk = scale * MOST_MINIFICATION < 1;
+    const shrunk = scale * MAX_MINIFICATION < 1;
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, shrunk ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
     if (shrunk) this.#once("mipmaps", () => gl.generateMipmap(gl.TEXTURE_2D));
@@ -101,7 +101,7 @@ export class FramePicture {
 
   /** Makes `small`, which the light on a mesh is taken from. */
   prepareSmall() {
-    const samples = Math.max(1, Math.ceil(this.#size[0] / this.#sizes.small[0] / MOST_MINIFICATION));
+    const samples = Math.max(1, Math.ceil(this.#size[0] / this.#sizes.small[0] / MAX_MINIFICATION));
     this.#once("small", () => this.#reduce("small", this.texture, samples));
   }
 

@@ -3,7 +3,7 @@
 import { SurfacePose } from "deepsft";
 import { createProgram } from "../graphics/gl.js";
 import { prefersStillness } from "../graphics/animation.js";
-import { MOST_HEIGHT, OBJECTS } from "../objects/objects.js";
+import { MAX_HEIGHT, OBJECTS } from "../objects/objects.js";
 import { SheetLight } from "../objects/sheet-light.js";
 import { STRIDE } from "../objects/solids.js";
 import { OBJECT_FRAGMENT_SHADER, OBJECT_VERTEX_SHADER, SHADOW_MAP_FRAGMENT_SHADER, SHADOW_MAP_VERTEX_SHADER } from "./object-shader.js";
@@ -117,7 +117,7 @@ export class ObjectLayer {
   /** Corners of the box around it, camera frame, mm. @returns {Float32Array} */
   get bounds() {
     const [turn, origin] = [this.#turn(), this.#sheet?.pose.position ?? [0, 0, 0]];
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1 ? 1 : -1, i & 2 ? MOST_HEIGHT : 0, i & 4 ? 1 : -1]);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1 ? 1 : -1, i & 2 ? MAX_HEIGHT : 0, i & 4 ? 1 : -1]);
     return Float32Array.from(corners.flatMap((p) => [0, 1, 2].map((k) => origin[k] + this.#scaleMm * (turn[k] * p[0] + turn[3 + k] * p[1] + turn[6 + k] * p[2]))));
   }
 
@@ -208,7 +208,7 @@ export class ObjectLayer {
 
   /** Radius of a ball around it, mm. */
   #reach() {
-    return this.#scaleMm * Math.hypot(1, MOST_HEIGHT / 2);
+    return this.#scaleMm * Math.hypot(1, MAX_HEIGHT / 2);
   }
 
   /** From the camera's frame to the cube that the light sees: column by column. */
@@ -218,7 +218,7 @@ export class ObjectLayer {
     const [x, y, z] = directed.map((value) => value / length);
     const turn = this.#turn();
     const origin = this.#sheet?.pose.position ?? [0, 0, 0];
-    const centre = [0, 1, 2].map((k) => origin[k] + (turn[3 + k] * this.#scaleMm * MOST_HEIGHT) / 2);
+    const centre = [0, 1, 2].map((k) => origin[k] + (turn[3 + k] * this.#scaleMm * MAX_HEIGHT) / 2);
     // Two directions across the light.
     const [ax, ay, az] = Math.abs(x) < 0.7 ? cross([x, y, z], [1, 0, 0]) : cross([x, y, z], [0, 1, 0]);
     const across = Math.hypot(ax, ay, az);

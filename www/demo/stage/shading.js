@@ -1,7 +1,7 @@
 // The light on the sheet: what the camera saw divided by what is printed there, low-passed. A new print multiplied by
 // it looks as if it lay in the same room.
 
-import { LIGHT_FLOOR, LINEAR_OF_SRGB, MOST_LIGHT, luminanceOf } from "deepsft/light";
+import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "deepsft/light";
 
 /** @import { TemplateLight } from "deepsft/light" */
 
@@ -70,7 +70,7 @@ export function shadingOf({ data, width, height }, registration, mask, template)
     boxBlur(values, cells);
     boxBlur(values, cells);
   }
-  return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MOST_LIGHT, s / printed[i]) : 1));
+  return seen.map((s, i) => (printed[i] > 1e-3 ? Math.min(MAX_LIGHT, s / printed[i]) : 1));
 }
 
 /**

@@ -28,11 +28,11 @@ import { boundsInImage, imagePlaceOf, regionOnPage, viewOf } from "./view.js";
 /** @typedef {"paper" | "object" | "shaded" | "mesh" | "depth" | "mask" | "plain"} Overlay */
 
 /** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
-const MOST_DENSITY = 2;
+const MAX_DENSITY = 2;
 /** Canvas pixels, at most, where the processor draws. */
-const MOST_SOFTWARE_PIXELS = 330_000;
+const MAX_SOFTWARE_PIXELS = 330_000;
 /** The same of the box that the mesh of a video's frame is drawn in. */
-const MOST_MESH_PIXELS = 110_000;
+const MAX_MESH_PIXELS = 110_000;
 /** Of the box that a mesh alone is drawn in, both sides are whole multiples of this, CSS pixels. */
 const BOX_STEP = 32;
 /** Seconds in which an overlay appears after the sheet was found. */
@@ -283,7 +283,7 @@ export class Stage {
     if (alone && !mesh) return this.#rehearse(camera);
     const place = alone && mesh ? this.#placeOf(mesh, camera, onPage) : { left: 0, top: 0, ...page };
     // A mesh that has maps beside it is of a single image: it has time.
-    const density = this.#takePlace(place, alone && !this.#hasMaps ? MOST_MESH_PIXELS : MOST_SOFTWARE_PIXELS);
+    const density = this.#takePlace(place, alone && !this.#hasMaps ? MAX_MESH_PIXELS : MAX_SOFTWARE_PIXELS);
     const [left, top] = [(onPage.left - place.left) * density, (onPage.top - place.top) * density];
     const view = { left, top, scale: onPage.scale * density };
     const age = (performance.now() - this.#foundSince) / 1000;
@@ -413,14 +413,14 @@ export class Stage {
    * Lays the canvas out.
    *
    * @param {{ left: number, top: number, width: number, height: number }} place on the page, CSS pixels
-   * @param {number} [mostPixels] of the canvas, where the processor draws
+   * @param {number} [maxPixels] of the canvas, where the processor draws
    * @returns {number} canvas pixels per CSS pixel
    */
-  #takePlace(place, mostPixels = MOST_SOFTWARE_PIXELS) {
+  #takePlace(place, maxPixels = MAX_SOFTWARE_PIXELS) {
     const canvas = this.#canvas;
     if (this.software) layOut(canvas, place);
-    const most = Math.min(1, Math.sqrt(mostPixels / Math.max(1, place.width * place.height)));
-    const density = this.software ? most : this.quality < 1 ? this.quality : Math.min(MOST_DENSITY, devicePixelRatio);
+    const most = Math.min(1, Math.sqrt(maxPixels / Math.max(1, place.width * place.height)));
+    const density = this.software ? most : this.quality < 1 ? this.quality : Math.min(MAX_DENSITY, devicePixelRatio);
     const [width, height] = [Math.round(place.width * density), Math.round(place.height * density)];
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     return density;

@@ -5,7 +5,7 @@ import { verticesInImage, visibleRegion } from "deepsft";
 /** @import { SourcedCamera } from "deepsft" */
 
 /** How much larger the image may be than would show all that the network sees, to cover the canvas. */
-const MOST_CUT = 1.12;
+const MAX_CUT = 1.12;
 
 /**
  * Where the image lies on the canvas: canvas = image * scale + (left, top), in the canvas's pixels. It covers the
@@ -20,7 +20,7 @@ export function viewOf(canvas, camera) {
   const free = canvas.height - canvas.top - canvas.bottom;
   const cover = Math.max(canvas.width / camera.width, canvas.height / camera.height);
   const fit = Math.min(canvas.width / regionWidth, Math.max(free, canvas.height / 2) / regionHeight);
-  const scale = Math.min(cover, MOST_CUT * fit);
+  const scale = Math.min(cover, MAX_CUT * fit);
   const place = (
     /** @type {number} */ size,
     /** @type {number} */ length,

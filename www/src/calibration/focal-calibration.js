@@ -10,13 +10,13 @@ import { fitHomography } from "./homography.js";
 const VIEWS = 8;
 /** Every how many canonical pixels a point is taken. */
 const STEP = 6;
-const LEAST_POINTS = 150;
+const MIN_POINTS = 150;
 /** A sheet is flat when a homography explains its registration to this many canonical pixels (RMS). */
 const FLAT_RMS = 2;
 /** Below this tilt a view says nothing about the focal length. */
-const LEAST_TILT = (20 * Math.PI) / 180;
+const MIN_TILT = (20 * Math.PI) / 180;
 /** Views whose normals are closer than this say the same. */
-const LEAST_TURN = (7 * Math.PI) / 180;
+const MIN_TURN = (7 * Math.PI) / 180;
 
 /**
  * What became of a frame: `taken`, or why not.
@@ -56,16 +56,16 @@ export class FocalCalibration {
   add(estimate) {
     if (!estimate.found) return "not-found";
     const { plane, image } = this.#correspondences(estimate);
-    if (plane.length < LEAST_POINTS) return "not-found";
+    if (plane.length < MIN_POINTS) return "not-found";
     const fit = fitHomography(plane, image);
     if (fit === null || fit.rms > FLAT_RMS) return "not-flat";
     // Canonical pixels to image pixels about the principal point.
     const scale = estimate.camera.fx / estimate.focal;
     const view = viewFromHomography(fit.matrix, scale, estimate.camera.fx);
-    if (Math.acos(Math.min(1, Math.abs(view.normal[2]))) < LEAST_TILT) return "not-tilted";
+    if (Math.acos(Math.min(1, Math.abs(view.normal[2]))) < MIN_TILT) return "not-tilted";
     const turned = (/** @type {View} */ { normal }) =>
       Math.acos(Math.min(1, Math.abs(normal.reduce((sum, n, i) => sum + n * view.normal[i], 0))));
-    if (this.#views.some((other) => turned(other) < LEAST_TURN)) return "too-similar";
+    if (this.#views.some((other) => turned(other) < MIN_TURN)) return "too-similar";
     this.#views.push(view);
     return "taken";
   }

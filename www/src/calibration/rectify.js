@@ -10,7 +10,7 @@ import { fitHomography } from "./homography.js";
  */
 
 /** Samples along each side of a pixel of the flat picture, at most. */
-const MOST_SAMPLES = 4;
+const MAX_SAMPLES = 4;
 
 /**
  * Whether four corners run clockwise around a convex quadrilateral: only such a one is the view of a print's front.
@@ -55,7 +55,7 @@ export function printAspect(corners, { fx, fy, cx, cy }) {
 export function rectifyPicture(photograph, corners, width, height) {
   const h = outlineHomography(corners, width, height);
   const flat = new ImageData(width, height);
-  const samples = Math.min(MOST_SAMPLES, Math.max(1, Math.ceil(shrinkage(corners, width, height))));
+  const samples = Math.min(MAX_SAMPLES, Math.max(1, Math.ceil(shrinkage(corners, width, height))));
   const sum = new Float64Array(4);
   for (let y = 0, at = 0; y < height; y++) {
     for (let x = 0; x < width; x++, at += 4) {

@@ -8,11 +8,11 @@ import { CANONICAL_FOCAL, canonicalFromImage, canonicalSize, imageFromCanonical,
 /** Focal lengths between the training camera's and the widest, as multiples of the training camera's. */
 const STEPS = [0.75, 0.5];
 /** The widest: 119 degrees across. */
-const LEAST_SCALE = 0.375;
+const MIN_SCALE = 0.375;
 /** A view that reaches less beyond the one before, as a multiple, is left out. */
-const LEAST_GAIN = 1.1;
+const MIN_GAIN = 1.1;
 /** A camera that sees less than this beyond the training camera's view has no other. */
-const LEAST_BEYOND = 1.05;
+const MIN_BEYOND = 1.05;
 /** Places along each side of the image that say which rays it holds. */
 const BORDER_PLACES = 16;
 /** Pixels between a mesh and a view's border for which the mesh counts as held: by a view that is chosen anew, left, and returned to. */
@@ -27,8 +27,8 @@ const MARGIN = { new: 8, leave: 3, return: 24 };
  */
 export function canonicalFocals(camera) {
   const whole = wholeImageScale(camera);
-  if (whole * LEAST_BEYOND >= 1) return [CANONICAL_FOCAL];
-  const scales = [1, ...STEPS.filter((step) => step > LEAST_GAIN * whole), whole];
+  if (whole * MIN_BEYOND >= 1) return [CANONICAL_FOCAL];
+  const scales = [1, ...STEPS.filter((step) => step > MIN_GAIN * whole), whole];
   return scales.map((scale) => scale * CANONICAL_FOCAL);
 }
 
@@ -49,7 +49,7 @@ function wholeImageScale(camera) {
       scale = Math.min(scale, Number.isFinite(beyond) ? 1 / beyond : 0);
     }
   }
-  return Math.max(scale, LEAST_SCALE);
+  return Math.max(scale, MIN_SCALE);
 }
 
 /**

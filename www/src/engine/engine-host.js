@@ -15,7 +15,7 @@ import { probeWebGpu } from "./webgpu.js";
 const MODEL_TARGET = 0;
 
 /** So much of a photograph's file is looked through, bytes: what it tells of its camera is near its beginning. */
-const MOST_FILE_BYTES = 1 << 24;
+const MAX_FILE_BYTES = 1 << 24;
 
 /** @type {Engine | undefined} */
 let engine;
@@ -79,7 +79,7 @@ export function removeTarget({ id }) {
  * @returns {Promise<{ value: number | undefined, transfer: Transferable[] }>}
  */
 export async function exifFocal({ file, width, height }) {
-  const bytes = await file.slice(0, MOST_FILE_BYTES).arrayBuffer();
+  const bytes = await file.slice(0, MAX_FILE_BYTES).arrayBuffer();
   return { value: await Engine.exifFocal(new Uint8Array(bytes), width, height), transfer: [] };
 }
 

@@ -20,7 +20,7 @@ import { EngineWorker } from "./engine-worker.js";
  */
 const EARLY_MS = 60_000;
 /** After so many early losses in a row the CPU does the work. */
-const MOST_EARLY_LOSSES = 3;
+const MAX_EARLY_LOSSES = 3;
 
 /** An engine that outlives the loss of its GPU, with its targets. */
 export class LastingEngine {
@@ -127,9 +127,9 @@ export class LastingEngine {
   async #restart(loss) {
     this.#worker.terminate(loss);
     this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
-    const isBroken = this.#earlyLosses >= MOST_EARLY_LOSSES;
+    const isBroken = this.#earlyLosses >= MAX_EARLY_LOSSES;
     const { request } = this.#plan;
-    const message = `The GPU was lost ${MOST_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
+    const message = `The GPU was lost ${MAX_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
     if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
     /** @type {StartedEngine | undefined} */
     let started;

@@ -19,13 +19,13 @@ export function canonicalIntrinsics(camera, focal = CANONICAL_FOCAL) {
  * Frame pixels a canonical pixel up to which one interpolated sample, of four pixels, skips none; it costs a fifth of what browsers
  * do beyond: they halve the picture first.
  */
-const MOST_INTERPOLATED = 2.1;
+const MAX_INTERPOLATED = 2.1;
 
 /** Frame pixels a canonical pixel from which a frame on its way to pixels is halved first: nearer to two that blurs. */
-const LEAST_HALVED = 2.5;
+const MIN_HALVED = 2.5;
 
 /** Frame pixels a canonical pixel below which little is spared: the engine's own warp then stays, to the bit. */
-const LEAST_SCALE = 1.25;
+const MIN_SCALE = 1.25;
 
 /** For bitmaps, and for pixels. @type {(OffscreenCanvasRenderingContext2D | null)[]} */
 const contexts = [];
@@ -52,15 +52,15 @@ export function canonicalFrame(frame, camera, asPixels = false, focal = CANONICA
   const { width, height } = canonicalSize(camera);
   const [right, bottom] = imageFromCanonical(camera, width, height, focal);
   const scale = Math.max((right - left) / width, (bottom - top) / height);
-  if (scale < LEAST_SCALE) return null;
+  if (scale < MIN_SCALE) return null;
   const settings = { alpha: false, willReadFrequently: asPixels };
   const context = (contexts[Number(asPixels)] ??= new OffscreenCanvas(width, height).getContext("2d", settings));
   if (!context) return null;
   if (context.canvas.width !== width) Object.assign(context.canvas, { width, height });
-  const halved = asPixels && scale >= LEAST_HALVED ? halfOf(frame) : null;
+  const halved = asPixels && scale >= MIN_HALVED ? halfOf(frame) : null;
   const by = halved ? 0.5 : 1;
   const part = /** @type {const} */ ([by * left, by * top, by * (right - left), by * (bottom - top)]);
-  context.imageSmoothingQuality = by * scale <= MOST_INTERPOLATED ? "low" : "medium";
+  context.imageSmoothingQuality = by * scale <= MAX_INTERPOLATED ? "low" : "medium";
   context.drawImage(halved ?? frame, ...part, 0, 0, width, height);
   if (!asPixels) return context.canvas.transferToImageBitmap();
   const pixels = context.getImageData(0, 0, width, height);

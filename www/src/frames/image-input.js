@@ -12,20 +12,20 @@ import { DeepSftError } from "../error.js";
  * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
  * would take 1.6 GB to read.
  */
-export const MOST_PIXELS = 16_777_216;
+export const MAX_PIXELS = 16_777_216;
 
 /** So long a video may take to jump, milliseconds. */
-const MOST_SEEK_MS = 5000;
+const MAX_SEEK_MS = 5000;
 
 /**
- * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
+ * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
  *
  * @param {ImageInput} image
  * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller
  * @throws {DeepSftError} `image-unreadable`
  */
 export async function transferableFrame(image) {
-  if (image instanceof ImageData && image.width * image.height <= MOST_PIXELS) {
+  if (image instanceof ImageData && image.width * image.height <= MAX_PIXELS) {
     const { data, width, height } = image;
     return { frame: new ImageData(new Uint8ClampedArray(data), width, height), width, height };
   }
@@ -41,8 +41,8 @@ export async function transferableFrame(image) {
     throw new DeepSftError("image-unreadable", message, { cause: error });
   }
   const { width, height } = bitmap;
-  if (width * height <= MOST_PIXELS) return { frame: bitmap, width, height };
-  const scale = Math.sqrt(MOST_PIXELS / (width * height));
+  if (width * height <= MAX_PIXELS) return { frame: bitmap, width, height };
+  const scale = Math.sqrt(MAX_PIXELS / (width * height));
   try {
     const small = await createImageBitmap(bitmap, {
       resizeWidth: Math.max(1, Math.floor(width * scale)),
@@ -74,7 +74,7 @@ export function closeFrame(frame) {
  * @throws {DeepSftError} `image-unreadable` when it has no picture and none is on its way
  */
 async function hasPicture(video) {
-  const until = performance.now() + MOST_SEEK_MS;
+  const until = performance.now() + MAX_SEEK_MS;
   while (video.readyState < video.HAVE_CURRENT_DATA) {
     const leftMs = until - performance.now();
     if (!video.seeking || leftMs <= 0)

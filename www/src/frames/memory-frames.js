@@ -1,7 +1,7 @@
 // Frames of a video that lies in memory, for browsers whose processor draws: to them a frame is a drawing like any other, which takes
 // four times as long as only converting its colours.
 
-import { MOST_PIXELS } from "./image-input.js";
+import { MAX_PIXELS } from "./image-input.js";
 
 /** Canvases that take turns: one whose last picture is still used would first be copied. */
 const CANVASES = 3;
@@ -34,7 +34,7 @@ export class MemoryFrames {
       const { rotation = 0, flip = false } = /** @type {{ rotation?: number, flip?: boolean }} */ (frame);
       const { visibleRect } = frame;
       const asShown = visibleRect?.width === width && visibleRect.height === height && rotation === 0 && !flip;
-      if (!asShown || frame.format === null || width * height > MOST_PIXELS) return null;
+      if (!asShown || frame.format === null || width * height > MAX_PIXELS) return null;
       const { pixels, contexts } = this.#ofSize(width, height);
       const context = contexts[this.#turn++ % CANVASES];
       const planes = await frame.copyTo(pixels.data, /** @type {VideoFrameCopyToOptions} */ ({ format: "RGBA" }));

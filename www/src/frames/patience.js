@@ -3,7 +3,7 @@
 import { asDeepSftError } from "../error.js";
 
 /** Only when so many frames in a row cannot be read, over so many milliseconds, is the video given up. */
-const MOST_FAILURES = 10;
+const MAX_FAILURES = 10;
 const PATIENCE_MS = 3000;
 
 /**
@@ -26,6 +26,6 @@ export class Patience {
   bear(error) {
     if (asDeepSftError(error).code !== "image-unreadable") throw error;
     if (this.#failures++ === 0) this.#since = performance.now();
-    if (this.#failures > MOST_FAILURES && performance.now() - this.#since > PATIENCE_MS) throw error;
+    if (this.#failures > MAX_FAILURES && performance.now() - this.#since > PATIENCE_MS) throw error;
   }
 }

@@ -3,7 +3,7 @@
 /** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
 export const LIGHT_FLOOR = 0.02;
 /** Brightest shading: highlights of glossy paper. */
-export const MOST_LIGHT = 2.5;
+export const MAX_LIGHT = 2.5;
 
 /** Columns of the template's copy in which its luminance is looked up: about a canonical pixel each. */
 const LOOKUP_WIDTH = 256;

@@ -1,7 +1,7 @@
 // The light on a mesh by its vertices.
 
 import { verticesInImage } from "../camera/canonical.js";
-import { LIGHT_FLOOR, LINEAR_OF_SRGB, MOST_LIGHT, luminanceOf } from "./template-light.js";
+import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "./template-light.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
@@ -68,7 +68,7 @@ export class VertexLight {
     return spread.weight.map((weight, i) => {
       if (weight < 1e-6) return 1;
       const light = (spread.seen[i] / weight + LIGHT_FLOOR) / (spread.printed[i] / weight + LIGHT_FLOOR);
-      return Math.min(MOST_LIGHT, light);
+      return Math.min(MAX_LIGHT, light);
     });
   }
 

@@ -1,7 +1,7 @@
 // Poses that do not tremble.
 
 /** Cut-off for a pose at rest, Hz, and how it rises with speed, Hz per mm/s: as the tracker's `smooth`. */
-const LEAST_CUTOFF_HZ = 2;
+const MIN_CUTOFF_HZ = 2;
 const PER_SPEED = 0.1;
 /** Cut-off of the speeds themselves, Hz. */
 const SPEED_CUTOFF_HZ = 1;
@@ -49,9 +49,9 @@ export class PoseFilter {
       const speeds = weightOf(SPEED_CUTOFF_HZ, dt);
       for (let k = 0; k < 3; k++) this.#velocity[k] += speeds * ((position[k] - raw.position[k]) / dt - this.#velocity[k]);
       this.#turning += speeds * ((angleBetween(raw.quaternion, quaternion) * REACH_MM) / dt - this.#turning);
-      const moved = weightOf(LEAST_CUTOFF_HZ + PER_SPEED * Math.hypot(...this.#velocity), dt);
+      const moved = weightOf(MIN_CUTOFF_HZ + PER_SPEED * Math.hypot(...this.#velocity), dt);
       for (let k = 0; k < 3; k++) this.#position[k] += moved * (position[k] - this.#position[k]);
-      slerp(this.#quaternion, quaternion, weightOf(LEAST_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
+      slerp(this.#quaternion, quaternion, weightOf(MIN_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
     }
     copy(raw.position, position);
     copy(raw.quaternion, quaternion);

@@ -23,7 +23,7 @@ import { closeFrame, transferableFrame } from "../frames/image-input.js";
 const LONGEST_SIDE = 1024;
 
 /** How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins. */
-const MOST_STRETCH = 0.05;
+const MAX_STRETCH = 0.05;
 
 const TEMPLATE_FILE = "template.json";
 
@@ -49,7 +49,7 @@ export async function pictureSource(image, { widthMm, heightMm }) {
   const { frame, width, height } = await transferableFrame(image);
   try {
     const naturalMm = (widthMm * height) / width;
-    if (heightMm !== undefined && Math.abs(heightMm / naturalMm - 1) > MOST_STRETCH)
+    if (heightMm !== undefined && Math.abs(heightMm / naturalMm - 1) > MAX_STRETCH)
       throw unusable(
         `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
           "picture without the paper's margins.",

@@ -28,7 +28,7 @@ const KEPT_FRAMES = 24;
 const BUSY_MS = 2000;
 
 /** A focal length is told of when its standard deviation is below this fraction of it, and then when it is smaller by a fifth. */
-const MOST_FOCAL_DEVIATION = 0.015;
+const MAX_FOCAL_DEVIATION = 0.015;
 const TOLD_AGAIN = 0.8;
 /** Below this the search for it, which takes as long as following every second frame, is over. */
 const FOCAL_DEVIATION_SOUGHT = 0.005;
@@ -229,7 +229,7 @@ export class MeshTracking {
   #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
     // The camera may have changed, or been forgotten, since.
     if (JSON.stringify(camera) !== this.#focal.of) return;
-    if (deviation > Math.min(MOST_FOCAL_DEVIATION, TOLD_AGAIN * this.#focal.deviation)) return;
+    if (deviation > Math.min(MAX_FOCAL_DEVIATION, TOLD_AGAIN * this.#focal.deviation)) return;
     this.#focal.deviation = deviation;
     const focal = (ratio * camera.fx * width) / camera.width;
     this.#parts.onFocal?.({ width, height, focal, spread: deviation * focal });

@@ -14,7 +14,7 @@ const BUDGET_MS = 300;
  * milliseconds: the time after which a followed target is confirmed at the latest.
  */
 const REST = 1.2;
-const MOST_REST_MS = CONFIRM_MS;
+const MAX_REST_MS = CONFIRM_MS;
 /**
  * From so many times of the fastest search of the same kind on the device has become slow, as phones do when they get hot, if so many
  * searches in a row took so long.
@@ -137,6 +137,6 @@ export class SearchPlan {
     if (!this.isFollowingSome) return 0;
     const slowness = this.#slowness.length < SLOW_SEARCHES ? 1 : Math.min(...this.#slowness);
     const times = Math.max(isTrackerLate ? REST : 0, slowness >= SLOWED ? slowness - 1 : 0);
-    return Math.min(MOST_REST_MS, times * ms);
+    return Math.min(MAX_REST_MS, times * ms);
   }
 }

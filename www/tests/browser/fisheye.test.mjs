@@ -24,11 +24,11 @@ const CAMERA = { width: 960, height: 540, fx: 700, fy: 704, cx: 470, cy: 280, fi
 /** A mesh that was fitted to the image against the truth: that of a pinhole's image is as good. */
 const MOST = { medianPx: 0.4, rmsMm: 4 };
 /** Places in the image, as the package tells them, against the definition of the fisheye. */
-const MOST_IN_IMAGE_PX = 1;
+const MAX_IN_IMAGE_PX = 1;
 /** A hundredth of a pixel where the focal length is 700 pixels. */
-const MOST_IN_SHADERS = 1.4e-5;
+const MAX_IN_SHADERS = 1.4e-5;
 /** Of what is drawn and of the true sheet in the image: intersection over union. Maps end at the mask that the network sees. */
-const LEAST_OVERLAP = { shaded: 0.97, depth: 0.9 };
+const MIN_OVERLAP = { shaded: 0.97, depth: 0.9 };
 
 let folder;
 let frames;
@@ -53,7 +53,7 @@ function check(t, what, { vertices, points }, truth) {
   t.diagnostic(`${what}: ${JSON.stringify(distance)}, ${off} px in the image, projected to ${inImage} px`);
   for (const [figure, most] of Object.entries(MOST)) assert.ok(distance[figure] <= most, `${what}: ${figure} ${distance[figure]}`);
   assert.ok(inImage < 0.01, `${what}: ${inImage} px`);
-  assert.ok(off < MOST_IN_IMAGE_PX, `${what}: ${off} px`);
+  assert.ok(off < MAX_IN_IMAGE_PX, `${what}: ${off} px`);
 }
 
 test("an image of a fisheye is measured, and what the page draws lies on the sheet", { timeout: SLOW_MS }, async (t) => {
@@ -138,7 +138,7 @@ test("an image of a fisheye is measured, and what the page draws lies on the she
     t.diagnostic(JSON.stringify(seen.overlaps));
     assert.equal(Object.keys(seen.overlaps).length, 3);
     for (const [name, overlap] of Object.entries(seen.overlaps)) {
-      const least = LEAST_OVERLAP[name.split(", ")[1]];
+      const least = MIN_OVERLAP[name.split(", ")[1]];
       assert.ok(overlap > least, `${name}: ${overlap}`);
     }
     await demo.finish();
@@ -226,7 +226,7 @@ test("shaders bend rays as the package does, there and back", { timeout: SLOW_MS
         // Beyond the fold only the outermost ray is left.
         back = Math.max(back, apart(distorted(lens, ...ray), distorted(lens, ...undistorted(lens, ...place))));
       }
-      assert.ok(there < MOST_IN_SHADERS && back < MOST_IN_SHADERS, `${JSON.stringify(lens)}: ${there}, ${back} back`);
+      assert.ok(there < MAX_IN_SHADERS && back < MAX_IN_SHADERS, `${JSON.stringify(lens)}: ${there}, ${back} back`);
     }
   }),
 );

@@ -27,15 +27,15 @@ const TIMES = { trackings: 6, targets: 20, images: 40 };
  * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never
  * goes. What leaks a canonical image each time (0.5 MB), or 4 KB of each frame, grows by more.
  */
-const MOST_HEAP_BYTES = 400_000;
+const MAX_HEAP_BYTES = 400_000;
 /** The page's arrays, 14 MB, come and go by one; a frame that stays would be 2 MB each time. */
-const MOST_ARRAY_BYTES = 3_000_000;
-const MOST_WASM = 1.05;
+const MAX_ARRAY_BYTES = 3_000_000;
+const MAX_WASM = 1.05;
 /** The card that says what is in the way stays in the document, hidden, with its three buttons. */
-const MOST_NODES = 20;
-const MOST_LISTENERS = 3;
+const MAX_NODES = 20;
+const MAX_LISTENERS = 3;
 /** Pictures that are on their way at once: one drawn, one followed, the finders', and what each is copied to. */
-const MOST_PICTURES = 12;
+const MAX_PICTURES = 12;
 
 let folder;
 let film;
@@ -61,14 +61,14 @@ async function onPage(path, body) {
 function assertHoldsNoMore(now, before, when) {
   for (const part of ["page", "engine", "tracker"].filter((part) => before[part] && now[part])) {
     const figures = `${when}, ${part}: ${JSON.stringify(before[part])}, then ${JSON.stringify(now[part])}`;
-    assert.ok(now[part].heapBytes <= before[part].heapBytes + MOST_HEAP_BYTES, figures);
-    assert.ok(now[part].arrayBytes <= before[part].arrayBytes + MOST_ARRAY_BYTES, figures);
-    assert.ok(now[part].wasmBytes <= MOST_WASM * before[part].wasmBytes, figures);
-    assert.ok(now[part].bitmaps + now[part].videoFrames <= MOST_PICTURES, figures);
+    assert.ok(now[part].heapBytes <= before[part].heapBytes + MAX_HEAP_BYTES, figures);
+    assert.ok(now[part].arrayBytes <= before[part].arrayBytes + MAX_ARRAY_BYTES, figures);
+    assert.ok(now[part].wasmBytes <= MAX_WASM * before[part].wasmBytes, figures);
+    assert.ok(now[part].bitmaps + now[part].videoFrames <= MAX_PICTURES, figures);
     assert.deepEqual([now[part].webglTextures, now[part].webglBuffers], [before[part].webglTextures, before[part].webglBuffers], figures);
   }
   const figures = `${when}: ${JSON.stringify(before)}, then ${JSON.stringify(now)}`;
-  assert.ok(now.nodes <= before.nodes + MOST_NODES && now.listeners <= before.listeners + MOST_LISTENERS, figures);
+  assert.ok(now.nodes <= before.nodes + MAX_NODES && now.listeners <= before.listeners + MAX_LISTENERS, figures);
   assert.equal(now.workers, before.workers, figures);
 }
 

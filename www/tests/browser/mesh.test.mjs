@@ -18,7 +18,7 @@ const CAMERA = { width: 480, height: 270, fx: 380, fy: 380, cx: 240, cy: 135 };
  * The fit starts from maps that differ by a relative 1e-3 (see camera.test.mjs) and stops when a step moves no vertex by
  * more than a thousandth of an edge (0.01 mm), along valleys in which the image says little.
  */
-const SAME_MESH = { rmsMm: 0.5, mostMm: 10, medianPx: 0.1 };
+const SAME_MESH = { rmsMm: 0.5, maxMm: 10, medianPx: 0.1 };
 // A fit multiplies rounding: the networks agree to a thousandth of a millimetre, fits of an uncertain frame to one or two.
 const SAME_MAPS = { maskPixels: 130, depthMm: 3, registrationMm: 2 };
 

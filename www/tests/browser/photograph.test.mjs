@@ -21,7 +21,7 @@ const SIZE = { width: 800, height: 450 };
 const EQUIVALENT_MM = 36;
 const FOCAL = 763.72;
 /** Of the depth of a mesh that was fitted to the image, as a fraction: half a per cent are the focal length's. */
-const MOST_ERROR = 0.02;
+const MAX_ERROR = 0.02;
 
 let folder;
 let clip;
@@ -71,7 +71,7 @@ test("a photograph is measured with the camera of its EXIF data, turned or not, 
       assert.ok(found, name);
       assert.deepEqual([camera.source, camera.width, camera.height, camera.cx, camera.cy, columns], [source, 800, 450, 400, 225, 480], name);
       assert.ok(Math.abs(camera.fx - focal) < 0.01 && camera.fy === camera.fx, `${name}: ${camera.fx}`);
-      if (source === "exif") assert.ok(Math.abs(off) < MOST_ERROR, `${name}: ${off}`);
+      if (source === "exif") assert.ok(Math.abs(off) < MAX_ERROR, `${name}: ${off}`);
       else assert.ok(Math.abs(off) > 0.1, "the guess is far off");
       const { camera: native } = JSON.parse(await readFile(join(folder, "native", name, "report.json"), "utf8"));
       assert.deepEqual([native.source, native.width, native.height], [source === "exif" ? "exif" : "assumed", 800, 450], name);

@@ -18,7 +18,7 @@ const FRAMES_PER_SECOND = 12;
 /** The middle of the clip's frames: the same camera with a smaller image, so that the page's guess is 0.83 of its focal length. */
 const SIZE = { width: 800, height: 450 };
 /** Of the true focal length. */
-const MOST_ERROR = 0.03;
+const MAX_ERROR = 0.03;
 
 let folder;
 let focal;
@@ -51,7 +51,7 @@ test("the page finds the focal length of a camera from the moving sheet, says ho
     t.diagnostic(`true ${focal}, assumed ${first.fx}, found ${last.fx} of ${last.width} x ${last.height}`);
     assert.deepEqual([first.source, first.width, first.height], ["estimated", SIZE.width, SIZE.height]);
     assert.ok(Math.abs(first.fx / focal - 1) > 0.15, "the guess is far off");
-    assert.ok(Math.abs(last.fx / focal - 1) < MOST_ERROR, `${last.fx} in place of ${focal}`);
+    assert.ok(Math.abs(last.fx / focal - 1) < MAX_ERROR, `${last.fx} in place of ${focal}`);
     // The sheet is found again with it, and it is there on the next visit.
     await page.waitForSelector('#state[data-state="found"]');
     await demo.screenshot("self-calibration");
@@ -63,7 +63,7 @@ test("the page finds the focal length of a camera from the moving sheet, says ho
     const kept = await page.evaluate(() => cameras[0]);
     assert.equal(kept.source, "calibrated");
     // It may have become surer in between.
-    assert.ok(kept.spread <= spread && Math.abs(kept.fx / focal - 1) < MOST_ERROR, `${kept.fx} ± ${kept.spread} px`);
+    assert.ok(kept.spread <= spread && Math.abs(kept.fx / focal - 1) < MAX_ERROR, `${kept.fx} ± ${kept.spread} px`);
     await page.waitForFunction(() => /found here, ±\s\d\.\d\s%/.test(document.querySelector("#focal-source").textContent));
     await page.click("#forget");
     await page.waitForFunction(() => cameras.at(-1).source === "estimated");

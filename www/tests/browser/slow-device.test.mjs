@@ -15,7 +15,7 @@ const WATCHED = 12;
  * Questions under way at once, at most. The tracker follows one frame while the page draws the one before; finders and their answer come one
  * at a time.
  */
-const MOST_UNDER_WAY = { follow: 2, find: 1, answer: 1 };
+const MAX_UNDER_WAY = { follow: 2, find: 1, answer: 1 };
 
 /** Has the system hold up the browser's pages until the returned function is called. */
 async function slowDown(browser) {
@@ -43,10 +43,10 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
   try {
     const prepare = (context) =>
       context.addInitScript(() => {
-        globalThis.seen = { shown: 0, tracked: 0, latencies: [], mostUnderWay: {}, mostFrames: 0, rests: [], finds: [] };
+        globalThis.seen = { shown: 0, tracked: 0, latencies: [], maxUnderWay: {}, maxFrames: 0, rests: [], finds: [] };
         globalThis.reset = () => {
           const now = seen;
-          globalThis.seen = { shown: 0, tracked: 0, latencies: [], mostUnderWay: {}, mostFrames: 0, rests: [], finds: [] };
+          globalThis.seen = { shown: 0, tracked: 0, latencies: [], maxUnderWay: {}, maxFrames: 0, rests: [], finds: [] };
           return now;
         };
         const underWay = new Map();
@@ -69,7 +69,7 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
           }
           if (method === "find" && foundAt > 0) seen.rests.push(performance.now() - foundAt);
           underWay.set(`${this.number} ${id}`, { method, since: performance.now() });
-          seen.mostUnderWay[method] = Math.max(seen.mostUnderWay[method] ?? 0, counted(method));
+          seen.maxUnderWay[method] = Math.max(seen.maxUnderWay[method] ?? 0, counted(method));
           for (const part of given[0] ?? []) letGo(part);
           return postMessage.call(this, message, ...given);
         };
@@ -82,7 +82,7 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
           const bitmap = await make(...given);
           made.add(bitmap);
           frames++;
-          seen.mostFrames = Math.max(seen.mostFrames, frames);
+          seen.maxFrames = Math.max(seen.maxFrames, frames);
           return bitmap;
         };
         const { close } = ImageBitmap.prototype;
@@ -109,13 +109,13 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
       await page.evaluate(() => reset());
       await page.waitForFunction((most) => seen.tracked >= most, WATCHED, { polling: 100 });
       const seen = await page.evaluate(() => reset());
-      const { shown, tracked, latencies, finds, rests, mostUnderWay, mostFrames } = seen;
+      const { shown, tracked, latencies, finds, rests, maxUnderWay, maxFrames } = seen;
       t.diagnostic(
         `${title}: ${tracked} of ${shown} frames, ${median(latencies)?.toFixed(0)} ms each, at most ${Math.max(...latencies).toFixed(0)}; ` +
-          `${finds.length} searches, ${median(finds)?.toFixed(0)} ms each, after rests of ${median(rests)?.toFixed(0)}; ${mostFrames} frames held`,
+          `${finds.length} searches, ${median(finds)?.toFixed(0)} ms each, after rests of ${median(rests)?.toFixed(0)}; ${maxFrames} frames held`,
       );
-      for (const [method, most] of Object.entries(MOST_UNDER_WAY))
-        assert.ok((mostUnderWay[method] ?? 0) <= most, `${title}: ${mostUnderWay[method]} of ${method} at once`);
+      for (const [method, most] of Object.entries(MAX_UNDER_WAY))
+        assert.ok((maxUnderWay[method] ?? 0) <= most, `${title}: ${maxUnderWay[method]} of ${method} at once`);
       return seen;
     };
     const fast = await watch("fast");
@@ -127,7 +127,7 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
       release();
     }
     await watch("fast again");
-    assert.ok(slow.mostFrames <= fast.mostFrames + 2, `${slow.mostFrames} frames held, ${fast.mostFrames} before`);
+    assert.ok(slow.maxFrames <= fast.maxFrames + 2, `${slow.maxFrames} frames held, ${fast.maxFrames} before`);
     await demo.finish();
   } finally {
     await browser.close();

@@ -7,7 +7,7 @@
  * @param {ArrayLike<number>} one (x, y, z) each, camera frame, mm
  * @param {ArrayLike<number>} other
  * @param {{ width: number, height: number }} [canonical] size of the canonical image
- * @returns {{ rmsMm: number, mostMm: number, medianPx: number }}
+ * @returns {{ rmsMm: number, maxMm: number, medianPx: number }}
  */
 export function meshDistance(one, other, { width, height } = { width: 480, height: 270 }) {
   if (one.length !== other.length) throw new Error(`${one.length / 3} and ${other.length / 3} vertices`);
@@ -22,7 +22,7 @@ export function meshDistance(one, other, { width, height } = { width: 480, heigh
   pixels.sort((a, b) => a - b);
   return {
     rmsMm: Math.sqrt(distances.reduce((sum, d) => sum + d * d, 0) / distances.length),
-    mostMm: Math.max(...distances),
+    maxMm: Math.max(...distances),
     medianPx: pixels[pixels.length >> 1] ?? 0,
   };
 }

@@ -20,7 +20,7 @@ export const MODEL = join(ROOT, "models", "poster-a4");
 const UNSEEN_SEED = 7_700_001;
 
 /** Least pixels of the object in a frame that is looked at: 1 % of the image. */
-const LEAST_AREA = 1300;
+const MIN_AREA = 1300;
 
 /** @param {string[]} args */
 export async function deepsft(...args) {
@@ -78,7 +78,7 @@ export async function unseenFrames(folder, count) {
     .sort();
   for (const [index, name] of names.entries()) {
     const truth = readTruth(files, name);
-    if (frames.length < count && truth.depth.filter((d) => d > 0).length >= LEAST_AREA) {
+    if (frames.length < count && truth.depth.filter((d) => d > 0).length >= MIN_AREA) {
       const png = files.get(`${name}.rgb.png`);
       const { width, height, values } = decodePng(png);
       frames.push({ name, png, picture: { width, height, rgb: values }, truth, native: measured[index] });

@@ -8,9 +8,9 @@ export type ImageInput = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement
  * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
  * would take 1.6 GB to read.
  */
-export declare const MOST_PIXELS = 16777216;
+export declare const MAX_PIXELS = 16777216;
 /**
- * The image as something that can be transferred, at most {@link MOST_PIXELS} large.
+ * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
  *
  * @param {ImageInput} image
  * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller

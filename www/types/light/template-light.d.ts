@@ -1,7 +1,7 @@
 /** Added to both sides of the quotient, linear light: dark print on a dark image says little about the light. */
 export declare const LIGHT_FLOOR = 0.02;
 /** Brightest shading: highlights of glossy paper. */
-export declare const MOST_LIGHT = 2.5;
+export declare const MAX_LIGHT = 2.5;
 /** Linear light of an sRGB byte. */
 export declare const LINEAR_OF_SRGB: Float32Array<ArrayBuffer>;
 /** Template colours in linear light on a small grid. */

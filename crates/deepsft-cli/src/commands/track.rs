@@ -28,7 +28,7 @@ use track_folder::{TRACK_FOLDER, TrackFolder};
 /// Agreement from which a mesh is good enough to tell of the camera.
 const TELLING_AGREEMENT: f64 = 0.6;
 /// Updates of the camera after which it counts as not found.
-const MOST_CAMERA_UPDATES: usize = 30;
+const MAX_CAMERA_UPDATES: usize = 30;
 /// Standard deviation of the focal length, a fraction of it, from which its user is warned.
 const UNSURE: f64 = 0.05;
 
@@ -239,7 +239,7 @@ fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
 
 /// Writes the camera that `calibration` has found for images of the `assumed` one.
 fn write_camera(path: &Path, mut calibration: SelfCalibration, assumed: &Camera) -> Result<()> {
-    let found = calibration.solve(MOST_CAMERA_UPDATES)?.ok_or_else(|| {
+    let found = calibration.solve(MAX_CAMERA_UPDATES)?.ok_or_else(|| {
         anyhow!(
             "{}: the video does not tell what its camera is: the sheet has to be found in views that differ, tilted or bent",
             path.display()

@@ -12,7 +12,7 @@ const SQUARES: f64 = 6.0;
 const NOTHING: [u8; 3] = [48, 48, 54];
 
 /// Shades of grey (of 255) at which the scale of the photometric difference ends.
-const MOST_DIFFERENCE: f64 = 100.0;
+const MAX_DIFFERENCE: f64 = 100.0;
 
 /// A picture as it is.
 pub fn plain(title: &str, picture: &Picture) -> Panel {
@@ -92,32 +92,32 @@ pub fn average(title: &str, image: &Picture, texture: &Picture, maps: &Maps) -> 
     plain(title, &picture)
 }
 
-/// The absolute depth error in the pixels inside both masks; the scale ends at `most_mm`.
-pub fn depth_error(title: &str, predicted: &Maps, truth: &Maps, most_mm: f64) -> Panel {
-    values(title, truth, bar(ColorMap::Inferno, [0.0, most_mm], "mm"), |pixel| {
+/// The absolute depth error in the pixels inside both masks; the scale ends at `max_mm`.
+pub fn depth_error(title: &str, predicted: &Maps, truth: &Maps, max_mm: f64) -> Panel {
+    values(title, truth, bar(ColorMap::Inferno, [0.0, max_mm], "mm"), |pixel| {
         let both = predicted.inside(pixel) && truth.inside(pixel);
         both.then(|| f64::from((predicted.depth()[pixel] - truth.depth()[pixel]).abs()))
     })
 }
 
-/// The registration error in mm on the template in the pixels inside both masks; the scale ends at `most_mm`.
-pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, size_mm: DVec2, most_mm: f64) -> Panel {
-    values(title, truth, bar(ColorMap::Inferno, [0.0, most_mm], "mm"), |pixel| {
+/// The registration error in mm on the template in the pixels inside both masks; the scale ends at `max_mm`.
+pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, size_mm: DVec2, max_mm: f64) -> Panel {
+    values(title, truth, bar(ColorMap::Inferno, [0.0, max_mm], "mm"), |pixel| {
         let both = predicted.inside(pixel) && truth.inside(pixel);
         let uv = |maps: &Maps| DVec2::from_array(maps.registration()[pixel].map(f64::from));
         both.then(|| ((uv(predicted) - uv(truth)) * size_mm).length())
     })
 }
 
-/// The registration error in pixels where it is defined: by how much an overlay is displaced; the scale ends at `most_px`.
+/// The registration error in pixels where it is defined: by how much an overlay is displaced; the scale ends at `max_px`.
 pub fn registration_error_px(
     title: &str,
     predicted: &Maps,
     (truth, camera): (&Maps, &Camera),
     size_mm: DVec2,
-    most_px: f64,
+    max_px: f64,
 ) -> Panel {
-    values(title, truth, bar(ColorMap::Inferno, [0.0, most_px], "px"), |pixel| {
+    values(title, truth, bar(ColorMap::Inferno, [0.0, max_px], "px"), |pixel| {
         metrics::registration_error_px(predicted, (truth, camera), pixel, size_mm).map(DVec2::length)
     })
 }
@@ -133,7 +133,7 @@ pub fn photometric_difference(title: &str, image: &Picture, texture: &Picture, m
     values(
         title,
         maps,
-        bar(ColorMap::Inferno, [0.0, MOST_DIFFERENCE], "levels"),
+        bar(ColorMap::Inferno, [0.0, MAX_DIFFERENCE], "levels"),
         |pixel| {
             let difference = |k: usize| {
                 let (gain, offset) = lines[k];

@@ -84,7 +84,7 @@ fn photographs(folder: &Path, print: &Picture, size_mm: DVec2, poses: &[([f64; 3
 }
 
 /// Runs the calibration and compares with the camera; returns what it wrote.
-fn calibrated(folder: &Path, arguments: &[&str], most_rms_px: f64) -> Value {
+fn calibrated(folder: &Path, arguments: &[&str], max_rms_px: f64) -> Value {
     let mut all = vec!["camera", "calibrate", "--out", "camera.json"];
     all.extend(arguments);
     deepsft(folder, &all).succeeds();
@@ -103,7 +103,7 @@ fn calibrated(folder: &Path, arguments: &[&str], most_rms_px: f64) -> Value {
         );
     }
     let rms = json["calibration"]["rms_px"].as_f64().unwrap();
-    assert!(rms < most_rms_px && rms > 0.0, "{rms}");
+    assert!(rms < max_rms_px && rms > 0.0, "{rms}");
     assert_eq!(json["calibration"]["views"].as_array().unwrap().len(), POSES.len());
     let chart = decode_picture(&fs::read(folder.join("camera.png")).unwrap()).unwrap();
     assert!(

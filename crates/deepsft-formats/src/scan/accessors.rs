@@ -11,10 +11,10 @@ use gltf::json::{Accessor, Index, Root, buffer};
 use percent_encoding::percent_decode_str;
 
 /// Most elements that are read of all accessors together, each as often as it is used.
-const MOST_ELEMENTS: u64 = 20_000_000;
+const MAX_ELEMENTS: u64 = 20_000_000;
 
 /// Most bytes of all buffers together.
-const MOST_BUFFER_BYTES: usize = 1 << 30;
+const MAX_BUFFER_BYTES: usize = 1 << 30;
 
 /// The buffers of a document.
 pub(super) struct Buffers<'a> {
@@ -38,7 +38,7 @@ impl<'a> Buffers<'a> {
                 _ => return refused(format!("its buffer {number} is not there")),
             };
             total = total.saturating_add(bytes.len());
-            if total > MOST_BUFFER_BYTES {
+            if total > MAX_BUFFER_BYTES {
                 return refused("its buffers have more than 1 GiB");
             }
             buffers.push(bytes);
@@ -120,9 +120,9 @@ impl<'a> Buffers<'a> {
                 "accessor {index} reaches beyond its data: the file is cut short"
             ));
         }
-        if self.elements > MOST_ELEMENTS {
+        if self.elements > MAX_ELEMENTS {
             return refused(format!(
-                "it has more than {MOST_ELEMENTS} vertices and corners of faces: make it coarser"
+                "it has more than {MAX_ELEMENTS} vertices and corners of faces: make it coarser"
             ));
         }
         let scale = if accessor.normalized { largest } else { 1.0 };

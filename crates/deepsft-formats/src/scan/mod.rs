@@ -17,7 +17,7 @@ use deepsft_geometry::glam::{DVec2, DVec3};
 use std::path::{Component, Path, PathBuf};
 
 /// Most bytes of all textures of a scan together, decoded.
-const MOST_TEXTURE_BYTES: usize = 1 << 30;
+const MAX_TEXTURE_BYTES: usize = 1 << 30;
 
 /// A part of a scan with one texture, in the file's own units, y up and the viewer on the +z side.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl Textures<'_> {
             .and_then(|bytes| decode_picture(&bytes))
             .or_else(|error| refused(format!("its texture {name:?}: {error}")))?;
         self.bytes += picture.rgb().len();
-        if self.bytes > MOST_TEXTURE_BYTES {
+        if self.bytes > MAX_TEXTURE_BYTES {
             return refused("its textures have more than 1 GiB of pixels: make them smaller");
         }
         self.named.push(name.to_owned());

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 const BINS_AN_OCTAVE: f64 = 16.0;
 
 /// Changes below this are counted as this: a thousandth of what matters.
-const LEAST_CHANGE: f64 = 1e-6;
+const MIN_CHANGE: f64 = 1e-6;
 
 /// Relative change |l / l0 - 1| of a mesh's edge lengths under a deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -42,7 +42,7 @@ impl EdgeLengthHistogram {
     pub fn count(&mut self, changes: impl IntoIterator<Item = f64>) {
         self.samples += 1;
         for change in changes {
-            let bin = (BINS_AN_OCTAVE * (change.max(LEAST_CHANGE) / LEAST_CHANGE).log2()) as usize;
+            let bin = (BINS_AN_OCTAVE * (change.max(MIN_CHANGE) / MIN_CHANGE).log2()) as usize;
             if self.bins.len() <= bin {
                 self.bins.resize(bin + 1, 0);
             }
@@ -75,7 +75,7 @@ impl EdgeLengthHistogram {
         for (bin, &count) in self.bins.iter().enumerate() {
             if count > 0 && below + count as f64 >= wanted {
                 let within = (wanted - below) / count as f64;
-                return LEAST_CHANGE * ((bin as f64 + within) / BINS_AN_OCTAVE).exp2();
+                return MIN_CHANGE * ((bin as f64 + within) / BINS_AN_OCTAVE).exp2();
             }
             below += count as f64;
         }

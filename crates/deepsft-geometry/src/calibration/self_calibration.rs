@@ -14,7 +14,7 @@ use glam::{DMat4, DVec3, DVec4};
 const HELD: f64 = 1e12;
 
 /// Most that the focal length changes in one update, ln f.
-const MOST_STEP: f64 = 0.15;
+const MAX_STEP: f64 = 0.15;
 
 /// Change of ln f from one update to the next, as a fraction of its deviation, below which the camera is found.
 const FOUND_STEP: f64 = 0.1;
@@ -43,12 +43,12 @@ pub struct SelfCalibrationOptions {
     /// on synthetic clips.
     pub residual_variance: f64,
     /// Views from which the camera is solved for.
-    pub fewest_views: usize,
+    pub min_views: usize,
     /// Views that are kept. One more takes the place of the one that tells least of the focal length.
-    pub most_views: usize,
+    pub max_views: usize,
     /// Mean way of the vertices from each of the views that are kept, as a fraction of the template's diagonal, which a new one has
     /// to differ by.
-    pub least_motion: f64,
+    pub min_motion: f64,
 }
 
 impl Default for SelfCalibrationOptions {
@@ -59,9 +59,9 @@ impl Default for SelfCalibrationOptions {
             blurs: vec![2.0, 1.2, 0.8],
             steps: 4,
             residual_variance: 0.8,
-            fewest_views: 4,
-            most_views: 12,
-            least_motion: 0.05,
+            min_views: 4,
+            max_views: 12,
+            min_motion: 0.05,
         }
     }
 }
@@ -174,7 +174,7 @@ impl SelfCalibration {
             self.cameras = Some([*assumed; 2]);
         }
         let mut vertices = self.fitter.coarse_vertices(vertices_camera);
-        let far = self.options.least_motion * self.diagonal_mm;
+        let far = self.options.min_motion * self.diagonal_mm;
         if self.next > 0 || self.views.iter().any(|view| view.motion_from(&vertices) < far) {
             return Ok(false);
         }
@@ -185,7 +185,7 @@ impl SelfCalibration {
             let away = DVec3::Z * depth * (camera.focal().x / assumed.focal().x - 1.0);
             vertices.iter_mut().for_each(|p| *p += away);
         }
-        if self.views.len() >= self.options.most_views.max(1) {
+        if self.views.len() >= self.options.max_views.max(1) {
             let tells = |view: &View| view.information(self.prior());
             let least = (0..self.views.len()).min_by(|&a, &b| tells(&self.views[a]).total_cmp(&tells(&self.views[b])));
             if let Some(least) = least {
@@ -206,7 +206,7 @@ impl SelfCalibration {
         let Some([assumed, camera]) = self.cameras else {
             return Ok(None);
         };
-        if self.views.len() < self.options.fewest_views.max(1) {
+        if self.views.len() < self.options.min_views.max(1) {
             return Ok(None);
         }
         let blurs = &self.options.blurs;
@@ -229,7 +229,7 @@ impl SelfCalibration {
         }
         let covariance = hessian.inverse();
         let mut step = -(covariance * gradient);
-        step *= (MOST_STEP / step.x.abs()).min(1.0);
+        step *= (MAX_STEP / step.x.abs()).min(1.0);
         let camera = stepped(&camera, step)?;
         self.cameras = Some([assumed, camera]);
         self.views.iter_mut().for_each(|view| view.follow(step));
@@ -244,12 +244,12 @@ impl SelfCalibration {
         }))
     }
 
-    /// Steps until the camera is found. `None` when there are too few views, or when it is not found in `most_updates`.
+    /// Steps until the camera is found. `None` when there are too few views, or when it is not found in `max_updates`.
     ///
     /// # Errors
     /// As [`SelfCalibration::step`].
-    pub fn solve(&mut self, most_updates: usize) -> Result<Option<CalibratedCamera>, GeometryError> {
-        for _ in 0..most_updates * self.views.len() {
+    pub fn solve(&mut self, max_updates: usize) -> Result<Option<CalibratedCamera>, GeometryError> {
+        for _ in 0..max_updates * self.views.len() {
             if let Some(found) = self.step()? {
                 return Ok(Some(found));
             }

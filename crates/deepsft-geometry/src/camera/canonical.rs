@@ -20,7 +20,7 @@ const TRAINING_FOCAL: f64 = 380.0;
 const OUTSIDE_IMAGE: u8 = 0;
 
 /// Most taps along each side that average the source pixels under one canonical pixel.
-const MOST_TAPS: usize = 16;
+const MAX_TAPS: usize = 16;
 
 /// The camera K_train that synthetic data is rendered with: 480 x 270 pixels, f = 380, centred.
 pub fn training_camera() -> Camera {
@@ -62,7 +62,7 @@ impl CanonicalWarp {
         Self {
             source: *source,
             canonical: *canonical,
-            taps: (scale.ceil() as usize).clamp(1, MOST_TAPS),
+            taps: (scale.ceil() as usize).clamp(1, MAX_TAPS),
         }
     }
 

@@ -10,13 +10,13 @@ use glam::{DVec2, DVec3};
 const STEPS: [f64; 2] = [0.75, 0.5];
 
 /// The widest view: 119 degrees across. Beyond, rays are so slanted that a pinhole shows little of the middle.
-const LEAST_SCALE: f64 = 0.375;
+const MIN_SCALE: f64 = 0.375;
 
 /// A view that reaches less beyond the one before, as a multiple, is left out.
-const LEAST_GAIN: f64 = 1.1;
+const MIN_GAIN: f64 = 1.1;
 
 /// A camera that sees less than this beyond the training camera's view has no other.
-const LEAST_BEYOND: f64 = 1.05;
+const MIN_BEYOND: f64 = 1.05;
 
 /// Places along each side of the image that say which rays it holds.
 const BORDER_PLACES: usize = 16;
@@ -47,8 +47,8 @@ impl CanonicalViews {
         let canonical = canonical_camera(training, source.size());
         let whole = whole_image_scale(&canonical, source);
         let mut views = vec![canonical];
-        if whole * LEAST_BEYOND < 1.0 {
-            let steps = STEPS.into_iter().filter(|step| *step > LEAST_GAIN * whole);
+        if whole * MIN_BEYOND < 1.0 {
+            let steps = STEPS.into_iter().filter(|step| *step > MIN_GAIN * whole);
             views.extend(steps.chain([whole]).map(|scale| canonical.zoomed(scale)));
         }
         Self { source: *source, views }
@@ -142,7 +142,7 @@ fn outwards(at: usize, length: usize) -> f64 {
     }
 }
 
-/// The focal length with which `canonical` would hold all of the source's image, as a multiple of its own; at least [`LEAST_SCALE`].
+/// The focal length with which `canonical` would hold all of the source's image, as a multiple of its own; at least [`MIN_SCALE`].
 fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
     let size = DVec2::new(source.width() as f64, source.height() as f64);
     let border = (0..=BORDER_PLACES).flat_map(|k| {
@@ -162,5 +162,5 @@ fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
         let [right, left] = [offset / limit, -offset / centre].map(|fraction| fraction.max_element());
         1.0 / right.max(left)
     };
-    border.map(scale_of).fold(1.0, f64::min).max(LEAST_SCALE)
+    border.map(scale_of).fold(1.0, f64::min).max(MIN_SCALE)
 }

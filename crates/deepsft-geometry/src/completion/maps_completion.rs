@@ -15,7 +15,7 @@ use glam::DVec3;
 const MARGIN_PX: usize = 2;
 
 /// Fewest visible vertices from which a mesh is completed: less than a patch of two cells shows no pose.
-const FEWEST_VERTICES: usize = 6;
+const MIN_VERTICES: usize = 6;
 
 /// The paper's way from the network's maps to the whole object: visible vertices, then ARAP completion.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ impl MapsCompletion {
         start: Option<&[DVec3]>,
     ) -> Result<Option<CompletedMaps>, GeometryError> {
         let points = self.visible.find(maps, camera)?;
-        if points.len() < FEWEST_VERTICES {
+        if points.len() < MIN_VERTICES {
             return Ok(None);
         }
         let completed = self.completion.complete(&points, start)?;

@@ -9,7 +9,7 @@ use crate::solver::terms::arap_cells::ArapCells;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Two rest edges span a plane when the square of the sine between them is above this: 6 degrees.
-const LEAST_SINE_SQUARED: f64 = 0.01;
+const MIN_SINE_SQUARED: f64 = 0.01;
 
 /// A guess of all rotations: where visible neighbours show a cell's rotation it is taken, and the hidden
 /// part continues it as a harmonic function does. (Local rotations alone carry a bend into the hidden
@@ -60,7 +60,7 @@ fn shown_rotation(prior: &ArapCells, i: usize, visible: &Visible, guess: DQuat) 
     for (j, weight, q) in prior.edges(i).filter(|edge| visible.weights[edge.0] > 0.0) {
         let e = weight * (visible.points[i] - visible.points[j]);
         covariance += DMat3::from_cols(e * q.x, e * q.y, e * q.z);
-        spans |= first.cross(q).length_squared() > LEAST_SINE_SQUARED * first.length_squared() * q.length_squared();
+        spans |= first.cross(q).length_squared() > MIN_SINE_SQUARED * first.length_squared() * q.length_squared();
         if first == DVec3::ZERO {
             first = q;
         }

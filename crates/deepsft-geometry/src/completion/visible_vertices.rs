@@ -9,14 +9,14 @@ use glam::{DVec2, DVec3};
 
 /// Three neighbouring pixels whose distances on the template and in space differ by more than this factor are not
 /// neighbours on the surface: they lie on both sides of a fold or of another object's edge, or are blunders.
-const MOST_STRETCH: f64 = 2.0;
+const MAX_STRETCH: f64 = 2.0;
 
 /// How far outside a triangle of pixels a vertex may lie, in widths of the triangle: the outermost vertices of a
 /// print lie up to a pixel beyond the last pixel's centre.
 const EXTRAPOLATION: f64 = 1.0;
 
 /// A triangle of pixels that reaches over more cells than this, a sixth of the texture, is a break of the registration.
-const MOST_CELLS: usize = 11;
+const MAX_CELLS: usize = 11;
 
 /// Finds the vertices of a template that maps show, and where: the registration map is inverted between pixels.
 ///
@@ -140,7 +140,7 @@ impl VisibleVertices {
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let reach = EXTRAPOLATION * (high - low);
         let (columns, rows) = TextureGrid::cells(low - reach, high + reach);
-        if columns.len() > MOST_CELLS || rows.len() > MOST_CELLS {
+        if columns.len() > MAX_CELLS || rows.len() > MAX_CELLS {
             return;
         }
         for row in rows {
@@ -193,7 +193,7 @@ impl PixelTriangle {
             let d = self.uv[i] - self.uv[j];
             let on_template = uu * d.x * d.x + 2.0 * uv * d.x * d.y + vv * d.y * d.y;
             let in_space = self.p_camera[i].distance_squared(self.p_camera[j]);
-            let most = MOST_STRETCH * MOST_STRETCH;
+            let most = MAX_STRETCH * MAX_STRETCH;
             in_space <= most * on_template && on_template <= most * in_space
         })
     }

@@ -26,7 +26,7 @@ enum Mask {
 }
 
 /// Fewest measurements from which a mesh is fitted.
-pub(super) const FEWEST_MEASUREMENTS: usize = 12;
+pub(super) const MIN_MEASUREMENTS: usize = 12;
 
 /// Blur at which mesh and network are compared, pixels.
 pub(super) const JUDGED_BLUR_PX: f32 = 0.7;
@@ -164,7 +164,7 @@ impl FrameFitter {
             check_start(start, self.mesh_fitter.template.mesh().vertices().len())?;
         }
         let measured = measurements(maps, &self.mesh_fitter.template);
-        if measured.len() < FEWEST_MEASUREMENTS {
+        if measured.len() < MIN_MEASUREMENTS {
             return Ok(None);
         }
         let grey = GreyImage::of(image);
@@ -223,7 +223,7 @@ impl FrameFitter {
         maps: &Maps,
     ) -> Result<Option<CoarseFit>, GeometryError> {
         let measured = measurements(maps, &self.mesh_fitter.template);
-        if measured.len() < FEWEST_MEASUREMENTS {
+        if measured.len() < MIN_MEASUREMENTS {
             return Ok(None);
         }
         let blurs = self.options.blurs.clone();

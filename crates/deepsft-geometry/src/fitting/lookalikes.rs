@@ -16,13 +16,13 @@ const BLUR_PX: f32 = 0.7;
 const ALIKE: f32 = 0.5;
 
 /// Least part of the print's contrast that both show.
-const LEAST_OVERLAP: f32 = 0.3;
+const MIN_OVERLAP: f32 = 0.3;
 
 /// Shortest shift, pixels, and around a peak the pixels that belong to it.
 const PEAK: isize = 3;
 
 /// The shortest shifts that are tried, both ways: over two rows of neighbours in most patterns.
-const MOST_SHIFTS: usize = 6;
+const MAX_SHIFTS: usize = 6;
 
 /// A motion of the print in its plane onto a part of it that looks the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,7 +136,7 @@ impl Small {
             other.energy(theirs(left, top), theirs(right, bottom)),
         ];
         let all = self.energy([0, 0], [self.width, self.height]);
-        if energies.iter().any(|&energy| energy <= LEAST_OVERLAP * all) {
+        if energies.iter().any(|&energy| energy <= MIN_OVERLAP * all) {
             return 0.0;
         }
         let row = |row: usize| {
@@ -208,7 +208,7 @@ pub(crate) fn lookalikes(template: &Template) -> Vec<Lookalike> {
     let mut shifts = print.peaks(&print);
     shifts.retain(|&(at, _)| length(at) >= PEAK * PEAK);
     shifts.sort_by_key(|&(at, _)| length(at));
-    let shifts = shifts.into_iter().take(MOST_SHIFTS).map(|(at, _)| like(0, at));
+    let shifts = shifts.into_iter().take(MAX_SHIFTS).map(|(at, _)| like(0, at));
     let turns = (1..4).filter_map(|turns| {
         let peaks = print.peaks(&print.turned(turns));
         let best = peaks.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -1,6 +1,6 @@
 //! Fits that have slipped: to a neighbouring row of a print that repeats itself, or onto a playing card's other half.
 
-use super::frame_fitter::{CoarseFit, FEWEST_MEASUREMENTS, FrameFitter, JUDGED_BLUR_PX};
+use super::frame_fitter::{CoarseFit, FrameFitter, JUDGED_BLUR_PX, MIN_MEASUREMENTS};
 use super::lookalikes::{Lookalike, lookalikes};
 use super::measurements::Measurement;
 use super::mesh_fitter::{Resolution, Round};
@@ -12,10 +12,10 @@ use crate::mesh::Template;
 use glam::{DVec2, DVec3};
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
-const MOST_SLIPS: usize = 3;
+const MAX_SLIPS: usize = 3;
 
 /// Agreement below which a fit is not worth trying elsewhere.
-const LEAST_PROMISING: f64 = 0.4;
+const MIN_PROMISING: f64 = 0.4;
 
 /// Mean distance of vertices within which two meshes are one, fractions of the print's longer side: less than half of the
 /// shortest shift.
@@ -69,17 +69,17 @@ impl FrameFitter {
         if lookalikes.is_empty() {
             return Ok((found, from, None));
         }
-        if found.agreement.whole < LEAST_PROMISING {
+        if found.agreement.whole < MIN_PROMISING {
             return Ok((found, from, Some(1.0)));
         }
         let mut best = (self.confirmed(frame, &found)?, found, from);
         // The most that is confirmed of any other place.
         let mut next = 0.0_f64;
-        for slips in 0..=MOST_SLIPS {
+        for slips in 0..=MAX_SLIPS {
             let mut around: Option<(f64, CoarseFit, Start)> = None;
             for like in &lookalikes {
                 let from = best.2.moved(like);
-                if from.measured.len() < FEWEST_MEASUREMENTS {
+                if from.measured.len() < MIN_MEASUREMENTS {
                     continue;
                 }
                 let found = self.fitted_coarsely(frame, maps, &from, None, blurs)?;
@@ -96,7 +96,7 @@ impl FrameFitter {
                 next = next.max(lesser);
             }
             let Some(around) = around else { break };
-            if around.0 <= best.0 || slips == MOST_SLIPS {
+            if around.0 <= best.0 || slips == MAX_SLIPS {
                 next = next.max(around.0);
                 break;
             }

@@ -15,7 +15,7 @@ const WINDOW_SIGMAS: f32 = 3.0;
 const MIDDLE_LEVEL: f32 = 128.0;
 
 /// Fraction of a blurred neighbourhood that must be seen for a value to exist.
-const LEAST_SUPPORT: f32 = 0.02;
+const MIN_SUPPORT: f32 = 0.02;
 
 /// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
 /// light and exposure change.
@@ -105,7 +105,7 @@ impl Normalizer {
         let support = blurred(&mask, part.width, part.height, &blur);
         let per_support = support
             .into_iter()
-            .map(|s| if s > LEAST_SUPPORT { s.recip() } else { 0.0 })
+            .map(|s| if s > MIN_SUPPORT { s.recip() } else { 0.0 })
             .collect();
         let mut this = Self {
             size,
@@ -135,7 +135,7 @@ impl Normalizer {
         let statistics = self.cell_support.iter().zip(sums.iter().zip(&squares));
         let (means, gains): (Vec<f32>, Vec<f32>) = statistics
             .map(|(&n, (sum, square))| {
-                if n <= LEAST_SUPPORT {
+                if n <= MIN_SUPPORT {
                     return (0.0, 0.0);
                 }
                 let mean = sum / n;

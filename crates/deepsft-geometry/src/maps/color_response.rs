@@ -56,7 +56,7 @@ struct Moments {
 }
 
 /// Variance of a colour in the template, grey levels^2, below which a gain would be made of noise and shading.
-const LEAST_VARIANCE: f64 = 25.0;
+const MIN_VARIANCE: f64 = 25.0;
 /// Gains beyond these are no light on a print.
 const GAINS: [f64; 2] = [0.1, 3.0];
 
@@ -102,7 +102,7 @@ impl ColorMatch {
         }
         for k in 0..3 {
             let (drawn, seen) = (self.drawn[k], self.seen[k]);
-            if drawn.variance > LEAST_VARIANCE * self.frames {
+            if drawn.variance > MIN_VARIANCE * self.frames {
                 response.gain[k] = (seen.variance / drawn.variance).sqrt().clamp(GAINS[0], GAINS[1]);
             }
             response.offset[k] = (seen.mean - response.gain[k] * drawn.mean) / self.frames;

@@ -4,7 +4,7 @@ use super::depth_and_registration::Maps;
 use crate::mesh::DisjointSets;
 use std::ops::Range;
 
-/// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `least_fraction` of the largest
+/// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `min_fraction` of the largest
 /// piece's pixels, and gives the number of pixels cleared. A hand before a sheet cuts it into several
 /// large pieces, which stay; a few pixels far from it are a network's mistake. Linear in the mask's area.
 ///
@@ -16,7 +16,7 @@ use std::ops::Range;
 /// assert_eq!(remove_islands(&mut maps, 0.05), 1);
 /// assert_eq!(maps.area(), 100);
 /// ```
-pub fn remove_islands(maps: &mut Maps, least_fraction: f64) -> usize {
+pub fn remove_islands(maps: &mut Maps, min_fraction: f64) -> usize {
     let width = maps.width();
     // Pixels of one row that are next to each other and inside the mask, and which of these runs hang together.
     let (mut runs, mut pieces) = (Vec::<Range<usize>>::new(), DisjointSets::default());
@@ -58,7 +58,7 @@ pub fn remove_islands(maps: &mut Maps, least_fraction: f64) -> usize {
     let largest = areas.iter().copied().max().unwrap_or(0);
     let mut cleared = 0;
     for (index, run) in runs.into_iter().enumerate() {
-        if (areas[pieces.first(index)] as f64) < least_fraction * largest as f64 {
+        if (areas[pieces.first(index)] as f64) < min_fraction * largest as f64 {
             cleared += run.len();
             run.for_each(|pixel| maps.clear(pixel));
         }

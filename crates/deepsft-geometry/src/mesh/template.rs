@@ -12,7 +12,7 @@ use std::sync::Arc;
 const CELL_FRACTION: f64 = 1.0 / 36.0;
 
 /// Fraction of the used texture that may belong to several faces: charts that touch within a texel.
-const MOST_OVERLAP: f64 = 0.02;
+const MAX_OVERLAP: f64 = 0.02;
 
 /// How far outside the unit square a texture coordinate counts as rounding.
 const TEXTURE_ROUNDING: f64 = 1e-6;
@@ -89,7 +89,7 @@ impl Template {
         }
         Topology::of(&mesh)?;
         let overlap = texture_overlap(&mesh);
-        if overlap >= MOST_OVERLAP {
+        if overlap >= MAX_OVERLAP {
             return Err(GeometryError::ChartsOverlap {
                 percent: 100.0 * overlap,
             });

@@ -8,7 +8,7 @@ use crate::error::GeometryError;
 use glam::{DMat3, DVec2};
 
 /// Fewest points of a view.
-const FEWEST_POINTS: usize = 6;
+const MIN_POINTS: usize = 6;
 
 /// Focal lengths that are tried as a start, fractions of the image's long side: from fisheyes to telephoto lenses.
 const START_FOCALS: [f64; 4] = [0.3, 0.5, 0.8, 1.6];
@@ -68,7 +68,7 @@ pub fn calibrate(
     size: (usize, usize),
     model: Option<CameraModel>,
 ) -> Result<PlanarCalibration, GeometryError> {
-    let enough = views.iter().filter(|view| view.points.len() >= FEWEST_POINTS).count();
+    let enough = views.iter().filter(|view| view.points.len() >= MIN_POINTS).count();
     let expected = if model == Some(CameraModel::Focal) { 1 } else { 3 };
     if enough < expected || enough < views.len() {
         return Err(GeometryError::CalibrationViews {
@@ -157,7 +157,7 @@ fn calibrated(
         }
         let few = counts
             .iter()
-            .filter(|counts| counts.iter().filter(|c| **c).count() < FEWEST_POINTS)
+            .filter(|counts| counts.iter().filter(|c| **c).count() < MIN_POINTS)
             .count();
         if few > 0 {
             let actual = views.len() - few;

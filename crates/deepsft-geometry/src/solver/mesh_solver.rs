@@ -9,10 +9,10 @@ use glam::DVec3;
 
 /// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
 /// of a step where it is not.
-const LEAST_DAMPING: f64 = 1e-9;
+const MIN_DAMPING: f64 = 1e-9;
 
 /// Damping beyond which no step is worth trying.
-const MOST_DAMPING: f64 = 1e12;
+const MAX_DAMPING: f64 = 1e12;
 
 /// Damping with which rank is judged. Spread over N unknowns, an undetermined direction leaves a pivot of
 /// about N times this fraction of its diagonal.
@@ -25,7 +25,7 @@ const TRUSTED_DAMPING: f64 = 1.0;
 const NEAR: f64 = 0.01;
 
 /// Most of the acceleration as a multiple of the step (the 0.75 of Transtrum and Sethna).
-const MOST_ACCELERATION: f64 = 0.75;
+const MAX_ACCELERATION: f64 = 0.75;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ impl Damping {
     fn lower(&mut self, gain: f64) {
         // A tenth instead of Nielsen's third: most of our problems are nearly linear near their start.
         let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
-        self.fraction = (self.fraction * factor).max(LEAST_DAMPING);
+        self.fraction = (self.fraction * factor).max(MIN_DAMPING);
         self.growth = 2.0;
     }
 
@@ -221,7 +221,7 @@ impl MeshSolver {
             });
         }
         let mut here = (start.to_vec(), initial.clone());
-        let mut damping = Damping::new(options.first_damping.max(LEAST_DAMPING));
+        let mut damping = Damping::new(options.first_damping.max(MIN_DAMPING));
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < options.max_iterations {
             self.linearize(terms, &here.0);
@@ -263,7 +263,7 @@ impl MeshSolver {
         options: &SolveOptions,
     ) -> Outcome {
         let energy: f64 = energies.iter().sum();
-        while damping.fraction <= MOST_DAMPING {
+        while damping.fraction <= MAX_DAMPING {
             let added = self.added(damping.fraction);
             if self.equations.factorize(&added) {
                 let step = self.equations.step();
@@ -309,7 +309,7 @@ impl MeshSolver {
         let acceleration = self.equations.step_against(&curvature);
         let length = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
         // Where the second order is no longer small beside the first the series says nothing.
-        let fraction = (MOST_ACCELERATION * length(step) / length(&acceleration).max(f64::MIN_POSITIVE)).min(1.0);
+        let fraction = (MAX_ACCELERATION * length(step) / length(&acceleration).max(f64::MIN_POSITIVE)).min(1.0);
         let path = vertices.iter().zip(step).zip(&acceleration);
         path.map(|((v, s), a)| v + s + 0.5 * fraction * a).collect()
     }
@@ -323,7 +323,7 @@ impl MeshSolver {
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
         self.linearize(terms, vertices);
-        if !self.equations.factorize(&self.added(LEAST_DAMPING)) {
+        if !self.equations.factorize(&self.added(MIN_DAMPING)) {
             return None;
         }
         let solved = right_hand_sides.each_ref().map(|b| {

@@ -91,7 +91,7 @@ fn a_sheet_that_bends_tells_the_focal_length_and_with_it_how_far_it_is() {
 fn frontal_views_of_a_flat_sheet_are_said_to_tell_nothing() {
     let (template, camera) = (template(), training_camera());
     let options = SelfCalibrationOptions {
-        fewest_views: 2,
+        min_views: 2,
         ..SelfCalibrationOptions::default()
     };
     let deviation = options.deviations[0];

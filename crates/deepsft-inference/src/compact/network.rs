@@ -2,7 +2,7 @@
 
 use super::positions::cells;
 use crate::config::{Architecture, CompactConfig, NetworkConfig};
-use crate::cpu::{CpuPlan, MOST_THREADS, Units, in_bands};
+use crate::cpu::{CpuPlan, MAX_THREADS, Units, in_bands};
 use crate::plan::{Added, MapId, MapShape, Plan, PlanError, plain, relu};
 use crate::weights::{Builder, Weights};
 use deepsft_geometry::Picture;
@@ -158,7 +158,7 @@ impl Trunk {
 /// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
 pub(super) fn write_patches(cpu: &mut CpuPlan, map: MapId, image: &Picture) {
     let (MapShape { width, height, .. }, pitch) = (cpu.shape(map), cpu.pitch(map));
-    let (arch, mut team) = (Arch::new(), [(); MOST_THREADS]);
+    let (arch, mut team) = (Arch::new(), [(); MAX_THREADS]);
     let threads = cpu.threads();
     let out = Units::whole(cpu.values_mut(map), width * pitch);
     in_bands(

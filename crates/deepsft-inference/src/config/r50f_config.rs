@@ -18,7 +18,7 @@ pub const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
 
 /// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
 /// gained by many more neurons (our choice).
-const MOST_DENSE_VALUES: usize = 200_000_000;
+const MAX_DENSE_VALUES: usize = 200_000_000;
 
 /// Layers of R50F.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,9 +56,9 @@ impl R50FConfig {
         within("width_divisor", self.width_divisor, 1, 64)?;
         within("neurons", self.neurons, self.width_divisor, 1024)?;
         let values = self.dense_values();
-        if values > MOST_DENSE_VALUES {
+        if values > MAX_DENSE_VALUES {
             return Err(format!(
-                "neurons is {}, with which the dense layers have {values} values, expected at most {MOST_DENSE_VALUES}",
+                "neurons is {}, with which the dense layers have {values} values, expected at most {MAX_DENSE_VALUES}",
                 self.neurons
             ));
         }

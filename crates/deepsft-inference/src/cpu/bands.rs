@@ -14,7 +14,7 @@ use {
 /// Threads that a network can use: as many as rayon's pool has, at most 8; one in a browser.
 #[cfg(not(target_family = "wasm"))]
 pub fn available_threads() -> usize {
-    rayon::current_num_threads().min(super::MOST_THREADS)
+    rayon::current_num_threads().min(super::MAX_THREADS)
 }
 
 /// Threads that a network can use: one.

@@ -27,7 +27,7 @@ pub(crate) use winograd::{POINTS, READ, TILE, filter_at_points};
 pub use winograd::{Products, odd_lines, to_places, to_points};
 
 /// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
-pub(crate) const MOST_THREADS: usize = 8;
+pub(crate) const MAX_THREADS: usize = 8;
 
 enum Work {
     Layer(Box<Layer>),
@@ -68,7 +68,7 @@ impl CpuPlan {
         let lanes = arch.dispatch(Lanes);
         let (slots, sizes) = plan.shared_buffers(kept, padded);
         let Plan { maps: shapes, steps } = plan;
-        let threads = threads.clamp(1, MOST_THREADS);
+        let threads = threads.clamp(1, MAX_THREADS);
         let (mut work, mut lengths) = (Vec::new(), [[0, 0]; 2]);
         for step in steps {
             let output = shapes[step.output.0];

@@ -30,7 +30,7 @@ const STEPS_PER_PRINT: u64 = 4;
 /// Learning rate at its highest, steps that lead up to it, and the fraction of it that is left in the end.
 const RATE: f64 = 2e-3;
 const WARM_UP: f64 = 100.0;
-const LEAST_RATE: f64 = 0.02;
+const MIN_RATE: f64 = 0.02;
 
 /// Held-out prints, and pairs of each that are measured.
 const HELD_OUT_PRINTS: u64 = 12;
@@ -141,7 +141,7 @@ impl Training {
         ensure!(value.is_finite(), "the training diverged after {} pairs", self.pairs());
         let warm_up = ((steps + 1) as f64 / WARM_UP).min(1.0);
         let cosine = 0.5 * (1.0 + (std::f64::consts::PI * progress).cos());
-        let rate = RATE * warm_up * (LEAST_RATE + (1.0 - LEAST_RATE) * cosine);
+        let rate = RATE * warm_up * (MIN_RATE + (1.0 - MIN_RATE) * cosine);
         let gradients = GradientsParams::from_grads(loss.backward(), &self.matcher);
         self.matcher = self.optimizer.step(rate, self.matcher.clone(), gradients);
         self.state.steps += 1;

@@ -15,7 +15,7 @@ const HEIGHT: usize = 720;
 const FRAME_SEED: u64 = 0xbe_4c;
 
 /// Fraction of the frame that the template covers at least, so that confidence has work to do.
-const LEAST_AREA: f64 = 0.15;
+const MIN_AREA: f64 = 0.15;
 
 /// Frames that are tried.
 const TRIES: u64 = 100;
@@ -41,7 +41,7 @@ pub fn camera_frame(bundle: &ModelBundle) -> Result<Picture> {
         ..SynthConfig::default()
     };
     let synthesizer = Synthesizer::new(bundle.template(), config)?;
-    let least = (LEAST_AREA * WIDTH as f64 * HEIGHT as f64) as usize;
+    let least = (MIN_AREA * WIDTH as f64 * HEIGHT as f64) as usize;
     let mut samples = (0..TRIES).map(|index| synthesizer.sample(FRAME_SEED, index));
     let sample = samples.find(|sample| sample.truth.area() >= least);
     Ok(sample.context("no synthetic frame shows enough of the template")?.image)

@@ -9,13 +9,13 @@ use deepsft_synth::{PoseConfig, SynthConfig, Synthesizer, fraction_in_view, samp
 use rand::{Rng, RngExt};
 
 /// Poses are drawn until at least this fraction of the vertices is in view.
-const LEAST_IN_VIEW: f64 = 0.98;
+const MIN_IN_VIEW: f64 = 0.98;
 
 /// Draws before a frame is taken as it is.
 const TRIES: usize = 40;
 
 /// Largest turn of a bent volumic object, radians: twist, and bends about y and z.
-const MOST_TURN: DVec3 = DVec3::new(0.8, 1.4, 1.4);
+const MAX_TURN: DVec3 = DVec3::new(0.8, 1.4, 1.4);
 
 /// A deformed object, where it is, and what is seen of it past one contiguous occluder.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl PartialView {
         Self::of_shape(mesh, camera, hidden, &mut rng, |rng| {
             let mut turn = || sign(rng) * between([0.0, 1.0], rng);
             let bend = RodBend {
-                turn_rad: MOST_TURN * DVec3::new(turn(), turn(), turn()),
+                turn_rad: MAX_TURN * DVec3::new(turn(), turn(), turn()),
                 growth: 0.8 * turn(),
             };
             // Any side may look at the camera.
@@ -103,7 +103,7 @@ impl PartialView {
             let surface = VisibleSurface::new(mesh, &vertices_camera, camera);
             let seen = seen_vertices(mesh, &vertices_camera, &surface, camera);
             let covered = target - (1.0 - seen.len() as f64 / vertices_camera.len().max(1) as f64);
-            let usable = in_view >= LEAST_IN_VIEW && covered >= 0.0 && !seen.is_empty();
+            let usable = in_view >= MIN_IN_VIEW && covered >= 0.0 && !seen.is_empty();
             if !usable && tries < TRIES {
                 continue;
             }

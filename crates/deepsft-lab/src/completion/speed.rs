@@ -29,7 +29,7 @@ const SAME_ENERGY: f64 = 1e-6;
 
 /// Iterations after which both programs stand still, on meshes that are small enough for local steps to get there.
 const ITERATIONS_TO_CONVERGE: usize = 5_000;
-const MOST_VERTICES_TO_CONVERGE: usize = 1_000;
+const MAX_VERTICES_TO_CONVERGE: usize = 1_000;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -200,7 +200,7 @@ fn measure(shape: &BenchmarkShape, runs: usize, mut rival: Option<&mut Opponent>
         last = completed.vertices;
     }
     let converged_energy_ratio = match rival.as_deref_mut() {
-        Some(rival) if shape.mesh.vertices().len() <= MOST_VERTICES_TO_CONVERGE => {
+        Some(rival) if shape.mesh.vertices().len() <= MAX_VERTICES_TO_CONVERGE => {
             Some(converged_ratio(shape, runs, rival)?)
         }
         _ => None,

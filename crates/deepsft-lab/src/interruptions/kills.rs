@@ -20,10 +20,10 @@ const END: Duration = Duration::from_millis(12);
 const LOOK: Duration = Duration::from_micros(100);
 
 /// Of a training's files the last comes several times: a kill waits for one of so many.
-const MOST_TURNS: u32 = 4;
+const MAX_TURNS: u32 = 4;
 
 /// A run that was to be killed and ended before, so often in a row, is not what was measured.
-const MOST_TOO_LATE: u32 = 1000;
+const MAX_TOO_LATE: u32 = 1000;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -74,7 +74,7 @@ struct Report {
     /// Those of them that began with an older result.
     equal_over_older: u32,
     /// Most kills in a row before one of them.
-    most_kills_of_a_run: u32,
+    max_kills_of_a_run: u32,
     deepsft_version: &'static str,
 }
 
@@ -158,7 +158,7 @@ fn kill(
             at_the_end: Hits::default(),
             equal: 0,
             equal_over_older: 0,
-            most_kills_of_a_run: 0,
+            max_kills_of_a_run: 0,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         },
     };
@@ -215,7 +215,7 @@ impl Killer<'_> {
             };
             if !killed {
                 hits.too_late += 1;
-                ensure!(hits.too_late < MOST_TOO_LATE, "runs end before they can be killed");
+                ensure!(hits.too_late < MAX_TOO_LATE, "runs end before they can be killed");
                 break;
             }
             hits.kills += 1;
@@ -248,7 +248,7 @@ impl Killer<'_> {
         if kills > 0 {
             self.report.equal += 1;
             self.report.equal_over_older += u32::from(with_older);
-            self.report.most_kills_of_a_run = self.report.most_kills_of_a_run.max(kills);
+            self.report.max_kills_of_a_run = self.report.max_kills_of_a_run.max(kills);
         }
         Ok(())
     }
@@ -259,7 +259,7 @@ impl Killer<'_> {
             false => Moment::After(self.whole_run.mul_f64(fraction)),
             true => Moment::End {
                 turn: match self.expected.subject {
-                    Subject::Train => self.rng.random_range(0..MOST_TURNS),
+                    Subject::Train => self.rng.random_range(0..MAX_TURNS),
                     _ => 0,
                 },
                 after: END.mul_f64(fraction),

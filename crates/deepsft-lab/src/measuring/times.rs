@@ -8,20 +8,20 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Times {
     pub median_ms: f64,
-    pub least_ms: f64,
-    pub most_ms: f64,
+    pub min_ms: f64,
+    pub max_ms: f64,
 }
 
 impl Times {
     /// `None` without any time.
     pub fn of(mut times: Vec<f64>) -> Option<Self> {
         times.sort_by(f64::total_cmp);
-        let (&least_ms, &most_ms) = (times.first()?, times.last()?);
+        let (&min_ms, &max_ms) = (times.first()?, times.last()?);
         let (low, high) = (times[(times.len() - 1) / 2], times[times.len() / 2]);
         Some(Self {
             median_ms: (low + high) / 2.0,
-            least_ms,
-            most_ms,
+            min_ms,
+            max_ms,
         })
     }
 }
@@ -93,8 +93,8 @@ mod tests {
             times(&[9.0, 1.0, 4.0]),
             Some(Times {
                 median_ms: 4.0,
-                least_ms: 1.0,
-                most_ms: 9.0
+                min_ms: 1.0,
+                max_ms: 9.0
             })
         );
         assert_eq!(times(&[9.0, 1.0, 4.0, 6.0]).map(|t| t.median_ms), Some(5.0));

@@ -37,7 +37,7 @@ fn standard_deviation(values: &[f64]) -> f64 {
 }
 
 /// The least standard deviation of grey over all squares of `side` mm of the artwork, `step` mm apart.
-fn least_contrast(side: usize, step: usize) -> f64 {
+fn min_contrast(side: usize, step: usize) -> f64 {
     let [left, top, right, bottom] = ART;
     let mut least = f64::INFINITY;
     for y in (top..=bottom - side).step_by(step) {
@@ -103,8 +103,8 @@ fn the_scale_bar_is_100_mm_long() {
 #[test]
 fn every_20_mm_cell_and_every_7_mm_cell_has_contrast_in_grey() {
     // Sensor noise of a dim frame is a few grey levels.
-    assert!(least_contrast(20, 5) > 30.0, "{}", least_contrast(20, 5));
-    assert!(least_contrast(7, 4) > 12.0, "{}", least_contrast(7, 4));
+    assert!(min_contrast(20, 5) > 30.0, "{}", min_contrast(20, 5));
+    assert!(min_contrast(7, 4) > 12.0, "{}", min_contrast(7, 4));
 }
 
 #[test]

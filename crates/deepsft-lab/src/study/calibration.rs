@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 /// Updates of the camera after which it counts as not found.
-const MOST_UPDATES: usize = 20;
+const MAX_UPDATES: usize = 20;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -125,8 +125,8 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
     let options = match arguments.few {
         true => SelfCalibrationOptions::default(),
         false => SelfCalibrationOptions {
-            most_views: arguments.frames,
-            least_motion: 0.0,
+            max_views: arguments.frames,
+            min_motion: 0.0,
             ..SelfCalibrationOptions::default()
         },
     };
@@ -152,7 +152,7 @@ fn measured(arguments: &CalibrationStudyArguments, target: &Target, number: u64)
     }
     let median = |of: Vec<f64>| Summary::of(of.into_iter().map(Some)).map(|summary| summary.median);
     let start = Instant::now();
-    let found = calibration.solve(MOST_UPDATES)?;
+    let found = calibration.solve(MAX_UPDATES)?;
     let seconds = start.elapsed().as_secs_f64();
     let found = found.map(|found| {
         let focal = found.camera.focal().x / assumed.focal().x;

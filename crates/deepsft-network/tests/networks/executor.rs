@@ -140,7 +140,7 @@ fn networks_of_other_widths_sizes_and_with_seams_say_the_same() {
 const COMPACT: [f64; 2] = [2e-4, 2e-3];
 
 /// Compares the maps of all stages, at all pixels and in the mask.
-fn compare_maps(network: &Network, image: &Picture, [most_off, most_apart]: [f64; 2]) {
+fn compare_maps(network: &Network, image: &Picture, [max_off, max_apart]: [f64; 2]) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let ((width, height), span) = (image.size(), network.config().depth_range.span_mm());
     let mut executor = network.folded().executor((width, height)).unwrap();
@@ -163,7 +163,7 @@ fn compare_maps(network: &Network, image: &Picture, [most_off, most_apart]: [f64
                     let off = (maps.uv(pixel) - expected.uv(pixel)).length();
                     let (ours, theirs) = (maps.depth()[pixel], expected.depth()[pixel]);
                     let apart = f64::from((ours - theirs).abs()) / span.max(theirs.into());
-                    assert!(off < most_off && apart < most_apart, "{stage:?} {pixel}: {off} {apart}");
+                    assert!(off < max_off && apart < max_apart, "{stage:?} {pixel}: {off} {apart}");
                 }
             }
             // Where the logit is nothing but rounding.

@@ -73,7 +73,7 @@ impl SynthConfig {
             occluder_probability: 1.0,
             distractor_probability: 0.0,
             lighting: LightingConfig {
-                most_angle_deg: 50.0,
+                max_angle_deg: 50.0,
                 ambient_fraction: [0.45, 0.7],
                 white_level: [0.8, 0.95],
                 tint: 0.06,

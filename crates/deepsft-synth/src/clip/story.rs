@@ -33,14 +33,14 @@ const AWAY_PX: f64 = 4.0;
 const AWAY_CHECKS: usize = 16;
 
 /// Mean way of the vertices at a cut, fractions of the image's width: less is not a jump.
-const LEAST_JUMP: f64 = 0.15;
+const MIN_JUMP: f64 = 0.15;
 /// Other motions that are tried for the shot after a cut.
 const CUT_TRIES: u64 = 32;
 
 /// Way of a vertex in the image within an exposure, pixels, between two instants of which the exposure is the mean,
 /// and the most instants.
 const EXPOSURE_STEP_PX: f64 = 1.5;
-const MOST_INSTANTS: usize = 13;
+const MAX_INSTANTS: usize = 13;
 
 /// What happens in a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -117,7 +117,7 @@ impl SynthConfig {
     /// things that stay however much they cover: they must not come and go from frame to frame.
     pub fn for_clip_stories(camera: Camera) -> Self {
         let mut config = Self {
-            most_occluded: 1.0,
+            max_occluded: 1.0,
             ..Self::for_clips(camera)
         };
         config.effects.noise_levels = [1.0, 3.0];
@@ -295,7 +295,7 @@ impl<'a> ClipStory<'a> {
             None => 0.0,
         };
         let half = (sheet.max(arm) / EXPOSURE_STEP_PX / 2.0).round() as usize;
-        (1 + 2 * half).min(MOST_INSTANTS)
+        (1 + 2 * half).min(MAX_INSTANTS)
     }
 
     /// The first motion that is a jump at frame `first`, or else the one that jumps farthest.
@@ -303,7 +303,7 @@ impl<'a> ClipStory<'a> {
         let camera = &self.synthesizer.config().camera;
         let phase = first as f64 / self.length.frames_per_s / LOOP_S;
         let before = self.motion.vertices_camera(phase);
-        let least = LEAST_JUMP * camera.width() as f64;
+        let least = MIN_JUMP * camera.width() as f64;
         let mut farthest = (0.0, None);
         for motion in tries {
             let after = motion.vertices_camera(phase);

@@ -56,18 +56,18 @@ pub struct DeformationConfig {
     /// Width of a fold in mm. Default 3 to 10; below the mesh's cells it no longer matters.
     pub fold_width_mm: [f64; 2],
     /// Most folds in a sheet. Default 4.
-    pub most_folds: usize,
+    pub max_folds: usize,
     /// Steepest slope of each wave. Default 0.02 to 0.1 (0.1 is 3 mm on a wave of 200 mm).
     pub wave_slope: [f64; 2],
     /// Most radians by which a corner is turned against the sheet's centre. Default 2.5; above pi
     /// sheets roll up and cut through themselves.
-    pub most_turn_rad: f64,
+    pub max_turn_rad: f64,
     /// Sweeps of the relaxation. Default 40; fewer leave edges longer or shorter around folds and
     /// where bends cross.
     pub relaxation_sweeps: usize,
     /// Bounds on the relative change of edge lengths. Default median 1 %, 95th percentile 3 %; a
     /// deformation beyond them is drawn weaker.
-    pub most_edge_change: EdgeLengthChange,
+    pub max_edge_change: EdgeLengthChange,
     /// How simulated cloth is manipulated.
     pub cloth: ClothConfig,
 }
@@ -80,11 +80,11 @@ impl Default for DeformationConfig {
             strip_bend_rad: [0.2, 1.6],
             fold_rad: [0.2, 1.3],
             fold_width_mm: [3.0, 10.0],
-            most_folds: 4,
+            max_folds: 4,
             wave_slope: [0.02, 0.1],
-            most_turn_rad: 2.5,
+            max_turn_rad: 2.5,
             relaxation_sweeps: 40,
-            most_edge_change: EdgeLengthChange {
+            max_edge_change: EdgeLengthChange {
                 median: 0.01,
                 p95: 0.03,
             },

@@ -42,22 +42,22 @@ pub struct ControlPointConfig {
     /// Control points that move. Default [2, 6] of 12.
     pub moved: [usize; 2],
     /// Greatest turn of a control point about any axis, degrees. Default 55.
-    pub most_turn_deg: f64,
+    pub max_turn_deg: f64,
     /// Greatest shift of a control point, as a fraction of the longest way over the surface. Default 0.02.
-    pub most_shift: f64,
+    pub max_shift: f64,
     /// Bounds on the change of edge lengths: a shape that breaks them is made weaker. Default 2 % (median) and 10 %
     /// (95th percentile): a stuffed toy gives at its joints. What breaks them at a tenth of its strength too keeps the
     /// rest shape.
-    pub most_edge_change: EdgeLengthChange,
+    pub max_edge_change: EdgeLengthChange,
 }
 
 impl Default for ControlPointConfig {
     fn default() -> Self {
         Self {
             moved: [2, 6],
-            most_turn_deg: 55.0,
-            most_shift: 0.02,
-            most_edge_change: EdgeLengthChange {
+            max_turn_deg: 55.0,
+            max_shift: 0.02,
+            max_edge_change: EdgeLengthChange {
                 median: 0.02,
                 p95: 0.10,
             },
@@ -78,8 +78,8 @@ impl ControlPointConfig {
             return Err(SynthError::setting("control_points.moved", actual, expected));
         }
         for (parameter, value, most) in [
-            ("control_points.most_turn_deg", self.most_turn_deg, 180.0),
-            ("control_points.most_shift", self.most_shift, 1.0),
+            ("control_points.max_turn_deg", self.max_turn_deg, 180.0),
+            ("control_points.max_shift", self.max_shift, 1.0),
         ] {
             if !(0.0..=most).contains(&value) {
                 let expected = "a number from 0 to the field's limit";
@@ -171,8 +171,8 @@ impl ControlPointDeformation {
         let count = rng.random_range(fewest..=most);
         let moves: Vec<(DVec3, DVec3)> = (0..count)
             .map(|_| {
-                let turn = unit_direction(rng) * between([0.0, config.most_turn_deg.to_radians()], rng);
-                let shift = unit_direction(rng) * between([0.0, config.most_shift * self.length], rng);
+                let turn = unit_direction(rng) * between([0.0, config.max_turn_deg.to_radians()], rng);
+                let shift = unit_direction(rng) * between([0.0, config.max_shift * self.length], rng);
                 (turn, shift)
             })
             .collect();
@@ -192,7 +192,7 @@ impl ControlPointDeformation {
             }
             let Some(vertices) = self.completed(&points) else { break };
             let change = EdgeLengthChange::of(edge_length_changes(rest, &self.edges, &self.welding.weld(&vertices)));
-            let most = config.most_edge_change;
+            let most = config.max_edge_change;
             if change.median <= most.median && change.p95 <= most.p95 {
                 let pairs = vertices.iter().zip(self.mesh.vertices());
                 let motion = RigidMotion::align(pairs.map(|(&from, &to)| (from, to, 1.0)), RigidMotion::IDENTITY);

@@ -23,7 +23,7 @@ use rand::Rng;
 const WEAKENING_TRIES: usize = 12;
 /// 95th percentile of the relative change of edge lengths beyond which the relaxation would crumple
 /// the sheet rather than bend it; such a deformation is made weaker before it is relaxed.
-const MOST_CHANGE_TO_RELAX: f64 = 0.06;
+const MAX_CHANGE_TO_RELAX: f64 = 0.06;
 /// Rounds of relaxation of a simulated sheet before its manipulation is made weaker.
 const CLOTH_RELAXATIONS: usize = 4;
 /// Factor on all angles and waves (ways and forces) at each such try.
@@ -60,9 +60,9 @@ pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, 
     for _ in 0..WEAKENING_TRIES {
         let mut vertices = rest.to_vec();
         shape.apply(rest, &mut vertices);
-        if relaxation.change(rest, &vertices).p95 < MOST_CHANGE_TO_RELAX {
+        if relaxation.change(rest, &vertices).p95 < MAX_CHANGE_TO_RELAX {
             relaxation.relax(&mut vertices, config.relaxation_sweeps);
-            if within(relaxation.change(rest, &vertices), config.most_edge_change) {
+            if within(relaxation.change(rest, &vertices), config.max_edge_change) {
                 face_front(template.mesh(), &mut vertices);
                 return vertices;
             }
@@ -89,7 +89,7 @@ fn deform_cloth(
         let relaxations = if cloth.touches_itself() { 0 } else { CLOTH_RELAXATIONS };
         for _ in 0..relaxations {
             relaxation.relax(&mut vertices, config.relaxation_sweeps);
-            if within(relaxation.change(rest, &vertices), config.most_edge_change) {
+            if within(relaxation.change(rest, &vertices), config.max_edge_change) {
                 face_front(mesh, &mut vertices);
                 turn_upright(rest, &mut vertices);
                 return vertices;

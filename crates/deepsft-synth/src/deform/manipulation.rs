@@ -15,7 +15,7 @@ const GRIP_RADIUS: [f64; 2] = [0.03, 0.08];
 /// Fraction of a side that is held when a whole edge is.
 const HELD_EDGE: [f64; 2] = [0.3, 1.0];
 /// Least distance between two anchors, fractions of the diagonal.
-const LEAST_BETWEEN: f64 = 0.25;
+const MIN_BETWEEN: f64 = 0.25;
 /// Draws of an anchor before a sheet has one less.
 const ANCHOR_TRIES: usize = 20;
 /// Nearest that two anchors are brought, fraction of their distance on the sheet.
@@ -48,7 +48,7 @@ pub struct ClothConfig {
     /// diagonal, uniform in its logarithm. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
     pub bending_length: [f64; 2],
     /// Most parts that are held at once: corners, points of the border, points inside, edges. Default 4.
-    pub most_anchors: usize,
+    pub max_anchors: usize,
     /// Farthest way that is drawn for an anchor, fraction of the diagonal. Default 0.4. Where anchors end no two points
     /// that are held are farther apart than on the flat sheet. On the way there, and where a sheet is handled more
     /// gently than drawn, they can be, because points that turn go along arcs: each by a tenth of its distance from
@@ -59,7 +59,7 @@ pub struct ClothConfig {
     /// Weight of the sheet in any direction, in units of its weight on earth. Default 0 to 1.
     pub gravity: [f64; 2],
     /// Most point forces. Default 3.
-    pub most_forces: usize,
+    pub max_forces: usize,
     /// Size of each point force, in units of the sheet's weight. Default 0.1 to 1.2.
     pub force: [f64; 2],
     /// Probability that wind blows at the sheet. Default 0.3.
@@ -74,11 +74,11 @@ impl Default for ClothConfig {
     fn default() -> Self {
         Self {
             bending_length: [0.12, 0.5],
-            most_anchors: 4,
+            max_anchors: 4,
             anchor_shift: 0.4,
             anchor_turn_rad: 0.9,
             gravity: [0.0, 1.0],
-            most_forces: 3,
+            max_forces: 3,
             force: [0.1, 1.2],
             wind_probability: 0.3,
             wind: [0.3, 1.5],
@@ -129,7 +129,7 @@ impl Manipulation {
         }
         let gravity = unit_direction(rng) * between(config.gravity, rng) * FREE_FALL;
         let mut pull = vec![gravity; cloth.rest().len()];
-        for _ in 0..rng.random_range(0..=config.most_forces) {
+        for _ in 0..rng.random_range(0..=config.max_forces) {
             let at = (DVec2::new(between([0.0, 1.0], rng), between([0.0, 1.0], rng)) - 0.5) * size_mm;
             let force = unit_direction(rng) * between(config.force, rng) * FREE_FALL * size_mm.element_product();
             let weight = |p: &DVec2| (-0.5 * p.distance_squared(at) / (FORCE_RADIUS * diagonal).powi(2)).exp();
@@ -215,7 +215,7 @@ impl Manipulation {
 fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &ClothConfig, rng: &mut R) -> Vec<Anchor> {
     let diagonal = size_mm.length();
     let mut anchors: Vec<Anchor> = Vec::new();
-    for _ in 0..rng.random_range(1..=config.most_anchors.max(1)) {
+    for _ in 0..rng.random_range(1..=config.max_anchors.max(1)) {
         for _ in 0..ANCHOR_TRIES {
             let (centre, particles) = sample_held_part(cloth, size_mm, rng);
             let way = unit_direction(rng) * between([0.0, config.anchor_shift], rng) * diagonal;
@@ -228,7 +228,7 @@ fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &Cloth
                 let distances = pairs.map(|(a, b)| cloth.rest()[a].distance(cloth.rest()[b]));
                 distances.fold(f64::INFINITY, f64::min)
             };
-            if anchors.iter().all(|other| apart(other) > LEAST_BETWEEN * diagonal) {
+            if anchors.iter().all(|other| apart(other) > MIN_BETWEEN * diagonal) {
                 anchors.push(Anchor {
                     centre,
                     particles,

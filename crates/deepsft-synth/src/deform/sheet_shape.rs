@@ -71,7 +71,7 @@ impl Shape {
             DeformationFamily::Cloth => {}
         }
         shape.order_bends();
-        shape.limit_turn(config.most_turn_rad);
+        shape.limit_turn(config.max_turn_rad);
         shape
     }
 
@@ -131,7 +131,7 @@ impl Shape {
     /// Narrow folds, half the time all in nearly the same direction as in a folded letter.
     fn add_folds<R: Rng + ?Sized>(&mut self, config: &DeformationConfig, rng: &mut R) {
         let along_letter = chance(0.5, rng).then(|| between([0.0, PI], rng));
-        for _ in 0..rng.random_range(1..=config.most_folds.max(1)) {
+        for _ in 0..rng.random_range(1..=config.max_folds.max(1)) {
             self.place(rng, |shape, rng| {
                 let direction = match along_letter {
                     Some(direction) if chance(0.5, rng) => direction + between([-0.1, 0.1], rng),
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn corners_turn_by_no_more_than_the_limit() {
         let config = DeformationConfig {
-            most_turn_rad: 0.4,
+            max_turn_rad: 0.4,
             ..DeformationConfig::default()
         };
         let mut limited = 0;

@@ -38,7 +38,7 @@ pub struct DepthNoise {
     /// Fraction of all pixels that measure nothing. Default 0.002.
     pub dropouts: f64,
     /// Angle of incidence beyond which nothing comes back, degrees. Default 80.
-    pub most_angle_deg: f64,
+    pub max_angle_deg: f64,
     /// Least and greatest depth that is measured, mm. Default 500 to 4500.
     pub range_mm: [f64; 2],
     /// Step of the depth picture's numbers, mm. Default 1.
@@ -53,7 +53,7 @@ impl Default for DepthNoise {
             edge_holes: 0.45,
             flying: 0.3,
             dropouts: 0.002,
-            most_angle_deg: 80.0,
+            max_angle_deg: 80.0,
             range_mm: [500.0, 4500.0],
             step_mm: 1.0,
         }
@@ -71,14 +71,14 @@ impl DepthNoise {
     /// The depth picture of `seen`, both row-major with `width` columns. Its numbers count steps of `step_mm`; 0 says
     /// that nothing was measured.
     pub fn measure<R: Rng + ?Sized>(&self, seen: &[SeenDepth], width: usize, rng: &mut R) -> Vec<u16> {
-        let least_cosine = self.most_angle_deg.to_radians().cos();
+        let min_cosine = self.max_angle_deg.to_radians().cos();
         (0..seen.len())
             .map(|pixel| {
                 // The number of draws is always the same, so that a pixel's noise does not depend on its neighbours.
                 let [chance, mix, drop] = [0; 3].map(|_| rng.random::<f64>());
                 let normal = normal(rng);
                 let SeenDepth { depth_mm, cosine } = seen[pixel];
-                if !depth_mm.is_finite() || cosine < least_cosine || drop < self.dropouts {
+                if !depth_mm.is_finite() || cosine < min_cosine || drop < self.dropouts {
                     return 0;
                 }
                 let mut depth = depth_mm;

@@ -34,7 +34,7 @@ const HAND_MM: f64 = 18.0;
 const WALL_MM: [f64; 2] = [1300.0, 2200.0];
 const CLUTTER: [f64; 2] = [0.75, 0.95];
 /// Most things before the wall.
-const MOST_CLUTTER: usize = 6;
+const MAX_CLUTTER: usize = 6;
 
 /// How a recording is simulated.
 #[derive(Clone, Debug)]
@@ -77,9 +77,9 @@ impl SynthConfig {
     pub fn for_simulated_recordings(camera: Camera) -> Self {
         Self {
             distractor_probability: 0.6,
-            most_occluded: 1.0,
+            max_occluded: 1.0,
             lighting: LightingConfig {
-                most_angle_deg: 65.0,
+                max_angle_deg: 65.0,
                 ambient_fraction: [0.2, 0.45],
                 white_level: [0.55, 0.9],
                 tint: 0.3,
@@ -229,7 +229,7 @@ impl RecordingSimulator {
         let (width, height) = (camera.width(), camera.height());
         let wall = f64::from(uniform(&mut rng, WALL_MM));
         let mut room = vec![SeenDepth::facing(wall); width * height];
-        for _ in 0..rng.random_range(0..=MOST_CLUTTER) {
+        for _ in 0..rng.random_range(0..=MAX_CLUTTER) {
             let depth_mm = wall * f64::from(uniform(&mut rng, CLUTTER));
             let [x, y] = [0; 2].map(|_| rng.random::<f64>());
             let [w, h] = [0; 2].map(|_| f64::from(uniform(&mut rng, [0.05, 0.3])));

@@ -11,7 +11,7 @@ const ASPECTS: [f32; 6] = [4.0 / 3.0, 3.0 / 2.0, 16.0 / 9.0, 1.0, 3.0 / 4.0, 9.0
 const FOCAL_FRACTION: [f64; 2] = [0.73, 1.2];
 
 /// Least part of the canonical image's sides that a camera must see to be of use.
-const LEAST_SIDE: f32 = 0.45;
+const MIN_SIDE: f32 = 0.45;
 
 /// Draws until a camera leaves bars.
 const TRIES: usize = 30;
@@ -49,7 +49,7 @@ impl Bars {
                 rows: span(1, principal.y),
             };
             let [width, height] = [bars.columns, bars.rows].map(|[low, high]| (high - low) as f32);
-            let wide_enough = width > LEAST_SIDE * side[0] && height > LEAST_SIDE * side[1];
+            let wide_enough = width > MIN_SIDE * side[0] && height > MIN_SIDE * side[1];
             if wide_enough && (width < side[0] - 4.0 || height < side[1] - 4.0) {
                 break;
             }

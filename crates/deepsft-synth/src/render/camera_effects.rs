@@ -235,7 +235,7 @@ impl NoiseSource {
 type Kernel = Vec<(isize, isize, f32)>;
 
 /// Taps no lighter than this are kept; the rest are renormalised.
-const LEAST_WEIGHT: f32 = 1e-3;
+const MIN_WEIGHT: f32 = 1e-3;
 
 /// The box along a straight motion, splatted bilinearly.
 fn motion_kernel(motion_px: Vec2) -> Kernel {
@@ -262,7 +262,7 @@ fn motion_kernel(motion_px: Vec2) -> Kernel {
 }
 
 fn normalised(mut taps: Kernel) -> Kernel {
-    taps.retain(|tap| tap.2 >= LEAST_WEIGHT);
+    taps.retain(|tap| tap.2 >= MIN_WEIGHT);
     let sum: f32 = taps.iter().map(|tap| tap.2).sum();
     taps.iter_mut().for_each(|tap| tap.2 /= sum);
     taps

@@ -13,7 +13,7 @@ const FRESNEL_FRONTAL: f32 = 0.04;
 pub struct LightingConfig {
     /// Largest angle between the distant light and the direction from the scene to the camera, degrees. Default
     /// 75 (the paper: 10).
-    pub most_angle_deg: f64,
+    pub max_angle_deg: f64,
     /// Fraction of the light that is ambient. Default [0.3, 0.85].
     pub ambient_fraction: [f64; 2],
     /// Light that white paper facing the light source sends to the camera, before gain; 1 saturates the sensor. Default [0.4, 1.1].
@@ -37,7 +37,7 @@ pub struct LightingConfig {
 impl Default for LightingConfig {
     fn default() -> Self {
         Self {
-            most_angle_deg: 75.0,
+            max_angle_deg: 75.0,
             ambient_fraction: [0.3, 0.85],
             white_level: [0.4, 1.1],
             tint: 0.18,
@@ -95,7 +95,7 @@ pub(crate) struct Paper {
 impl Lighting {
     /// Draws a scene's light. Exposed so that white paper facing the light is near 0.9 of the sensor's range.
     pub(crate) fn sample<R: Rng + ?Sized>(config: &LightingConfig, rng: &mut R) -> Self {
-        let angle = uniform(rng, [0.0, config.most_angle_deg]).to_radians();
+        let angle = uniform(rng, [0.0, config.max_angle_deg]).to_radians();
         let around = unit_vector(rng) * angle.sin();
         let ambient = uniform(rng, config.ambient_fraction);
         let level = uniform(rng, config.white_level);

@@ -5,7 +5,7 @@ use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{Vec2, Vec3, Vec4};
 
 /// Most taps along the long axis of a pixel's footprint (the anisotropic filter's degree).
-const MOST_TAPS: f32 = 4.0;
+const MAX_TAPS: f32 = 4.0;
 
 /// Added to the level of detail: a level's bilinear tent is two texels wide, a sensor pixel's box one
 /// pixel; a quarter of a level finer is sharper at little aliasing.
@@ -94,7 +94,7 @@ impl Texture {
         let root = (0.25 * (a - c) * (a - c) + b * b).sqrt();
         let major = (0.5 * (a + c) + root).max(0.0).sqrt();
         let minor = (0.5 * (a + c) - root).max(0.0).sqrt();
-        let taps = ((major / minor.max(1e-6)).min(MOST_TAPS) + 0.5) as i32;
+        let taps = ((major / minor.max(1e-6)).min(MAX_TAPS) + 0.5) as i32;
         if taps <= 1 || major <= 1.0 {
             return self.trilinear(uv, major);
         }

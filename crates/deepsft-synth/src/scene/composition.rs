@@ -364,7 +364,7 @@ impl<'a> Scene<'a> {
         } else {
             silhouette(vertices_camera, &config.camera).into()
         };
-        let mut budget = (config.most_occluded * truth.area() as f64) as usize;
+        let mut budget = (config.max_occluded * truth.area() as f64) as usize;
         let mut free = truth.mask();
         let held = SheetInImage {
             outline: &outline,

@@ -43,10 +43,10 @@ pub struct SynthConfig {
     /// What that is. Default hands and things.
     pub occluders: OccluderKind,
     /// Largest fraction of the visible sheet that occluders cover together. Default 0.35.
-    pub most_occluded: f64,
+    pub max_occluded: f64,
     /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
     /// and shapes are drawn again until there are as many. Default 1500 (1.2 % of the frame).
-    pub least_visible_px: usize,
+    pub min_visible_px: usize,
     /// Light and paper.
     pub lighting: LightingConfig,
     /// Camera effects.
@@ -77,8 +77,8 @@ impl Default for SynthConfig {
             photographs: PhotographUse::Varied,
             occluder_probability: 0.5,
             occluders: OccluderKind::HandsAndThings,
-            most_occluded: 0.35,
-            least_visible_px: 1500,
+            max_occluded: 0.35,
+            min_visible_px: 1500,
             lighting: LightingConfig::default(),
             effects: EffectsConfig::default(),
         }
@@ -119,7 +119,7 @@ impl SynthConfig {
             ("empty_distractor_probability", self.empty_distractor_probability),
             ("photograph_probability", self.photograph_probability),
             ("occluder_probability", self.occluder_probability),
-            ("most_occluded", self.most_occluded),
+            ("max_occluded", self.max_occluded),
             ("lighting.shadow_probability", light.shadow_probability),
             ("effects.motion_probability", effects.motion_probability),
             ("effects.sharpening_probability", effects.sharpening_probability),
@@ -132,7 +132,7 @@ impl SynthConfig {
             }
         }
         for (parameter, [low, high], most) in [
-            ("lighting.most_angle_deg", [0.0, light.most_angle_deg], 180.0),
+            ("lighting.max_angle_deg", [0.0, light.max_angle_deg], 180.0),
             ("lighting.ambient_fraction", light.ambient_fraction, 1.0),
             ("lighting.white_level", light.white_level, 100.0),
             ("lighting.tint", [0.0, light.tint], 0.9),

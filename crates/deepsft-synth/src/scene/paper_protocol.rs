@@ -26,7 +26,7 @@ impl SynthConfig {
     /// | frames without the object, camera effects | none | none; effects can be switched on |
     ///
     /// As in every configuration, a pose that shows less of the sheet than [`PoseConfig`] and
-    /// [`SynthConfig::least_visible_px`] ask for is drawn again.
+    /// [`SynthConfig::min_visible_px`] ask for is drawn again.
     pub fn paper() -> Self {
         Self {
             deformation: DeformationConfig {
@@ -36,8 +36,8 @@ impl SynthConfig {
             },
             pose: PoseConfig {
                 uniform: Some(UniformPose {
-                    most_rotation_deg: 45.0,
-                    most_shift_mm: 150.0,
+                    max_rotation_deg: 45.0,
+                    max_shift_mm: 150.0,
                     depth_mm: [BASE_DISTANCE_MM + 100.0, BASE_DISTANCE_MM + 600.0],
                 }),
                 ..PoseConfig::default()
@@ -52,7 +52,7 @@ impl SynthConfig {
                 diameter_px: [1.0, 10.0],
             },
             lighting: LightingConfig {
-                most_angle_deg: 10.0,
+                max_angle_deg: 10.0,
                 ambient_fraction: [0.0, 0.0],
                 white_level: [0.9, 0.9],
                 tint: 0.0,

@@ -45,9 +45,9 @@ pub struct PoseConfig {
 pub struct UniformPose {
     /// Largest angle about each of the camera's x, y and z axes, to either side, degrees; the rotation is
     /// R_x R_y R_z (the paper says "the camera's optical axes", which we read as all three).
-    pub most_rotation_deg: f64,
+    pub max_rotation_deg: f64,
     /// Largest shift along x and along y from the optical axis, mm.
-    pub most_shift_mm: f64,
+    pub max_shift_mm: f64,
     /// Depth, mm.
     pub depth_mm: [f64; 2],
 }
@@ -117,8 +117,8 @@ pub fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_fro
 impl UniformPose {
     fn draw<R: Rng + ?Sized>(&self, vertices: &[DVec3], rng: &mut R) -> DAffine3 {
         let mut within = |most: f64| between([-most, most], rng);
-        let [x, y, z] = [self.most_rotation_deg.to_radians(); 3].map(&mut within);
-        let [right, down] = [self.most_shift_mm; 2].map(&mut within);
+        let [x, y, z] = [self.max_rotation_deg.to_radians(); 3].map(&mut within);
+        let [right, down] = [self.max_shift_mm; 2].map(&mut within);
         let rotation = DQuat::from_euler(EulerRot::XYZ, x, y, z);
         let place = DVec3::new(right, down, between(self.depth_mm, rng));
         DAffine3::from_rotation_translation(rotation, place - rotation * centroid(vertices))

@@ -137,7 +137,7 @@ impl Synthesizer {
             if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
                 best = Some((visible, shape, sheet));
             }
-            if visible >= self.config().least_visible_px {
+            if visible >= self.config().min_visible_px {
                 break;
             }
         }

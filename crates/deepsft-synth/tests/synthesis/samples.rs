@@ -237,8 +237,8 @@ fn a_configuration_that_cannot_be_is_refused_by_name() {
             "control_points.moved is [5, 4]",
         ),
         (
-            |config| config.control_points.most_turn_deg = f64::NAN,
-            "control_points.most_turn_deg",
+            |config| config.control_points.max_turn_deg = f64::NAN,
+            "control_points.max_turn_deg",
         ),
         (
             |config| config.camera = config.camera.with_distortion([0.1, 0.0, 0.0, 0.0, 0.0]).unwrap(),

@@ -13,7 +13,7 @@ fn a_shape_says_whether_it_was_weakened_or_given_up() {
     let deformation = ControlPointDeformation::new(&tube).unwrap();
     let shape = |p95| {
         let config = ControlPointConfig {
-            most_edge_change: EdgeLengthChange { median: 1.0, p95 },
+            max_edge_change: EdgeLengthChange { median: 1.0, p95 },
             ..ControlPointConfig::default()
         };
         deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(3))

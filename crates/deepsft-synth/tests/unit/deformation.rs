@@ -147,7 +147,7 @@ fn cloth_is_bent_upright_and_the_same_on_a_finer_mesh() {
 fn a_sheet_that_cannot_be_bent_within_the_bounds_stays_flat() {
     let template = sheet(297.0, 210.0);
     let config = DeformationConfig {
-        most_edge_change: EdgeLengthChange { median: 0.0, p95: 0.0 },
+        max_edge_change: EdgeLengthChange { median: 0.0, p95: 0.0 },
         ..only(5)
     };
     assert_eq!(sample(&template, &config, 3), template.mesh().vertices());

@@ -12,9 +12,9 @@ use deepsft_geometry::glam::DVec3;
 use deepsft_network::{PIXELS_PER_CELL, SEAM_JUMP};
 
 /// Fewest visible pixels around a cell that the object covers.
-const FEWEST_INSIDE: f64 = 12.0;
+const MIN_INSIDE: f64 = 12.0;
 /// Fewest visible pixels around a cell that it does not.
-const FEWEST_OUTSIDE: f64 = 40.0;
+const MIN_OUTSIDE: f64 = 40.0;
 /// Largest RMS residual of the fit, of (u, v) and of d, that counts as one smooth surface.
 const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
@@ -135,12 +135,12 @@ impl CellTargets {
                     }
                 }
                 let inside = moments[i].n > 0.0;
-                if around.n < if inside { FEWEST_INSIDE } else { FEWEST_OUTSIDE } {
+                if around.n < if inside { MIN_INSIDE } else { MIN_OUTSIDE } {
                     continue;
                 }
                 let centre = |k: usize| (k as f64 + 0.5) * cell as f64;
                 let (mut values, mut residual) = around.fit_at(centre(column), centre(row));
-                if seams && residual > LARGEST_RESIDUAL && moments[i].n >= FEWEST_INSIDE {
+                if seams && residual > LARGEST_RESIDUAL && moments[i].n >= MIN_INSIDE {
                     (values, residual) = moments[i].fit_at(centre(column), centre(row));
                 }
                 if residual <= LARGEST_RESIDUAL {

@@ -117,13 +117,13 @@ pub struct BatchTensors {
 /// Cells of the object in a frame that counts neither more nor less than its cells say.
 const TYPICAL_CELLS: f32 = 400.0;
 /// Fewer cells than these do not make a frame count more.
-const FEWEST_CELLS: f32 = 50.0;
+const MIN_CELLS: f32 = 50.0;
 
 /// Weight of the cells of a frame that shows `cells` of the object: by the mean over cells a sheet near the camera
 /// counts ten times as much as one far away, which is the harder one; so a frame counts as the square root of
 /// its cells.
 fn frame_weight(cells: f32) -> f32 {
-    (TYPICAL_CELLS / cells.max(FEWEST_CELLS)).sqrt()
+    (TYPICAL_CELLS / cells.max(MIN_CELLS)).sqrt()
 }
 
 impl Batch {

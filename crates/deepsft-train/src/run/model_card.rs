@@ -122,8 +122,8 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         px = figure(accuracy.registration_rmse_px),
         mm = figure(accuracy.depth_rmse_mm),
         iou = figure(accuracy.mask_iou),
-        area = 100.0 * card.found.least_area,
-        confidence = card.found.least_confidence,
+        area = 100.0 * card.found.min_area,
+        confidence = card.found.min_confidence,
         licence = card.licence.as_deref().unwrap_or("Not stated."),
     )
 }

@@ -13,7 +13,7 @@ use deepsft_synth::Synthesizer;
 pub const ACCURACY_SEED: u64 = 0xca1b;
 
 /// Confidence a frame must have at least, whatever the frames say.
-const LEAST_CONFIDENCE: f64 = 0.1;
+const MIN_CONFIDENCE: f64 = 0.1;
 
 /// What nobody measures of a model: it comes from who trains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +59,7 @@ pub fn export_bundle(
     let evaluation = Evaluation::run(&estimator, None, synthesizer.template(), samples, |_, _, _, _| {})?;
     synthesizer.check_photographs()?;
     let mut card = bundle.card().clone();
-    card.found.least_confidence = separating_confidence(&evaluation, card.found.least_area);
+    card.found.min_confidence = separating_confidence(&evaluation, card.found.min_area);
     let summary = evaluation.summary();
     card.accuracy = Accuracy {
         frames: config.accuracy_frames,
@@ -73,11 +73,11 @@ pub fn export_bundle(
 
 /// The confidence that best separates frames with and without the template: the fewest frames on the
 /// wrong side as fractions of their kind, the middle of the best interval.
-fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
+fn separating_confidence(evaluation: &Evaluation, min_area: f64) -> f64 {
     let confidences = |with: bool| -> Vec<f64> {
         let counted = evaluation.frames.iter().filter(|f| f.has_template == with);
         counted
-            .filter(|f| f64::from(f.judgement.area) >= least_area)
+            .filter(|f| f64::from(f.judgement.area) >= min_area)
             .map(|f| f64::from(f.judgement.confidence))
             .collect()
     };
@@ -90,11 +90,11 @@ fn separating_confidence(evaluation: &Evaluation, least_area: f64) -> f64 {
     };
     let thresholds: Vec<f64> = (0..=80)
         .map(|i| f64::from(i) / 100.0)
-        .filter(|&t| t >= LEAST_CONFIDENCE)
+        .filter(|&t| t >= MIN_CONFIDENCE)
         .collect();
     let best = thresholds.iter().map(|&t| cost(t)).fold(f64::INFINITY, f64::min);
     let optimal: Vec<f64> = thresholds.into_iter().filter(|&t| cost(t) <= best + 1e-9).collect();
-    optimal.get(optimal.len() / 2).copied().unwrap_or(LEAST_CONFIDENCE)
+    optimal.get(optimal.len() / 2).copied().unwrap_or(MIN_CONFIDENCE)
 }
 
 #[cfg(test)]
@@ -131,6 +131,6 @@ mod tests {
     fn a_frame_whose_mask_is_too_small_does_not_count() {
         let frames = vec![frame(true, 0.5, 0.2), frame(false, 0.9, 0.0001)];
         let t = separating_confidence(&Evaluation { frames }, 0.002);
-        assert!((LEAST_CONFIDENCE..0.5).contains(&t), "{t}");
+        assert!((MIN_CONFIDENCE..0.5).contains(&t), "{t}");
     }
 }

@@ -8,7 +8,7 @@ use deepsft_network::{Network, pictures_to_tensor};
 use deepsft_synth::{RecordedFrame, Recording};
 
 /// Fewest pixels of the object in a frame that is used.
-const FEWEST_PIXELS: usize = 500;
+const MIN_PIXELS: usize = 500;
 
 /// A frame of a recording and what training needs to know of it. About a megabyte; they are kept in memory.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl TrainingFrame {
             maps.clear(pixel);
         }
         let object = mask.unwrap_or_else(|| maps.mask());
-        if object.iter().filter(|&&object| object).count() < FEWEST_PIXELS {
+        if object.iter().filter(|&&object| object).count() < MIN_PIXELS {
             return Ok(None);
         }
         let level = if maps.area() > 0 {
@@ -79,7 +79,7 @@ impl TrainingFrame {
 
     /// Whether the network sees enough of the object to train on it.
     pub fn is_trainable(&self) -> bool {
-        self.inside.iter().filter(|&&inside| inside).count() >= FEWEST_PIXELS
+        self.inside.iter().filter(|&&inside| inside).count() >= MIN_PIXELS
     }
 
     /// The pixels on which networks are measured and compared: where the object is by the `truth`, if that is known, else by

@@ -26,10 +26,10 @@ const SIDES: [f64; 2] = [240.0, 120.0];
 const SHARPNESS: f32 = 30.0;
 
 /// How much more similar than the best place elsewhere a match must be: odds of about 2 to 1.
-const LEAST_MARGIN: f32 = 0.035;
+const MIN_MARGIN: f32 = 0.035;
 
 /// Similarity below which a cell shows something else; the network learnt 0.73 as the point of even odds.
-const LEAST_SIMILARITY: f32 = 0.65;
+const MIN_SIMILARITY: f32 = 0.65;
 
 /// Elsewhere: farther than this, in cells of the smaller view. Neighbouring cells overlap.
 const ELSEWHERE_CELLS: f32 = 2.5;
@@ -224,8 +224,8 @@ impl PicturePlaces {
                 (best, most) = (k, similarity);
             }
         }
-        let place = self.cells.get(best).filter(|_| most >= LEAST_SIMILARITY)?.place;
-        let limit = most - 4.0 * LEAST_MARGIN;
+        let place = self.cells.get(best).filter(|_| most >= MIN_SIMILARITY)?.place;
+        let limit = most - 4.0 * MIN_MARGIN;
         let mut rival = limit;
         for (cell, &similarity) in self.cells.iter().zip(similarities) {
             if similarity > rival && cell.place.distance(place) > self.elsewhere_mm {
@@ -240,7 +240,7 @@ impl PicturePlaces {
             angle: -view.angle as f32,
             scale: view.mm_per_pixel as f32,
         };
-        (margin >= LEAST_MARGIN).then_some((margin, at))
+        (margin >= MIN_MARGIN).then_some((margin, at))
     }
 
     /// The mean of a cell's place and those of its neighbours in the view, weighted by their odds.
@@ -311,7 +311,7 @@ fn mean_color(picture: &Picture) -> [u8; 3] {
 const NEIGHBOURHOOD_PX: f32 = 20.0;
 
 /// Fewest neighbours that do.
-const FEWEST_NEIGHBOURS: usize = 3;
+const MIN_NEIGHBOURS: usize = 3;
 
 /// A view tells angle and scale roughly. Neighbours that agree with it tell them better: the similarity through their places.
 fn with_local_similarity(matches: &[Match]) -> Vec<Match> {
@@ -333,7 +333,7 @@ fn with_local_similarity(matches: &[Match]) -> Vec<Match> {
             square += d.length_squared();
             count += 1;
         }
-        if count < FEWEST_NEIGHBOURS {
+        if count < MIN_NEIGHBOURS {
             return *m;
         }
         let similarity = cross / square;

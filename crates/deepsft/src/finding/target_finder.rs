@@ -12,26 +12,26 @@ use deepsft_geometry::tracking::TrackingOptions;
 use deepsft_geometry::{Camera, Maps, Picture};
 
 /// Of a target that counts as found the image confirms this fraction of the visible print ([`FrameFit::explained`]).
-const LEAST_EXPLAINED: f64 = 0.4;
+const MIN_EXPLAINED: f64 = 0.4;
 
 /// Where the next place that looks alike is confirmed so much ([`FrameFit::ambiguity`], with the bound above which nothing is
 /// found), the image must confirm this fraction: a sheet that has slipped shows much that is right.
 const AMBIGUITY: [f64; 2] = [0.5, 0.94];
-const LEAST_EXPLAINED_OF_AMBIGUOUS: f64 = 0.7;
+const MIN_EXPLAINED_OF_AMBIGUOUS: f64 = 0.7;
 
 /// Least fraction times the pixels that confirm it ([`FrameFit::confirmed_px`]): a large sheet has to show less of itself than a small
 /// one. On frames with another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a
 /// hundred has less than 2,500.
-const LEAST_WORTH_PX: f64 = 2500.0;
+const MIN_WORTH_PX: f64 = 2500.0;
 
 /// Whether a fit shows the target: the same rule for all finders.
 pub fn is_found(fit: &FrameFit) -> bool {
     let [some, most] = AMBIGUITY;
     let is_clear = match fit.ambiguity {
-        Some(ambiguity) if ambiguity >= some => fit.explained >= LEAST_EXPLAINED_OF_AMBIGUOUS && ambiguity < most,
-        _ => fit.explained >= LEAST_EXPLAINED,
+        Some(ambiguity) if ambiguity >= some => fit.explained >= MIN_EXPLAINED_OF_AMBIGUOUS && ambiguity < most,
+        _ => fit.explained >= MIN_EXPLAINED,
     };
-    is_clear && fit.explained * fit.confirmed_px >= LEAST_WORTH_PX
+    is_clear && fit.explained * fit.confirmed_px >= MIN_WORTH_PX
 }
 
 /// The fraction from which no other finder is asked.

@@ -9,8 +9,8 @@ use std::{path::Path, process::Command};
 
 /// Most by which two programs that run the same network on the same image may differ: where they round differently, a
 /// pixel at the mask's edge may change sides, and depths in a few places where two bins are equally likely.
-const MOST_MASK_SHARE: f64 = 1e-3;
-const MOST_MEDIAN_DEPTH_MM: f64 = 0.05;
+const MAX_MASK_SHARE: f64 = 1e-3;
+const MAX_MEDIAN_DEPTH_MM: f64 = 0.05;
 
 #[derive(Deserialize)]
 struct Times {
@@ -98,7 +98,7 @@ fn check(figures: &Figures) -> Result<()> {
     for Rival { name, difference, .. } in figures.rival.iter().chain(&figures.webgpu.rival) {
         let depth_mm = difference.depth_mm.unwrap_or(0.0);
         ensure!(
-            difference.mask_share <= MOST_MASK_SHARE && depth_mm <= MOST_MEDIAN_DEPTH_MM,
+            difference.mask_share <= MAX_MASK_SHARE && depth_mm <= MAX_MEDIAN_DEPTH_MM,
             "{name} and DeepSfT do not compute the same: masks differ on {:.2} % of the pixels, depths by {depth_mm} mm (median)",
             100.0 * difference.mask_share,
         );

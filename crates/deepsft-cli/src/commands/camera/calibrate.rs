@@ -18,7 +18,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Views that are solved for; more of a video say nothing new.
-const MOST_VIEWS: usize = 60;
+const MAX_VIEWS: usize = 60;
 
 /// The calibration takes every frame of photographs, and of a video one in this many.
 const VIDEO_STEP: usize = 10;
@@ -243,13 +243,13 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
     }
     let mut seen = seen.context("there is no photograph")?;
     let count = seen.views.len();
-    if count > MOST_VIEWS {
+    if count > MAX_VIEWS {
         let mut index = 0;
         seen.views.retain(|_| {
             index += 1;
-            index * MOST_VIEWS / count != (index - 1) * MOST_VIEWS / count
+            index * MAX_VIEWS / count != (index - 1) * MAX_VIEWS / count
         });
-        println!("of {count} views {MOST_VIEWS} are used");
+        println!("of {count} views {MAX_VIEWS} are used");
     }
     Ok(seen)
 }

@@ -20,7 +20,7 @@ const ANY_SQUARE_MM: f64 = 30.0;
 const SMALLEST_SIDE: usize = 1000;
 
 /// Fewest points of a view that is any good.
-const FEWEST_POINTS: usize = 8;
+const MIN_POINTS: usize = 8;
 
 /// What is looked for.
 pub enum Detector {
@@ -69,7 +69,7 @@ impl Detector {
             Self::Print(finder) => print_points(finder, picture)?,
             _ => self.corners(picture),
         };
-        Ok((points.len() >= FEWEST_POINTS).then_some(PlanarView { points }))
+        Ok((points.len() >= MIN_POINTS).then_some(PlanarView { points }))
     }
 
     /// The corners in the photograph, or in the first half, quarter... of its size that shows enough.
@@ -112,7 +112,7 @@ impl Detector {
                 }
                 Self::Print(_) => Vec::new(),
             };
-            if found.len() >= FEWEST_POINTS || width.max(height) / 2 < SMALLEST_SIDE {
+            if found.len() >= MIN_POINTS || width.max(height) / 2 < SMALLEST_SIDE {
                 return found;
             }
             grey = halved(&grey, width, height);

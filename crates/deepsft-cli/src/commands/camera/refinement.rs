@@ -17,10 +17,10 @@ const RADIUS: i32 = 8;
 const FARTHEST_PX: f64 = 3.0;
 
 /// Least correlation with the image.
-const LEAST_CORRELATION: f64 = 0.9;
+const MIN_CORRELATION: f64 = 0.9;
 
 /// Least mean square slope of a piece in its flattest direction, standard deviations per pixel: flatter pieces slide.
-const LEAST_SLOPE: f64 = 0.02;
+const MIN_SLOPE: f64 = 0.02;
 
 /// The places of the print and where the photograph shows them, mm and pixels, from `matches` that are less exact and may be wrong.
 pub fn refined(template: &Template, photograph: &Picture, matches: &[(DVec2, DVec2)]) -> Vec<(DVec2, DVec2)> {
@@ -110,7 +110,7 @@ fn aligned(
         .fold(DMat2::ZERO, |sum, s| sum + DMat2::from_cols(*s * s.x, *s * s.y));
     let (half_trace, determinant) = ((matrix.x_axis.x + matrix.y_axis.y) / 2.0, matrix.determinant());
     let flattest = half_trace - (half_trace * half_trace - determinant).max(0.0).sqrt();
-    if flattest < LEAST_SLOPE * offsets.len() as f64 {
+    if flattest < MIN_SLOPE * offsets.len() as f64 {
         return None;
     }
     let inverse = matrix.inverse();
@@ -129,7 +129,7 @@ fn aligned(
         at += step;
         if step.length() < 0.003 {
             let correlation = image.iter().zip(&piece).map(|(a, b)| a * b).sum::<f64>() / offsets.len() as f64;
-            return (correlation >= LEAST_CORRELATION).then_some(at);
+            return (correlation >= MIN_CORRELATION).then_some(at);
         }
     }
     None

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 pub struct OneEuroOptions {
     /// Cut-off frequency of a vertex at rest, Hz: lower is steadier. Default 2: at 30 frames per second
     /// noise is halved.
-    pub least_cutoff_hz: f64,
+    pub min_cutoff_hz: f64,
     /// How much the cut-off rises with a vertex's speed, Hz per mm/s: higher lags less. Default 0.1: a hand's 300 mm/s
     /// passes with a lag of 5 ms, which is 1.5 mm.
     pub speed_coefficient: f64,
@@ -19,7 +19,7 @@ pub struct OneEuroOptions {
 impl Default for OneEuroOptions {
     fn default() -> Self {
         Self {
-            least_cutoff_hz: 2.0,
+            min_cutoff_hz: 2.0,
             speed_coefficient: 0.1,
             speed_cutoff_hz: 1.0,
         }
@@ -85,7 +85,7 @@ impl OneEuro {
         let of_speed = fraction(self.options.speed_cutoff_hz, step);
         for ((vertex, smooth), velocity) in vertices.iter_mut().zip(smooth).zip(velocities) {
             *velocity += of_speed * ((*vertex - *smooth) / step - *velocity);
-            let cutoff = self.options.least_cutoff_hz + self.options.speed_coefficient * velocity.length();
+            let cutoff = self.options.min_cutoff_hz + self.options.speed_coefficient * velocity.length();
             *smooth += fraction(cutoff, step) * (*vertex - *smooth);
             *vertex = *smooth;
         }

@@ -23,11 +23,11 @@ pub struct TrackingOptions {
     pub start_agreement: f64,
     /// Agreement below which a frame counts as missed. After a search, until the network's next maps, it is
     /// `start_agreement` instead.
-    pub least_agreement: f64,
+    pub min_agreement: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
     /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
-    pub fewest_points: usize,
+    pub min_points: usize,
     /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
     /// Default 5: the network is seldom so far off, and comparing both with the image costs no more than a start.
     pub disagreement_px: f64,
@@ -45,9 +45,9 @@ impl Default for TrackingOptions {
             wide_blurs: vec![7.0, 3.0, 0.8],
             persistence: 0.8,
             start_agreement: 0.5,
-            least_agreement: 0.35,
+            min_agreement: 0.35,
             patience: 3,
-            fewest_points: 100,
+            min_points: 100,
             disagreement_px: 5.0,
             memory: 32,
         }

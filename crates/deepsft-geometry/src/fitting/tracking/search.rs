@@ -11,12 +11,12 @@ const CELL_PX: usize = 8;
 const FARTHEST: isize = 9;
 
 /// Fraction of a cell that must be drawn for it to count.
-const LEAST_DRAWN: f32 = 0.5;
+const MIN_DRAWN: f32 = 0.5;
 
 /// Fewest cells that are compared, and least fraction of those drawn: of a sheet that is moved out of the image little is
 /// left.
-const FEWEST_CELLS: usize = 24;
-const LEAST_FRACTION: f64 = 0.5;
+const MIN_CELLS: usize = 24;
+const MIN_FRACTION: f64 = 0.5;
 
 /// The shift, in pixels, with which `drawn` (the print where `mask` is above 0) correlates best with `image`: both are
 /// compared as means of cells, so blur and what bends in between hardly matter, and by correlation, so light does not.
@@ -29,10 +29,10 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
         .enumerate()
         .filter_map(|(k, mean)| Some(((k % columns) as isize, (k / columns) as isize, mean?)))
         .collect();
-    if cells.len() < FEWEST_CELLS {
+    if cells.len() < MIN_CELLS {
         return DVec2::ZERO;
     }
-    let fewest = FEWEST_CELLS.max((LEAST_FRACTION * cells.len() as f64) as usize);
+    let fewest = MIN_CELLS.max((MIN_FRACTION * cells.len() as f64) as usize);
     let correlation = |dx: isize, dy: isize| {
         let mut sums = PairedSums::default();
         for &(x, y, printed) in &cells {
@@ -78,7 +78,7 @@ fn cells(image: &GreyImage, mask: Option<&[f32]>) -> Vec<Option<f64>> {
                 }
             }
         }
-        let drawn = weight >= LEAST_DRAWN * (CELL_PX * CELL_PX) as f32;
+        let drawn = weight >= MIN_DRAWN * (CELL_PX * CELL_PX) as f32;
         drawn.then(|| f64::from(sum / weight))
     };
     (0..columns * rows).map(mean).collect()

@@ -227,7 +227,7 @@ impl Tracker {
         if was_found && reached <= self.current.agreement {
             return Ok(kept);
         }
-        if reached < self.options.start_agreement || points < self.options.fewest_points {
+        if reached < self.options.start_agreement || points < self.options.min_points {
             return Ok(TrackUpdate::Ignored);
         }
         self.searched = searched;
@@ -432,12 +432,12 @@ impl Tracker {
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
     fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
-        let in_view = mesh.points >= self.options.fewest_points;
+        let in_view = mesh.points >= self.options.min_points;
         // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
         let enough = if self.searched.is_some() {
             self.options.start_agreement
         } else {
-            self.options.least_agreement
+            self.options.min_agreement
         };
         let confirmed = mesh.agreement >= enough && in_view;
         if confirmed {

@@ -32,7 +32,7 @@ pub(crate) struct ArapCells {
     /// Sum of w_ij q_ij over j.
     rest_sums: Vec<DVec3>,
     /// Most neighbours of a vertex.
-    most_neighbours: usize,
+    max_neighbours: usize,
     pub(crate) arap: f64,
     pub(crate) smoothness: f64,
 }
@@ -93,11 +93,11 @@ impl ArapCells {
                     .sum()
             })
             .collect();
-        let most_neighbours = cells().map(|cell| cell.len()).max().unwrap_or(0);
+        let max_neighbours = cells().map(|cell| cell.len()).max().unwrap_or(0);
         Self {
             degrees,
             rest_sums,
-            most_neighbours,
+            max_neighbours,
             starts,
             neighbours,
             weights,
@@ -155,7 +155,7 @@ impl ArapCells {
         mut visit: impl FnMut(usize, &[DVec3], DVec3),
     ) -> CellEnergy {
         let mut energy = CellEnergy::default();
-        let mut buffer = vec![DVec3::ZERO; self.most_neighbours];
+        let mut buffer = vec![DVec3::ZERO; self.max_neighbours];
         let mut rotation = DQuat::IDENTITY;
         for (i, &vertex) in vertices.iter().enumerate() {
             let cell = self.starts[i]..self.starts[i + 1];

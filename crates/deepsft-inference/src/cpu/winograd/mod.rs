@@ -12,7 +12,7 @@
 mod filters;
 mod transforms;
 
-use super::MOST_THREADS;
+use super::MAX_THREADS;
 use super::bands::{Units, in_bands};
 use super::buffer::{BLOCK, padded};
 use super::direct::channels;
@@ -32,14 +32,14 @@ pub use transforms::{to_places, to_points};
 const CHUNK: usize = 48;
 
 /// Numbers between the parts where threads share them.
-const MOST_BETWEEN: usize = 1 << 22;
+const MAX_BETWEEN: usize = 1 << 22;
 
 /// Filters at all points, numbers, above which each thread takes some of the points rather than some of the rows: then filters come
 /// from memory once.
-const MOST_OWN: usize = 1 << 18;
+const MAX_OWN: usize = 1 << 18;
 
 /// Filters at all points that are worth it to sum for each kind of place, numbers: what fits into a processor's cache.
-const MOST_SUMMED: usize = 1 << 21;
+const MAX_SUMMED: usize = 1 << 21;
 
 /// Rows of a product that take as long as its matrix takes to come from memory.
 const ROWS_PER_MATRIX: usize = 30;
@@ -79,7 +79,7 @@ impl Winograd {
         let is_alike = |input: &Input| (input.factor, input.cropped) == (first.factor, first.cropped);
         let summed = POINTS * inputs * pitch * first.factor * first.factor;
         let is_summed =
-            convolution.inputs.iter().all(is_alike) && summed <= MOST_SUMMED && first.cropped[0] < first.factor;
+            convolution.inputs.iter().all(is_alike) && summed <= MAX_SUMMED && first.cropped[0] < first.factor;
         let factor = if is_summed { first.factor } else { 1 };
         if convolution.stride > 1 || kernel == 1 || border > factor {
             return None;
@@ -89,7 +89,7 @@ impl Winograd {
         let [height, width] = [output.height, output.width].map(|side| side.div_ceil(factor));
         let cost = |tile: usize| {
             let points = (tile + 2) * (tile + 2);
-            let waiting = if points * inputs * outputs > MOST_OWN {
+            let waiting = if points * inputs * outputs > MAX_OWN {
                 ROWS_PER_MATRIX
             } else {
                 0
@@ -116,9 +116,9 @@ impl Winograd {
             }
         }
         let across = width.div_ceil(tile);
-        let is_shared = points * inputs * outputs > MOST_OWN;
+        let is_shared = points * inputs * outputs > MAX_OWN;
         let tiles = if is_shared {
-            MOST_BETWEEN / (points * (inputs + outputs))
+            MAX_BETWEEN / (points * (inputs + outputs))
         } else {
             0
         };
@@ -186,7 +186,7 @@ impl Winograd {
         let (rows, missing) = self.rows_of_unit(&layer.convolution);
         let units = 0..(layer.output.height + missing).div_ceil(rows);
         if self.is_shared {
-            let mut team = [(); MOST_THREADS];
+            let mut team = [(); MAX_THREADS];
             self.make(at, &mut team[..scratches.len()], shared, units, out);
             return;
         }

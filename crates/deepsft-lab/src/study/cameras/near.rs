@@ -15,7 +15,7 @@ use std::path::Path;
 const DISTANCE_MM: [f64; 2] = [150.0, 500.0];
 
 /// The least fraction of the sheet that the canonical view must cut off.
-const LEAST_CUT: f64 = 0.2;
+const MIN_CUT: f64 = 0.2;
 
 /// What came out of one view of each scene.
 #[derive(Default)]
@@ -74,7 +74,7 @@ pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
         let (mut canonical, mut zoomed) = (Answers::default(), Answers::default());
         scenes.each(
             count,
-            |vertices| holds(&camera, vertices) && cut_off(&nearest, vertices) >= LEAST_CUT,
+            |vertices| holds(&camera, vertices) && cut_off(&nearest, vertices) >= MIN_CUT,
             |_, scene| {
                 let image = scenes.image(scene, &camera)?;
                 let mut view = View::new(&image, &camera);

@@ -158,7 +158,7 @@ impl Scenes {
                 continue;
             }
             let world = self.world.scene(self.seed, index).render(vertices, index)?;
-            let least = self.world.config().least_visible_px as f64 * FINENESS * FINENESS;
+            let least = self.world.config().min_visible_px as f64 * FINENESS * FINENESS;
             if (world.truth.area() as f64) < least {
                 continue;
             }

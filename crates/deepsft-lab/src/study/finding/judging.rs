@@ -193,7 +193,7 @@ pub fn frames_config() -> Result<(Camera, SynthConfig)> {
     let config = SynthConfig {
         camera,
         empty_probability: 0.0,
-        least_visible_px: 4 * default.least_visible_px,
+        min_visible_px: 4 * default.min_visible_px,
         ..default
     };
     Ok((camera, config))

@@ -19,7 +19,7 @@ const AFTER_CUT: usize = 8;
 
 /// Frames that a still clip is given before its jitter is measured, and the fewest after them.
 const SETTLING: usize = 10;
-const FEWEST_STILL: usize = 10;
+const MIN_STILL: usize = 10;
 
 /// Step for the speed of vertices, frames.
 const SPEED_STEP: f64 = 0.25;
@@ -195,7 +195,7 @@ impl Motion<'_> {
     pub fn jitter_px(&self) -> Option<f64> {
         let meshes: Vec<&Vec<DVec3>> = self.meshes.iter().skip(SETTLING).flatten().collect();
         let truth = self.truths.first()?;
-        if meshes.len() < FEWEST_STILL {
+        if meshes.len() < MIN_STILL {
             return None;
         }
         let seen = seen_vertices(self.template, &self.story.vertices_camera(0.0), truth, self.camera);

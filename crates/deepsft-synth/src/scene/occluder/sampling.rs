@@ -13,7 +13,7 @@ use rand::{Rng, RngExt};
 use std::f32::consts::TAU;
 
 /// Most discs among hands and things and their radii in pixels; the paper's own discs have half the size.
-const MOST_DISCS: usize = 4;
+const MAX_DISCS: usize = 4;
 const DISC_RADIUS_PX: [f64; 2] = [1.0, 10.0];
 
 /// Draws the occluders of a scene, which has any with the given probability.
@@ -50,7 +50,7 @@ pub(crate) fn sample_occluders<R: Rng + ?Sized>(probability: f64, kind: Occluder
         }
     }
     if rng.random_bool(0.35) || occluders.is_empty() {
-        for _ in 0..rng.random_range(1..=MOST_DISCS) {
+        for _ in 0..rng.random_range(1..=MAX_DISCS) {
             occluders.push(disc_on_sheet(rng));
         }
     }
