@@ -42,7 +42,8 @@ export async function beforeCamera({ film, device, frames, every }, report) {
       }
       // The first time may open what is kept: a card that says what is in the way, code that is compiled.
       const counted = new Set(part.samples.slice(began + settled));
-      report.judge(`${part.name}, ${name} ${times} times`, part, (sample) => counted.has(sample), { firsts });
+      const of = settled > 0 ? ` but the first ${settled}` : "";
+      report.judge(`${part.name}, ${name} ${times} times${of}`, part, (sample) => counted.has(sample), { firsts });
     }
     report.expect(page.problems.length === 0, `errors on the page: ${page.problems.join("; ")}`);
   } finally {

@@ -119,7 +119,8 @@ export class Report {
     if (!after) return this.expect(false, `${title}: too few samples`);
     const first = all.slice(0, firsts);
     const before = { at: first[0].at, values: first[0].values.map((_, i) => median(first.map(({ values }) => values[i]))) };
-    console.log(`\n${title}: at ${before.at} ${unit}, at ${after.at}, most in between`);
+    const start = firsts > 1 ? `the median of ${firsts} samples from ${before.at} ${unit} on` : `${before.at} ${unit}`;
+    console.log(`\n${title}: at ${start}, at ${after.at}, most in between`);
     for (const [i, column] of Object.keys(COLUMNS).entries()) {
       const most = Math.max(...later.map(({ values }) => values[i]));
       const figures = [before.values[i], after.values[i], most];
@@ -129,7 +130,7 @@ export class Report {
       const growth = lasting / before.values[i] - 1;
       const percent = `${growth >= 0 ? "+" : ""}${(100 * growth).toFixed(1)} %`;
       console.log([column.padEnd(28), ...figures.map((figure) => figure.toFixed(2).padStart(9)), percent.padStart(9)].join(" "));
-      if (column in JUDGED) this.expect(growth <= MAX_GROWTH, `${title}: ${column} grew by ${percent} after ${before.at} ${unit}`);
+      if (column in JUDGED) this.expect(growth <= MAX_GROWTH, `${title}: ${column} grew by ${percent} after ${start}`);
     }
   }
 

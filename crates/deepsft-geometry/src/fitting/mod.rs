@@ -31,4 +31,3 @@ pub use level::IsometricMesh;
 #[doc(hidden)]
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
-pub use slips::has_lookalikes;

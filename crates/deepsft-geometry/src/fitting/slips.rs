@@ -8,7 +8,6 @@ use crate::camera::Camera;
 use crate::error::GeometryError;
 use crate::image::GreyImage;
 use crate::maps::Maps;
-use crate::mesh::Template;
 use glam::{DVec2, DVec3};
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
@@ -43,13 +42,13 @@ impl Start {
     }
 }
 
-/// Whether the print of `template` repeats itself or looks the same when turned, so that features can slip: see
-/// [`FrameFit::ambiguity`](super::FrameFit::ambiguity).
-pub fn has_lookalikes(template: &Template) -> bool {
-    !lookalikes(template).is_empty()
-}
-
 impl FrameFitter {
+    /// Whether the print repeats itself or looks the same when turned, so that features can slip: see
+    /// [`FrameFit::ambiguity`](super::FrameFit::ambiguity). It is looked up once, also for [`FrameFitter::fit_unmasked`].
+    pub fn has_lookalikes(&mut self) -> bool {
+        !self.lookalikes().is_empty()
+    }
+
     fn lookalikes(&mut self) -> &[Lookalike] {
         let template = &self.mesh_fitter.template;
         self.lookalikes.get_or_insert_with(|| lookalikes(template))

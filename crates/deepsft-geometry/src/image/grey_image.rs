@@ -3,7 +3,7 @@
 use super::picture::Picture;
 
 /// A grey image, row-major, 0..=255.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GreyImage {
     pub width: usize,
     pub height: usize,

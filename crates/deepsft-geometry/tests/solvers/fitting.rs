@@ -1,7 +1,7 @@
 //! A mesh fitted to a drawn sheet whose true maps are known.
 
 use crate::sheet::{bent, image, template};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, has_lookalikes};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
@@ -230,7 +230,7 @@ fn rows_of_one_motif() -> Template {
 fn a_fit_that_has_slipped_by_a_row_goes_back_and_where_no_border_is_seen_its_place_is_ambiguous() {
     let (template, camera) = (rows_of_one_motif(), training_camera());
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
-    assert!(has_lookalikes(&template));
+    assert!(fitter.has_lookalikes());
     let mut slipped = |distance: f64| {
         let vertices: Vec<DVec3> = bent(&template, 0.0)
             .iter()
@@ -264,5 +264,5 @@ fn a_fit_that_has_slipped_by_a_row_goes_back_and_where_no_border_is_seen_its_pla
     } = scene();
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let fitted = fitter.fit_unmasked(&image, &camera, &truth).unwrap().unwrap();
-    assert!(!has_lookalikes(&template) && fitted.ambiguity.is_none());
+    assert!(!fitter.has_lookalikes() && fitted.ambiguity.is_none());
 }

@@ -56,7 +56,7 @@ fn trackers_and_their_images_may_move_between_threads() {
 }
 
 #[test]
-fn images_in_the_memory_of_forgotten_ones_are_followed_as_new_ones_are() {
+fn images_in_the_buffers_of_forgotten_ones_are_followed_as_new_ones_are() {
     const MEMORY: usize = 3;
     let mut video = Video::new();
     let options = TrackingOptions {

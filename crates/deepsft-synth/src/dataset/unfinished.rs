@@ -291,19 +291,22 @@ impl UnfinishedDataset {
     }
 }
 
-/// Puts the last touches to a finished data set at `place` that a kill may have kept from it. It does nothing to any other, and
-/// nothing while another process works on it.
+/// Puts the last touches to a finished data set at `place` that a kill may have kept from it, and removes the file of a lock that a
+/// killed process has left. It does nothing while another process works on the set.
 ///
 /// # Errors
 /// [`FormatError::Write`].
 pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
     let has_state = place.join(STATE_FILE).is_file();
-    // Without them there is nothing to do, and the place may be one that nobody may write to.
+    // With neither there is nothing to do, and the place may be one that nobody may write to.
     if !has_state && !FolderLock::lies_beside(place) {
         return Ok(());
     }
     match FolderLock::acquire(place) {
-        Ok(_alone) => tidy(place),
+        Ok(_alone) => {
+            recover_folder(place)?;
+            tidy(place)
+        }
         Err(FormatError::Locked { .. }) => Ok(()),
         Err(error) if has_state => Err(error.into()),
         // The file of a lock does no harm.
@@ -437,11 +440,13 @@ mod tests {
                 .iter()
                 .for_each(|name| fs::write(folder.join(name), "{}").unwrap());
         };
-        // After the folders were exchanged, and before the older one was removed.
-        write(&place, &[DATASET_FILE, STATE_FILE]);
-        write(&beside, &[DATASET_FILE]);
-        tidy_dataset(&place).unwrap();
-        assert!(place.join(DATASET_FILE).exists() && !place.join(STATE_FILE).exists() && !beside.exists());
+        // After the folders were exchanged, or the one was put aside, and before the older one was removed.
+        for older in [&beside, &above.path().join(".set.replaced")] {
+            write(&place, &[DATASET_FILE, STATE_FILE]);
+            write(older, &[DATASET_FILE]);
+            tidy_dataset(&place).unwrap();
+            assert!(place.join(DATASET_FILE).exists() && !place.join(STATE_FILE).exists() && !older.exists());
+        }
         // Another set in the making is not touched, nor is anything beside a set without a state.
         write(&place, &[STATE_FILE]);
         write(&beside, &[DATASET_FILE, STATE_FILE]);
@@ -455,6 +460,10 @@ mod tests {
         fs::write(&lock, "").unwrap();
         tidy_dataset(&place).unwrap();
         assert!(!lock.exists() && place.join(DATASET_FILE).exists());
+        // Who works on it keeps the lock.
+        let _work = FolderLock::acquire(&place).unwrap();
+        tidy_dataset(&place).unwrap();
+        assert!(lock.exists());
     }
 
     #[test]

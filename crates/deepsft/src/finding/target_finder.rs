@@ -7,7 +7,7 @@ use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::{Estimator, Judgement};
 use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
-use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter, has_lookalikes};
+use deepsft_geometry::fitting::{FitOptions, FrameFit, FrameFitter};
 use deepsft_geometry::tracking::TrackingOptions;
 use deepsft_geometry::{Camera, Maps, Picture};
 
@@ -43,7 +43,6 @@ pub struct TargetFinder {
     finders: Vec<Finder>,
     /// Made for the first image in which something is seen; sheets only.
     fitter: Option<FrameFitter>,
-    can_slip: Option<bool>,
 }
 
 impl std::fmt::Debug for TargetFinder {
@@ -115,7 +114,6 @@ impl TargetFinder {
             target,
             finders,
             fitter: None,
-            can_slip: None,
         }
     }
 
@@ -176,7 +174,7 @@ impl TargetFinder {
             let Sighting { by, is_sure, .. } = sighting;
             if by == FinderKind::Network {
                 sightings.push(sighting);
-            } else if self.can_slip() {
+            } else if self.can_slip()? {
                 let TargetEstimate {
                     maps, judgement, fit, ..
                 } = self.judged(view.canonical(camera)?, camera, sighting)?;
@@ -204,19 +202,15 @@ impl TargetFinder {
     /// page that has long been at work, and hold up a frame.
     fn prepare(&mut self) -> Result<(), DeepSftError> {
         if self.target.template().is_sheet() {
-            self.fitter()?;
-            // Last: it needs more for a moment than a fit does, which then finds room there.
-            self.can_slip();
+            // It needs more for a moment than a fit does, which then finds room there.
+            self.fitter()?.has_lookalikes();
         }
         Ok(())
     }
 
     /// Whether the print looks like itself elsewhere.
-    fn can_slip(&mut self) -> bool {
-        let template = self.target.template();
-        *self
-            .can_slip
-            .get_or_insert_with(|| template.is_sheet() && has_lookalikes(template))
+    fn can_slip(&mut self) -> Result<bool, DeepSftError> {
+        Ok(self.target.template().is_sheet() && self.fitter()?.has_lookalikes())
     }
 
     /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image

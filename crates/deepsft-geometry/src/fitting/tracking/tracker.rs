@@ -133,7 +133,8 @@ impl Tracker {
         self.follow_shared(frame, time_s, &image, camera)
     }
 
-    /// An image that the tracker no longer remembers, for [`TrackerImage::of_into`]: a long video then makes no new ones.
+    /// An image that the tracker no longer remembers, for [`TrackerImage::of_into`]: a long video then makes no new ones. It is given
+    /// once. Of several trackers that share their images ask all and keep one answer: an image that one of them still holds is not used.
     pub fn spare_image(&mut self) -> Option<TrackerImage> {
         self.spare.take()
     }

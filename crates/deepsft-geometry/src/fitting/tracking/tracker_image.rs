@@ -27,7 +27,7 @@ impl TrackerImage {
         Self::of_into(image, None)
     }
 
-    /// As [`TrackerImage::of`], in the memory of a `spare` one ([`Tracker::spare_image`](super::Tracker::spare_image)), unless it is still
+    /// As [`TrackerImage::of`], in the buffers of a `spare` one ([`Tracker::spare_image`](super::Tracker::spare_image)), unless it is still
     /// held elsewhere.
     pub fn of_into(image: &Picture, spare: Option<Self>) -> Self {
         let (whole, half) = match spare.and_then(|spare| Arc::into_inner(spare.0)) {
@@ -39,5 +39,31 @@ impl TrackerImage {
             half: whole.halved_into(half),
             whole,
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spare_image_gives_its_buffers_unless_it_is_held_elsewhere() {
+        let picture = |(width, height)| Picture::from_fn(width, height, |x, y| [(x * y % 251) as u8, (x ^ y) as u8, 9]);
+        let buffers =
+            |TrackerImage(sizes): &TrackerImage| [&sizes.whole, &sizes.half].map(|image| image.values.as_ptr());
+        let mut image = TrackerImage::of(&picture((480, 270)));
+        let first = buffers(&image);
+        // The same size, that of a turned camera, and a smaller one.
+        for size in [(480, 270), (270, 480), (96, 54)] {
+            image = TrackerImage::of_into(&picture(size), Some(image));
+            let fresh = TrackerImage::of(&picture(size));
+            assert_eq!(buffers(&image), first, "{size:?}");
+            assert_eq!(image.0.whole, fresh.0.whole, "{size:?}");
+            assert_eq!(image.0.half, fresh.0.half, "{size:?}");
+        }
+        let held = image.clone();
+        let other = TrackerImage::of_into(&picture((96, 40)), Some(image));
+        assert_ne!(buffers(&other), first);
+        assert_eq!(held.0.whole, TrackerImage::of(&picture((96, 54))).0.whole);
     }
 }
