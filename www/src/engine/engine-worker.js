@@ -82,7 +82,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
- * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
+ * What the finders say of one target in a frame: the first sighting is the likeliest. `canDeny`: whether no sighting means that it is not
  * there.
  *
  * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer

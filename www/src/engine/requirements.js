@@ -12,10 +12,28 @@ const VECTORS = Uint8Array.of(
 const NEEDED = {
   WebAssembly: () => typeof WebAssembly === "object",
   "WebAssembly vectors (SIMD)": () => WebAssembly.validate(VECTORS),
-  "web workers": () => typeof Worker === "function",
+  "web workers that are modules": areWorkersModules,
   createImageBitmap: () => typeof createImageBitmap === "function",
   OffscreenCanvas: () => typeof OffscreenCanvas === "function",
 };
+
+/** Whether the browser asks of what type a worker is. None starts: the address is no address. */
+function areWorkersModules() {
+  let asked = false;
+  const options = {
+    /** @returns {"module"} */
+    get type() {
+      asked = true;
+      return "module";
+    },
+  };
+  try {
+    new Worker("https://:", options).terminate();
+  } catch {
+    // It always gets here, even without workers.
+  }
+  return asked;
+}
 
 /**
  * Refuses a browser that the engine cannot run in, before anything is fetched.

@@ -153,8 +153,8 @@ test("workers that cannot be started are errors with a code", { timeout: SLOW_MS
         deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", ...options }).catch(({ name, code, message }) => ({ name, code, message }));
       const absent = await load({ workerUrl: "/absent.js" });
       globalThis.Worker = class {
-        constructor() {
-          throw new DOMException("not here", "SecurityError");
+        constructor(_address, { type }) {
+          throw new DOMException(`no ${type} here`, "SecurityError");
         }
       };
       return [absent, await load({})];
@@ -162,7 +162,7 @@ test("workers that cannot be started are errors with a code", { timeout: SLOW_MS
     assert.deepEqual([absent.name, absent.code], ["DeepSftError", "engine-load"]);
     assert.match(absent.message, /workerUrl/);
     assert.deepEqual([refused.name, refused.code], ["DeepSftError", "engine-load"]);
-    assert.match(refused.message, /not here/);
+    assert.match(refused.message, /no module here/);
     assert.deepEqual(page.workers(), []);
   }),
 );

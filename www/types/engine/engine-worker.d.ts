@@ -221,7 +221,7 @@ export type MeshRequest = {
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 /**
- * What the finders say of one target in a frame: the last sighting is the best. `canDeny`: whether no sighting means that it is not
+ * What the finders say of one target in a frame: the first sighting is the likeliest. `canDeny`: whether no sighting means that it is not
  * there.
  *
  * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer
