@@ -14,6 +14,8 @@ const PATIENCE_MS = 180_000;
 const POLL_MS = 200;
 /** When nothing has come for so long, nothing is on its way, milliseconds: an emulated GPU takes seconds for an answer. */
 const QUIET_MS = { cpu: 1500, webgpu: 8000 };
+/** A worker that takes so long to come to a message has been computing, milliseconds. */
+const BUSY_MS = 500;
 /** A small one: on a machine without a GPU the processor draws it. */
 const WINDOW = { width: 640, height: 400 };
 
@@ -40,6 +42,11 @@ export async function posterFilm(folder, events, frames, perSecond) {
   const film = join(folder, "camera.y4m");
   await writeFile(film, y4m(pictures, perSecond));
   return film;
+}
+
+/** Waits until a worker has nothing else to do; one that has ended has not. @param {import("puppeteer-core").WebWorker} worker */
+function idle(worker) {
+  return worker.evaluate(() => new Promise((resolve) => setTimeout(resolve))).catch(() => undefined);
 }
 
 /** On the page: counts what it follows. */
@@ -127,8 +134,10 @@ export class FollowedPage {
     await play(false);
     let [last, since] = ["", performance.now()];
     while (performance.now() - since < this.#quietMs) {
+      const asked = performance.now();
+      await Promise.all(this.page.workers().map(idle));
       const now = JSON.stringify(await this.counts());
-      if (now !== last) [last, since] = [now, performance.now()];
+      if (now !== last || performance.now() - asked > BUSY_MS) [last, since] = [now, performance.now()];
       await new Promise((resolve) => setTimeout(resolve, POLL_MS));
     }
     const done = await act();
