@@ -153,12 +153,19 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       assert.notDeepEqual(await shape.screenshot(), before);
       // Nothing of it is left when the browser takes the graphics context, and it is drawn again when that is back.
       const context = await shape.evaluateHandle((canvas) => canvas.getContext("webgl2").getExtension("WEBGL_lose_context"));
-      const event = (name) =>
-        shape.evaluate((canvas, name) => new Promise((done) => canvas.addEventListener(name, done, { once: true })).then(() => undefined), name);
-      await Promise.all([event("webglcontextlost"), context.evaluate((context) => context.loseContext())]);
+      const change = (to) =>
+        shape.evaluate(
+          async (canvas, [context, to]) => {
+            const changed = new Promise((resolve) => canvas.addEventListener(`webglcontext${to === "lose" ? "lost" : "restored"}`, resolve, { once: true }));
+            context[`${to}Context`]();
+            await changed;
+          },
+          [context, to],
+        );
+      await change("lose");
       await page.waitForTimeout(300);
       const lost = await shape.screenshot();
-      await Promise.all([event("webglcontextrestored"), context.evaluate((context) => context.restoreContext())]);
+      await change("restore");
       await page.waitForTimeout(500);
       const restored = await shape.screenshot();
       assert.notDeepEqual(restored, lost);
