@@ -10,6 +10,8 @@ import { onPage } from "../support/page.mjs";
 const CAMERA = { width: 960, height: 720, fx: 758.4, fy: 758.4, cx: 480, cy: 360 };
 /** The ends of the sheet are 346 pixels from the middle. Of the 360 rows on either side the training camera sees 269. */
 const NEAR_MM = 325;
+/** 201 pixels: far inside. */
+const FAR_MM = 560;
 /** Of the whole mesh from the true sheet; the print is flat, and the fit is told so by its pixels alone. */
 const MAX_RMS_MM = 3;
 /** The focal length with which the canonical image reaches as far as the camera's: 380 * (135 / 380) / (360 / 758.4). */
@@ -89,5 +91,79 @@ test("an image that holds a near sheet whole gives the whole sheet, by network a
       // The whole print is in the maps.
       assert.ok(apart.length > 400 && median(apart) < 8 && Math.abs(median(depths) - NEAR_MM) < 30, figures);
     }
+  }),
+);
+
+test("a sheet that comes near and goes away again is followed, its mesh whole", { timeout: SLOW_MS }, (t) =>
+  onPage({}, async ({ page }) => {
+    await page.evaluate(draw);
+    const frames = await page.evaluate(async ([camera, near, far]) => {
+      const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+      const [own] = sft.targets;
+      const video = Object.assign(document.createElement("video"), { muted: true, srcObject: posterAt(own, camera, near).captureStream(0) });
+      const [track] = video.srcObject.getVideoTracks();
+      const frames = [];
+      // It stands near until it is found, then goes away in steps that wait for the tracker, and comes back.
+      let [zMm, step, stood] = [near, 0, 0];
+      const done = new Promise((resolve, reject) => {
+        const tracking = sft.trackMesh(
+          video,
+          async (tracked) => {
+            try {
+              const { mesh, agreement, frame } = tracked;
+              // What the frame shows: the sheet's length in its middle column tells its distance.
+              const small = new OffscreenCanvas(1, frame.height).getContext("2d");
+              small.drawImage(frame, -(frame.width >> 1), 0);
+              const { data } = small.getImageData(0, 0, 1, frame.height);
+              const isGround = (row) => [0x55, 0x66, 0x77].every((value, k) => Math.abs(data[4 * row + k] - value) < 12);
+              let [top, bottom] = [0, frame.height - 1];
+              while (top < frame.height && isGround(top)) top++;
+              while (bottom > top && isGround(bottom)) bottom--;
+              const seenMm = (own.widthMm * camera.fy) / (bottom + 1 - top);
+              tracked.close();
+              const found = mesh !== null && agreement > 0.6;
+              const { focal } = await tracking.maps();
+              frames.push({ found, focal, seenMm, rms: found ? rmsOf(mesh, own, seenMm) : null });
+              if (found && ++stood % 3 === 0) {
+                step++;
+                zMm = far + (near - far) * Math.abs(1 - step / 12);
+              }
+              if (step > 24) {
+                tracking.stop();
+                resolve(undefined);
+              }
+              posterAt(own, camera, zMm);
+              track.requestFrame();
+            } catch (error) {
+              reject(error);
+            }
+          },
+          { camera },
+        );
+        tracking.finished.catch(reject);
+        // The tracker passes frames over; a canvas on which nothing is drawn sends none.
+        const again = setInterval(() => {
+          if (step > 24) return clearInterval(again);
+          posterAt(own, camera, zMm);
+          track.requestFrame();
+        }, 100);
+      });
+      await video.play();
+      await done;
+      sft.close();
+      return frames;
+    }, [CAMERA, NEAR_MM, FAR_MM]);
+    const found = frames.filter((frame) => frame.found);
+    const first = frames.findIndex((frame) => frame.found);
+    t.diagnostic(`${found.length} of ${frames.length} frames, the first ${first}; rms ${found.map(({ rms }) => rms.toFixed(1)).join(" ")}`);
+    t.diagnostic(`focal ${found.map(({ focal }) => focal.toFixed(0)).join(" ")}`);
+    assert.equal(frames.slice(first).filter((frame) => !frame.found).length, 0, "once found it stays so");
+    assert.ok(median(found.map(({ rms }) => rms)) < MAX_RMS_MM);
+    // It may be found in the training camera's view, which then does not hold it.
+    const [wide, nearest] = [WIDE, 380].map((focal) => found.slice(1).filter((frame) => Math.abs(frame.focal - focal) < 1e-6));
+    assert.equal(wide.length + nearest.length, found.length - 1);
+    assert.ok(Math.max(...wide.map(({ seenMm }) => seenMm)) < FAR_MM - 20 && Math.min(...nearest.map(({ seenMm }) => seenMm)) > NEAR_MM + 20);
+    const changes = found.filter(({ focal }, i) => i > 0 && focal !== found[i - 1].focal);
+    assert.ok(changes.length <= 3, `${changes.length} changes of the view`);
   }),
 );
