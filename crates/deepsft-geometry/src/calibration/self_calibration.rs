@@ -27,6 +27,9 @@ const WRONG_MESH: f64 = 1.6;
 /// Energy up to which a mesh explains its image, whatever the others do. On synthetic clips right ones have 60 and more.
 const RIGHT_MESH: f64 = 50.0;
 
+/// Views for whose pixels room is made with the first: made one by one, it would grow the memory of a page that has long been at work.
+const RESERVED_VIEWS: usize = 12;
+
 /// What is known before the views are, and which views are taken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SelfCalibrationOptions {
@@ -192,6 +195,9 @@ impl SelfCalibration {
                 self.spare.push(self.views.swap_remove(least).into_pixels());
             }
         }
+        let (there, pixels) = (self.views.len() + self.spare.len(), image.rgb().len() / 3);
+        let reserved = self.options.max_views.min(RESERVED_VIEWS);
+        self.spare.extend((there..reserved).map(|_| Vec::with_capacity(pixels)));
         let grey = GreyImage::of_into(image, self.spare.pop().unwrap_or_default());
         self.views.push(View::new(grey, tracked, vertices));
         Ok(true)
