@@ -99,7 +99,8 @@ export async function destroyerOfDevices(page) {
     for (const { client, objectId } of found) {
       const functionDeclaration = "function () { this.forEach((device) => device.destroy()); return this.length; }";
       destroyed += (await client.send("Runtime.callFunctionOn", { objectId, functionDeclaration, returnByValue: true })).result.value;
-      await client.send("Runtime.releaseObjectGroup", kept);
+      // The page may have ended the worker by now, and its objects with it.
+      await client.send("Runtime.releaseObjectGroup", kept).catch(() => undefined);
     }
     return destroyed;
   };
