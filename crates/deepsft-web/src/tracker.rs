@@ -47,7 +47,7 @@ struct Track {
 /// Frames between two steps of the search for the camera; each takes about as long as following a frame.
 const CALIBRATION_INTERVAL: u32 = 2;
 
-/// What following a sheet takes for a moment where it fills the view, for each pixel: half as much 350 mm away.
+/// What following a sheet takes for a moment where it fills the view, for each pixel: half as much of an A4 sheet 400 mm away.
 const ROOM_BYTES: usize = 56;
 
 /// Agreement from which a mesh is good enough to tell of the camera.
