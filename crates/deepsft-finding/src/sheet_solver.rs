@@ -72,7 +72,7 @@ impl SheetSolver {
             .collect();
         let data = Reprojection::new(self.mesh(), camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
         Ok(if soft {
-            self.sheet.settle(&[&data], start.to_vec(), STEPS)?.0
+            self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?.0
         } else {
             self.sheet.solve(&[&data], start, STEPS)?.0
         })

@@ -80,7 +80,7 @@ fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
         };
         let canonical = warp.apply(&image).unwrap();
         if let Some(fit) = fitter.fit(&canonical, &training_camera(), &sheet.maps, None).unwrap() {
-            assert!(fit.agreement < 0.6, "frame {index}: {}", fit.agreement);
+            assert!(fit.correlation < 0.6, "frame {index}: {}", fit.correlation);
         }
     }
 }

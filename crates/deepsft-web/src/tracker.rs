@@ -50,8 +50,8 @@ const CALIBRATION_INTERVAL: u32 = 2;
 /// What following a sheet takes for a moment where it fills the view, for each pixel: half as much of an A4 sheet 400 mm away.
 const ROOM_BYTES: usize = 56;
 
-/// Agreement from which a mesh is good enough to tell of the camera.
-const TELLING_AGREEMENT: f64 = 0.6;
+/// Correlation from which a mesh is good enough to tell of the camera.
+const TELLING_CORRELATION: f64 = 0.6;
 
 #[wasm_bindgen]
 impl MeshTracker {
@@ -133,12 +133,12 @@ impl MeshTracker {
     /// canonical image that it is followed in, pixels: the training camera's, or a shorter one that sees more.
     ///
     /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),
-    /// `confidence` (of each vertex, 0 to 1), `agreement` (of the whole visible print), solver `iterations`. With `calibrate` the
+    /// `confidence` (of each vertex, 0 to 1), `correlation` (of the whole visible print), solver `iterations`. With `calibrate` the
     /// meshes also tell of the camera: `focal` is there in frames in which it was found, the true focal length as a multiple of the
     /// given one with its standard deviation, a fraction of it. Rejects with an `Error` whose `code` is `camera-intrinsics`,
     /// `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }[], focal: { ratio: number, deviation: number } | null, warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], focal: { ratio: number, deviation: number } | null, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
@@ -309,7 +309,7 @@ impl Track {
             none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),
         };
         let tracked = self.tracker.current();
-        if tracked.found && tracked.agreement >= TELLING_AGREEMENT {
+        if tracked.found && tracked.correlation >= TELLING_CORRELATION {
             calibration.offer(picture, canonical, &tracked.vertices_camera)?;
         }
         if !number.is_multiple_of(CALIBRATION_INTERVAL) {
@@ -356,7 +356,7 @@ fn tracked_target(id: u32, tracked: &Tracked, smoothing: &mut Option<OneEuro>, t
         ("found", tracked.found.into()),
         ("vertices", vertices.into()),
         ("confidence", Float32Array::from(tracked.confidence.as_slice()).into()),
-        ("agreement", tracked.agreement.into()),
+        ("correlation", tracked.correlation.into()),
         ("iterations", (tracked.iterations as u32).into()),
     ])
 }

@@ -135,7 +135,7 @@ export class Hud {
    * @param {TrackedFrame} tracked
    * @param {number} drawMs time to hand the frame to the stage
    */
-  showTracked({ found, agreement, camera, networkFps, times: { captureMs, warpMs, trackMs } }, drawMs) {
+  showTracked({ found, correlation, camera, networkFps, times: { captureMs, warpMs, trackMs } }, drawMs) {
     const now = performance.now();
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
@@ -153,7 +153,7 @@ export class Hud {
     this.#showStages();
     this.showMesh(found);
     if (networkFps > 0 && this.#answers === 0) element("#network-fps").textContent = networkFps.toFixed(1);
-    if (found) this.#showState(true, "tracked", agreement);
+    if (found) this.#showState(true, "tracked", correlation);
     else if (wasTracked) this.#showLost();
     this.#showCamera(camera);
   }

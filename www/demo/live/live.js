@@ -25,7 +25,7 @@ const SCALE_SECONDS = 0.4;
 /** Canvas pixels per CSS pixel, at least, on slow machines. */
 const MIN_QUALITY = 0.5;
 /** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
-const MIN_AGREEMENT = 0.6;
+const MIN_CORRELATION = 0.6;
 
 /** Fired on the document for each estimate, before it is closed, for those who script the page. */
 export class EstimateEvent extends Event {
@@ -214,7 +214,7 @@ export class Live {
     /** @type {Float32Array} */
     let seen = new Float32Array();
     if (mesh) {
-      const certain = tracked.agreement >= MIN_AGREEMENT;
+      const certain = tracked.correlation >= MIN_CORRELATION;
       seen = this.#printCovering?.follow(mesh, certain) ?? this.#covering.follow(tracked.number, mesh, certain);
       this.#followDepth(depthsOf(mesh));
     }

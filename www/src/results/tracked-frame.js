@@ -18,10 +18,10 @@ export class TrackedTarget {
    * @param {Target} contents.target
    * @param {SurfaceMesh | null} contents.mesh
    * @param {boolean} contents.held
-   * @param {number} contents.agreement
+   * @param {number} contents.correlation
    * @param {number} contents.iterations
    */
-  constructor({ target, mesh, held, agreement, iterations }) {
+  constructor({ target, mesh, held, correlation, iterations }) {
     /** What is followed. */
     this.target = target;
     /**
@@ -32,8 +32,8 @@ export class TrackedTarget {
     this.mesh = mesh;
     /** Whether this frame does not confirm the mesh: it stands where it was last confirmed, or about there. */
     this.held = held;
-    /** Fraction of the visible print that the image confirms, 0 to 1. */
-    this.agreement = agreement;
+    /** Correlation of the normalised image with the normalised print over the visible sheet, 0 to 1. */
+    this.correlation = correlation;
     /** Solver iterations this frame took. */
     this.iterations = iterations;
   }
@@ -85,9 +85,9 @@ export class TrackedFrame {
     return this.targets[0]?.mesh ?? null;
   }
 
-  /** Of the first target: fraction of the visible print that the image confirms, 0 to 1. */
-  get agreement() {
-    return this.targets[0]?.agreement ?? 0;
+  /** Of the first target: correlation of image and visible print, 0 to 1. */
+  get correlation() {
+    return this.targets[0]?.correlation ?? 0;
   }
 
   /** Lets the frame go. */

@@ -14,8 +14,8 @@ import { SurfaceGeometry } from "./surface-geometry.js";
 /** @import { TrackedFrame } from "../results/tracked-frame.js" */
 /** @import { Target } from "../targets/target.js" */
 
-/** From this agreement on the mesh lies well enough for its confidence to tell what covers it. */
-const MIN_AGREEMENT = 0.6;
+/** From this correlation on the mesh lies well enough for its confidence to tell what covers it. */
+const MIN_CORRELATION = 0.6;
 /** Fraction of a vertex's surroundings that is seen, from which on the new print begins to show, and shows fully. */
 const SEEN = { from: 0.3, fully: 0.7 };
 
@@ -94,7 +94,7 @@ export class Sheet extends Group {
       return;
     }
     this.show(seen.mesh, atMs);
-    if (tracked.frame) this.#shade(seen.mesh, tracked.camera, tracked.frame, seen.agreement >= MIN_AGREEMENT);
+    if (tracked.frame) this.#shade(seen.mesh, tracked.camera, tracked.frame, seen.correlation >= MIN_CORRELATION);
   }
 
   /**

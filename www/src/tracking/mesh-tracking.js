@@ -179,7 +179,7 @@ export class MeshTracking {
       if (!current) return;
       const raw = await current.answer;
       if (this.#stopped) return current.frame.close();
-      const lost = raw.targets.map(({ id, found, agreement }) => this.#plan.tracked(id, found, agreement));
+      const lost = raw.targets.map(({ id, found, correlation }) => this.#plan.tracked(id, found, correlation));
       if (lost.includes(true)) this.#wakeFinders();
       const { number, timeS, frame, camera, began, grabMs } = current;
       if (this.#isTurned(camera) || current.afresh) this.#beginView(number);
@@ -264,13 +264,13 @@ export class MeshTracking {
     // Removed meanwhile.
     if (!followed) return null;
     const { target, presence } = followed;
-    const { found, agreement, iterations } = raw;
-    const change = presence.update(found ? agreement : 0, atMs);
+    const { found, correlation, iterations } = raw;
+    const change = presence.update(found ? correlation : 0, atMs);
     if (found) followed.mesh = new SurfaceMesh(raw, target.mesh, "tracking");
     followed.isNew = found;
     const mesh = presence.isFound ? followed.mesh : null;
     const held = mesh !== null && !presence.isConfirmed;
-    return { change, tracked: new TrackedTarget({ target, mesh, held, agreement, iterations }) };
+    return { change, tracked: new TrackedTarget({ target, mesh, held, correlation, iterations }) };
   }
 
   /**

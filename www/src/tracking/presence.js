@@ -1,6 +1,6 @@
 // When a target counts as found, and when as lost.
 
-/** Fraction of the visible print that the image must confirm for a frame to count. */
+/** Correlation of image and visible print from which a frame counts. */
 const CONFIRMED = 0.35;
 /** Frames in a row that must confirm a new mesh before it counts as found; from `STRONG` on one is enough. */
 const FRAMES = 3;
@@ -10,7 +10,7 @@ const LOST_MS = 400;
 
 /**
  * Found and lost with hysteresis, so that neither flickers. A target is found when three frames in a row confirm its mesh, each
- * with an agreement of 0.35 or more, or at once when one confirms 0.8 of the visible print. It is lost when no frame has
+ * with a correlation of 0.35 or more, or at once when one does with 0.8 or more. It is lost when no frame has
  * confirmed it for 0.4 seconds of the video.
  */
 export class Presence {
@@ -28,15 +28,15 @@ export class Presence {
   }
 
   /**
-   * @param {number} agreement of the newest frame with the tracker's mesh, 0 to 1; 0 without a mesh
+   * @param {number} correlation of the newest frame with the tracker's mesh, 0 to 1; 0 without a mesh
    * @param {number} atMs time of the frame, milliseconds, ascending
    * @returns {"found" | "lost" | null} what has changed
    */
-  update(agreement, atMs) {
-    if (agreement >= CONFIRMED) {
+  update(correlation, atMs) {
+    if (correlation >= CONFIRMED) {
       this.#inARow++;
       this.#confirmedAt = atMs;
-      if (this.#isFound || !(agreement >= STRONG || this.#inARow >= FRAMES)) return null;
+      if (this.#isFound || !(correlation >= STRONG || this.#inARow >= FRAMES)) return null;
       this.#isFound = true;
       return "found";
     }

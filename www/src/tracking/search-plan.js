@@ -2,7 +2,7 @@
 
 /** @import { Target } from "../targets/target.js" */
 
-/** Agreement from which a followed target needs no finder soon. */
+/** Correlation from which a followed target needs no finder soon. */
 const SURE = 0.6;
 /** After so long it is looked for all the same, milliseconds: a track may sit in a wrong fold. */
 const CONFIRM_MS = 2000;
@@ -22,7 +22,7 @@ const MAX_REST_MS = CONFIRM_MS;
 const SLOWED = 2;
 const SLOW_SEARCHES = 3;
 
-/** @typedef {{ target: Target, isFollowed: boolean, agreement: number, askedAt: number }} Searched */
+/** @typedef {{ target: Target, isFollowed: boolean, correlation: number, askedAt: number }} Searched */
 
 /**
  * Spends the finders on the targets that are missing, in turn, as many at once as a search may take time for. A target that is
@@ -42,7 +42,7 @@ export class SearchPlan {
   /** @param {Target[]} targets */
   constructor(targets) {
     this.#targets = new Map(
-      targets.map((target) => [target.id, { target, isFollowed: false, agreement: 0, askedAt: -Infinity }]),
+      targets.map((target) => [target.id, { target, isFollowed: false, correlation: 0, askedAt: -Infinity }]),
     );
   }
 
@@ -65,7 +65,7 @@ export class SearchPlan {
   onlyConfirms(ids) {
     return ids.every((id) => {
       const searched = this.#targets.get(id);
-      return searched?.isFollowed && searched.agreement >= SURE && searched.target.kind === "model";
+      return searched?.isFollowed && searched.correlation >= SURE && searched.target.kind === "model";
     });
   }
 
@@ -74,14 +74,14 @@ export class SearchPlan {
    *
    * @param {number} id
    * @param {boolean} isFollowed
-   * @param {number} agreement
+   * @param {number} correlation
    * @returns {boolean} whether the target was just lost
    */
-  tracked(id, isFollowed, agreement) {
+  tracked(id, isFollowed, correlation) {
     const searched = this.#targets.get(id);
     if (!searched) return false;
     const isLost = searched.isFollowed && !isFollowed;
-    [searched.isFollowed, searched.agreement] = [isFollowed, agreement];
+    [searched.isFollowed, searched.correlation] = [isFollowed, correlation];
     return isLost;
   }
 
@@ -99,9 +99,9 @@ export class SearchPlan {
   next(nowMs) {
     const inTurn = [...this.#targets.values()].sort((a, b) => a.askedAt - b.askedAt);
     const missing = inTurn.filter(({ isFollowed }) => !isFollowed);
-    const due = inTurn.filter(({ isFollowed, agreement, askedAt, target }) => {
+    const due = inTurn.filter(({ isFollowed, correlation, askedAt, target }) => {
       if (!isFollowed) return false;
-      const isSure = agreement >= SURE && (target.kind !== "model" || missing.length > 0);
+      const isSure = correlation >= SURE && (target.kind !== "model" || missing.length > 0);
       return !isSure || nowMs - askedAt >= CONFIRM_MS;
     });
     const atOnce = Math.max(1, Math.floor(BUDGET_MS / Math.max(this.#eachMs, 1)));

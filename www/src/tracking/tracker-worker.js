@@ -26,7 +26,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 
 /**

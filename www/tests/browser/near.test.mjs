@@ -110,7 +110,7 @@ test("a sheet that comes near and goes away again is followed, its mesh whole", 
           video,
           async (tracked) => {
             try {
-              const { mesh, agreement, frame } = tracked;
+              const { mesh, correlation, frame } = tracked;
               // What the frame shows: the sheet's length in its middle column tells its distance.
               const small = new OffscreenCanvas(1, frame.height).getContext("2d");
               small.drawImage(frame, -(frame.width >> 1), 0);
@@ -121,7 +121,7 @@ test("a sheet that comes near and goes away again is followed, its mesh whole", 
               while (bottom > top && isGround(bottom)) bottom--;
               const seenMm = (own.widthMm * camera.fy) / (bottom + 1 - top);
               tracked.close();
-              const found = mesh !== null && agreement > 0.6;
+              const found = mesh !== null && correlation > 0.6;
               const { focal } = await tracking.maps();
               frames.push({ found, focal, seenMm, rms: found ? rmsOf(mesh, own, seenMm) : null });
               if (found && ++stood % 3 === 0) {

@@ -134,9 +134,9 @@ test(
                 trackMs: times.trackMs,
                 greys: points.map(([x]) => data[4 * (4 * 64 + Math.floor(x))]),
                 ofFirst: found === tracked.targets[0]?.found && mesh === tracked.targets[0]?.mesh,
-                targets: tracked.targets.map(({ target, found, held, mesh, agreement }) => ({
+                targets: tracked.targets.map(({ target, found, held, mesh, correlation }) => ({
                   name: target.name,
-                  ...{ found, held, agreement },
+                  ...{ found, held, correlation },
                   vertices: mesh && [...mesh.vertices],
                 })),
               });

@@ -141,12 +141,12 @@ async function collectTracked(page) {
     const canvas = new OffscreenCanvas(64, 8);
     const context = canvas.getContext("2d", { willReadFrequently: true });
     document.addEventListener("deepsft-tracked", ({ tracked }) => {
-      const { frame, found, mesh, agreement, times, networkFps } = tracked;
+      const { frame, found, mesh, correlation, times, networkFps } = tracked;
       context.drawImage(frame, 0, frame.height - 8, 64, 8, 0, 0, 64, 8);
       const { data } = context.getImageData(0, 0, 64, 8);
       const greys = points.map(([x]) => data[4 * (4 * 64 + Math.floor(x))]);
       const vertices = found ? mesh.vertices : null;
-      globalThis.tracked.push({ greys, found, agreement, times, networkFps, vertices, at: performance.now() });
+      globalThis.tracked.push({ greys, found, correlation, times, networkFps, vertices, at: performance.now() });
     });
   }, stampPoints(270));
 }

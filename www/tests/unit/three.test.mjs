@@ -38,7 +38,7 @@ function targetOf(topology) {
 }
 
 const trackedOf = (target, mesh) => ({
-  of: (asked) => (asked === target ? { target, found: mesh !== null, mesh, agreement: 1 } : undefined),
+  of: (asked) => (asked === target ? { target, found: mesh !== null, mesh, correlation: 1 } : undefined),
   frame: null,
   camera: INTRINSICS,
 });

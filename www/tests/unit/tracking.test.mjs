@@ -4,10 +4,10 @@ import { test } from "node:test";
 import { Presence } from "../../src/tracking/presence.js";
 import { SearchPlan } from "../../src/tracking/search-plan.js";
 
-/** What changes over frames with these agreements, 50 ms apart unless told. */
-function changes(agreements, stepMs = 50) {
+/** What changes over frames with these correlations, 50 ms apart unless told. */
+function changes(correlations, stepMs = 50) {
   const presence = new Presence();
-  return agreements.map((agreement, i) => presence.update(agreement, i * stepMs));
+  return correlations.map((correlation, i) => presence.update(correlation, i * stepMs));
 }
 
 test("a target is found after three frames in a row, or at once by a strong one", () => {
@@ -24,7 +24,7 @@ test("it is lost when no frame has confirmed it for 0.4 seconds, and a shorter g
 
 test("a frame says whether it confirms", () => {
   const presence = new Presence();
-  const states = [0.9, 0, 0.5].map((agreement, i) => (presence.update(agreement, i), [presence.isFound, presence.isConfirmed]));
+  const states = [0.9, 0, 0.5].map((correlation, i) => (presence.update(correlation, i), [presence.isFound, presence.isConfirmed]));
   assert.deepEqual(states, [[true, true], [true, false], [true, true]]);
 });
 

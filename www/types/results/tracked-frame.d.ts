@@ -28,8 +28,8 @@ export declare class TrackedTarget {
     mesh: SurfaceMesh | null;
     /** Whether this frame does not confirm the mesh: it stands where it was last confirmed, or about there. */
     held: boolean;
-    /** Fraction of the visible print that the image confirms, 0 to 1. */
-    agreement: number;
+    /** Correlation of the normalised image with the normalised print over the visible sheet, 0 to 1. */
+    correlation: number;
     /** Solver iterations this frame took. */
     iterations: number;
     /**
@@ -37,14 +37,14 @@ export declare class TrackedTarget {
      * @param {Target} contents.target
      * @param {SurfaceMesh | null} contents.mesh
      * @param {boolean} contents.held
-     * @param {number} contents.agreement
+     * @param {number} contents.correlation
      * @param {number} contents.iterations
      */
-    constructor({ target, mesh, held, agreement, iterations }: {
+    constructor({ target, mesh, held, correlation, iterations }: {
         target: Target;
         mesh: SurfaceMesh | null;
         held: boolean;
-        agreement: number;
+        correlation: number;
         iterations: number;
     });
 }
@@ -90,8 +90,8 @@ export declare class TrackedFrame {
     get found(): boolean;
     /** Of the first target: the whole surface; null unless found. */
     get mesh(): SurfaceMesh | null;
-    /** Of the first target: fraction of the visible print that the image confirms, 0 to 1. */
-    get agreement(): number;
+    /** Of the first target: correlation of image and visible print, 0 to 1. */
+    get correlation(): number;
     /** Lets the frame go. */
     close(): void;
 }

@@ -1,6 +1,6 @@
 /**
  * Found and lost with hysteresis, so that neither flickers. A target is found when three frames in a row confirm its mesh, each
- * with an agreement of 0.35 or more, or at once when one confirms 0.8 of the visible print. It is lost when no frame has
+ * with a correlation of 0.35 or more, or at once when one does with 0.8 or more. It is lost when no frame has
  * confirmed it for 0.4 seconds of the video.
  */
 export declare class Presence {
@@ -9,9 +9,9 @@ export declare class Presence {
     /** Whether the newest frame confirms the mesh. */
     get isConfirmed(): boolean;
     /**
-     * @param {number} agreement of the newest frame with the tracker's mesh, 0 to 1; 0 without a mesh
+     * @param {number} correlation of the newest frame with the tracker's mesh, 0 to 1; 0 without a mesh
      * @param {number} atMs time of the frame, milliseconds, ascending
      * @returns {"found" | "lost" | null} what has changed
      */
-    update(agreement: number, atMs: number): "found" | "lost" | null;
+    update(correlation: number, atMs: number): "found" | "lost" | null;
 }

@@ -2,10 +2,10 @@ import type { Target } from "../targets/target.js";
 export type Searched = {
     target: Target;
     isFollowed: boolean;
-    agreement: number;
+    correlation: number;
     askedAt: number;
 };
-/** @typedef {{ target: Target, isFollowed: boolean, agreement: number, askedAt: number }} Searched */
+/** @typedef {{ target: Target, isFollowed: boolean, correlation: number, askedAt: number }} Searched */
 /**
  * Spends the finders on the targets that are missing, in turn, as many at once as a search may take time for. A target that is
  * followed is confirmed now and then, at once when the image does not confirm it, and in between when nothing is missing and it
@@ -31,10 +31,10 @@ export declare class SearchPlan {
      *
      * @param {number} id
      * @param {boolean} isFollowed
-     * @param {number} agreement
+     * @param {number} correlation
      * @returns {boolean} whether the target was just lost
      */
-    tracked(id: number, isFollowed: boolean, agreement: number): boolean;
+    tracked(id: number, isFollowed: boolean, correlation: number): boolean;
     /** @param {number} id of a target that is looked for no longer */
     remove(id: number): void;
     /**

@@ -26,7 +26,7 @@ export type RawTrackedTarget = {
     found: boolean;
     vertices: Float32Array;
     confidence: Float32Array;
-    agreement: number;
+    correlation: number;
     iterations: number;
 };
 export type RawTracked = {
@@ -67,7 +67,7 @@ export type RawTracked = {
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, agreement: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 /**
  * The meshes in one frame as they cross from the worker.

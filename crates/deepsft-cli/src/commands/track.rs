@@ -25,8 +25,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use track_folder::{TRACK_FOLDER, TrackFolder};
 
-/// Agreement from which a mesh is good enough to tell of the camera.
-const TELLING_AGREEMENT: f64 = 0.6;
+/// Correlation from which a mesh is good enough to tell of the camera.
+const TELLING_CORRELATION: f64 = 0.6;
 /// Updates of the camera after which it counts as not found.
 const MAX_CAMERA_UPDATES: usize = 30;
 /// Standard deviation of the focal length, a fraction of it, from which its user is warned.
@@ -39,7 +39,7 @@ fits it to the next image. A model has its own network as finder; a picture's co
 finder runs beside the tracker. Its detections start the track, confirm it, and start it again when it is lost.
 
 The command writes
-  DIR/track.json     for every frame: found or not, agreement of image and template (0 to 1), solver iterations, the
+  DIR/track.json     for every frame: found or not, correlation of image and template (0 to 1), solver iterations, the
                      finder's detection, milliseconds per stage; the cameras; medians
   DIR/track.csv      the same as a table
   DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found
@@ -313,7 +313,7 @@ impl Track<'_> {
             ..
         } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
         if let Some(calibration) = &mut self.calibration {
-            if tracked.found && tracked.agreement >= TELLING_AGREEMENT {
+            if tracked.found && tracked.correlation >= TELLING_CORRELATION {
                 let image = view.canonical(&self.canonical_camera)?;
                 calibration.offer(image, &self.canonical_camera, &tracked.vertices_camera)?;
             }
@@ -341,7 +341,7 @@ impl Track<'_> {
             frame: number,
             time_s,
             found: tracked.found,
-            agreement: tracked.agreement,
+            correlation: tracked.correlation,
             iterations: tracked.iterations,
             detection,
             ms: StageTimes::new(decode_ms, &times),

@@ -3,7 +3,7 @@
 use super::camera_parameters::pixel_gradients;
 use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::fitting::mesh_fitter::{MeshFitter, Resolution, Round, window_of};
+use crate::fitting::mesh_fitter::{FitRound, MeshFitter, Resolution, window_of};
 use crate::image::GreyImage;
 use crate::mesh::SurfacePoint;
 use crate::solver::{Energy, PhotoConsistency};
@@ -82,7 +82,7 @@ impl View {
         camera: &Camera,
         (blur, steps): (f32, usize),
     ) -> Result<(), GeometryError> {
-        let round = Round {
+        let round = FitRound {
             resolution: Resolution::Coarse,
             blur,
             window: window_of(blur),
@@ -105,15 +105,15 @@ impl View {
             |_, _| true,
             trusted,
             &[],
-            |level, term, fitted| {
+            |isometric, term, fitted| {
                 let (coupling, reduced) = linearized(term, camera, fitted);
-                let solved = level.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
+                let solved = isometric.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
                 Some((coupling, reduced, solved))
             },
         )?;
         self.energy = fitted.report.final_energy();
         self.vertices = fitted.vertices;
-        self.confidence = fitted.agreement.confidence;
+        self.confidence = fitted.correlation.confidence;
         (self.reduced, self.sensitivities) = (Reduced::default(), Default::default());
         if let Some((coupling, mut reduced, (sensitivities, step))) = linearized {
             let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();

@@ -1,13 +1,14 @@
 //! One template's mesh against images: the part that the fit of one frame and tracking have in common.
 
-use super::agreement::Agreement;
-use super::level::{Interpolation, IsometricMesh};
+use super::correlation::Correlation;
+use super::grid_interpolation::GridInterpolation;
+use super::isometric_mesh::IsometricMesh;
 use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
 use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::image::{GreyImage, NormalizedImage, Normalizer};
+use crate::image::{ContrastNormalizedImage, ContrastNormalizer, GreyImage};
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template, TriangleMesh};
 use crate::solver::{Energy, PhotoConsistency, Robust, SolveReport, TexturePoint};
@@ -33,9 +34,9 @@ pub(crate) struct MeshFitter {
     pub(crate) fine: IsometricMesh,
     /// One with fewer vertices, several times quicker to solve.
     pub(crate) coarse: IsometricMesh,
-    to_fine: Interpolation,
-    to_fine_linear: Interpolation,
-    to_coarse: Interpolation,
+    to_fine: GridInterpolation,
+    to_fine_linear: GridInterpolation,
+    to_coarse: GridInterpolation,
     photo_consistency: f64,
     robust: Robust,
 }
@@ -48,7 +49,7 @@ pub(crate) enum Resolution {
 }
 
 /// One photo-consistency solve.
-pub(crate) struct Round {
+pub(crate) struct FitRound {
     /// Which mesh moves.
     pub(crate) resolution: Resolution,
     /// Blur of image and drawing, pixels.
@@ -65,11 +66,11 @@ pub(crate) struct Round {
     pub(crate) is_near: bool,
 }
 
-/// The outcome of a [`Round`].
+/// The outcome of a [`FitRound`].
 pub(crate) struct FittedRound {
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) report: SolveReport,
-    pub(crate) agreement: Agreement,
+    pub(crate) correlation: Correlation,
 }
 
 /// The window that goes with a blur, pixels.
@@ -99,14 +100,14 @@ impl MeshFitter {
         })?;
         let fine = template.mesh();
         let coarse = template.coarser(COARSE_CELLS)?;
-        let level = |mesh: &TriangleMesh| IsometricMesh::new(mesh.clone(), fine, options.isometry, options.bending);
+        let isometric = |mesh: &TriangleMesh| IsometricMesh::new(mesh.clone(), fine, options.isometry, options.bending);
         Ok(Self {
             print: Print::of(template),
-            fine: level(fine)?,
-            coarse: level(coarse.mesh())?,
-            to_fine: Interpolation::cubic(&coarse, fine)?,
-            to_fine_linear: Interpolation::linear(&coarse, fine)?,
-            to_coarse: Interpolation::cubic(template, coarse.mesh())?,
+            fine: isometric(fine)?,
+            coarse: isometric(coarse.mesh())?,
+            to_fine: GridInterpolation::cubic(&coarse, fine)?,
+            to_fine_linear: GridInterpolation::linear(&coarse, fine)?,
+            to_coarse: GridInterpolation::cubic(template, coarse.mesh())?,
             template: template.clone(),
             photo_consistency: options.photo_consistency,
             robust: Robust::Cauchy(options.photo_consistency_scale),
@@ -139,7 +140,7 @@ impl MeshFitter {
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
         start: &[DVec3],
-        round: &Round,
+        round: &FitRound,
         seen: impl Fn(usize, usize) -> bool,
         trusted: impl Fn(&SurfacePoint) -> bool,
         priors: &[&dyn Energy],
@@ -154,57 +155,64 @@ impl MeshFitter {
         &mut self,
         (grey, camera): (&GreyImage, &Camera),
         start: &[DVec3],
-        round: &Round,
+        round: &FitRound,
         seen: impl Fn(usize, usize) -> bool,
         trusted: impl Fn(&SurfacePoint) -> bool,
         priors: &[&dyn Energy],
         then: impl FnOnce(&mut IsometricMesh, &PhotoConsistency<'_>, &[DVec3]) -> T,
     ) -> Result<(FittedRound, T), GeometryError> {
         let (print, robust) = (&self.print, self.robust);
-        let level = match round.resolution {
+        let isometric = match round.resolution {
             Resolution::Fine => &mut self.fine,
             Resolution::Coarse => &mut self.coarse,
         };
-        let surface = VisibleSurface::new(&level.mesh, start, camera);
-        let border = Normalizer::reach(round.blur);
+        let surface = VisibleSurface::new(&isometric.mesh, start, camera);
+        let border = ContrastNormalizer::reach(round.blur);
         let mut drawing = Drawing::new(print, &surface, seen, (border, round.margin), Some(POINT_STEP));
         let mask = std::mem::take(&mut drawing.mask);
-        let normalizer = Normalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
+        let normalizer = ContrastNormalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
         let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
         let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
         let fitted: Vec<_> = points.iter().filter(|p| trusted(&p.point)).copied().collect();
         let mut vertices = start.to_vec();
         if round.rigid_steps > 0 {
-            vertices = rigidly_moved(level, (&image, camera), &fitted, vertices, robust, round.rigid_steps);
+            vertices = rigidly_moved(
+                isometric,
+                (&image, camera),
+                &fitted,
+                vertices,
+                robust,
+                round.rigid_steps,
+            );
         }
         let weight = self.photo_consistency / fitted.len().max(1) as f64;
-        let photo_consistency = PhotoConsistency::new(&level.mesh, camera, &image, &fitted, weight, robust)?;
+        let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &fitted, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         terms.extend(priors);
-        level.halving = round.is_near;
-        let solved = level.solve(&terms, &vertices, round.steps);
-        level.halving = false;
+        isometric.halving = round.is_near;
+        let solved = isometric.solve(&terms, &vertices, round.steps);
+        isometric.halving = false;
         let (vertices, report) = solved?;
-        let agreement = Agreement::of(&level.mesh, camera, &image, &points, &vertices);
-        let then = then(level, &photo_consistency, &vertices);
+        let correlation = Correlation::of(&isometric.mesh, camera, &image, &points, &vertices);
+        let then = then(isometric, &photo_consistency, &vertices);
         let fitted = FittedRound {
             vertices,
             report,
-            agreement,
+            correlation,
         };
         Ok((fitted, then))
     }
 }
 
 fn rigidly_moved(
-    level: &IsometricMesh,
-    (image, camera): (&NormalizedImage, &Camera),
+    isometric: &IsometricMesh,
+    (image, camera): (&ContrastNormalizedImage, &Camera),
     points: &[TexturePoint],
     vertices: Vec<DVec3>,
     robust: Robust,
     steps: usize,
 ) -> Vec<DVec3> {
-    let faces = level.mesh.faces();
+    let faces = isometric.mesh.faces();
     let position = |p: &TexturePoint| (p.point.position(faces, &vertices), p.value);
     let positions: Vec<_> = points.iter().map(position).collect();
     let place = rigid_fit(image, camera, &positions, robust, steps);

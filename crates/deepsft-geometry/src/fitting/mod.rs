@@ -7,27 +7,29 @@
 //! 2. Rigid alignment, then a solve with reprojection, depth prior, isometry and bending.
 //! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
 //!    so that light drops out; the mesh moves until they agree.
-//! 4. Where the print repeats itself or looks the same when turned, the places that look alike are tried too: features may
-//!    have slipped.
+//! 4. Where the print is similar to itself, shifted or turned, the places that look alike are tried too: the fit may be in
+//!    the wrong mode.
 //! 5. The maps are drawn from the mesh. Where they explain the image no better than the network's maps, the network's stay.
 
-mod agreement;
+mod coarse_fitter;
+mod correlation;
 mod frame_fitter;
-mod level;
-mod lookalikes;
+mod grid_interpolation;
+mod isometric_mesh;
 mod measurements;
 pub(crate) mod mesh_fitter;
+mod mode_hops;
 mod options;
 mod print;
 mod rigid_fit;
-mod slips;
+mod self_similarity;
 pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
 pub use frame_fitter::{FrameFit, FrameFitter, PhotoConsistencyCost};
 // For our other crates and tests; no stable interface.
 #[doc(hidden)]
-pub use level::IsometricMesh;
+pub use isometric_mesh::IsometricMesh;
 #[doc(hidden)]
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;

@@ -13,7 +13,7 @@ pub struct FitOptions {
     pub independent_registrations: f64,
     /// The same before the image is compared. Much more, because only the network then says where a folded part is, and
     /// bending resists the fold. The image can only pull in what is a few pixels off.
-    pub settling_registrations: f64,
+    pub continuation_registrations: f64,
     /// Weight of isometry.
     pub isometry: f64,
     /// Weight of bending.
@@ -35,7 +35,7 @@ impl Default for FitOptions {
             depth_deviation: 0.03,
             independent_depths: 2.0,
             independent_registrations: 10.0,
-            settling_registrations: 100.0,
+            continuation_registrations: 100.0,
             isometry: 1e4,
             bending: 1.0,
             photo_consistency: 2000.0,

@@ -1,6 +1,6 @@
 //! What is printed on the template, as a camera sees it.
 
-use crate::image::{GreyMipmap, NormalizedImage, Part};
+use crate::image::{ContrastNormalizedImage, GreyMipmap, Part};
 use crate::maps::erode;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template};
@@ -93,7 +93,7 @@ impl Drawing {
     }
 
     /// The photo-consistency points with what the normalised print shows there.
-    pub(crate) fn points(&self, print: &NormalizedImage) -> Vec<TexturePoint> {
+    pub(crate) fn points(&self, print: &ContrastNormalizedImage) -> Vec<TexturePoint> {
         let values = print.values();
         let point = |&(pixel, point): &(usize, SurfacePoint)| TexturePoint {
             point,
@@ -107,7 +107,7 @@ impl Drawing {
 mod tests {
     use super::*;
     use crate::camera::training_camera;
-    use crate::image::{GreyImage, Normalizer, Picture};
+    use crate::image::{ContrastNormalizer, GreyImage, Picture};
     use glam::DVec3;
 
     #[test]
@@ -124,12 +124,12 @@ mod tests {
         let (grey, blur) = (GreyImage::of(&picture), 1.5);
         let drawn = |border: usize| {
             let drawing = Drawing::new(&print, &surface, |x, _| x > 10, (border, 3), Some(3));
-            let normalizer = Normalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
+            let normalizer = ContrastNormalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
             let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
             let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
             (drawing, image, points)
         };
-        let (part, image, points) = drawn(Normalizer::reach(blur));
+        let (part, image, points) = drawn(ContrastNormalizer::reach(blur));
         let (whole, whole_image, whole_points) = drawn(480);
         assert!(whole.part.area() == 480 * 270 && part.part.area() < 480 * 270 / 3 && points.len() > 500);
         for (index, (column, row)) in whole.part.pixels().enumerate() {

@@ -1,7 +1,7 @@
 //! The rigid motion that brings a drawn mesh onto the image: what a stiff sheet does first.
 
 use crate::camera::Camera;
-use crate::image::NormalizedImage;
+use crate::image::ContrastNormalizedImage;
 use crate::solver::Robust;
 use glam::{DMat3, DQuat, DVec3};
 use std::cmp::Ordering;
@@ -15,7 +15,7 @@ const LONGEST_STEP: f64 = 0.2;
 /// Moves points (camera frame, mm) with what is printed there by up to `steps` robust Gauss-Newton steps of a rigid motion
 /// until the image shows it there. The rotation and translation of p -> rotation (p - centre) + centre + translation.
 pub(crate) fn rigid_fit(
-    image: &NormalizedImage,
+    image: &ContrastNormalizedImage,
     camera: &Camera,
     points: &[(DVec3, f64)],
     robust: Robust,
@@ -136,7 +136,7 @@ mod tests {
             120.0 + 60.0 * ((0.21 * x).sin() * (0.17 * y + 0.4).cos() + 0.4 * (0.1 * x - 0.13 * y).sin())
         };
         let picture = Picture::from_fn(480, 270, |x, y| [wave(x as f64, y as f64) as u8; 3]);
-        let image = NormalizedImage::new(&picture, 2.0, 10.0);
+        let image = ContrastNormalizedImage::new(&picture, 2.0, 10.0);
         // What is printed is what the image shows; then the points are put elsewhere.
         let (turn, shift) = (
             DQuat::from_rotation_z(0.02) * DQuat::from_rotation_y(-0.03),
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn nothing_printed_moves_nothing() {
-        let image = NormalizedImage::new(&Picture::from_fn(480, 270, |_, _| [90; 3]), 2.0, 10.0);
+        let image = ContrastNormalizedImage::new(&Picture::from_fn(480, 270, |_, _| [90; 3]), 2.0, 10.0);
         let points = [(DVec3::new(0.0, 0.0, 500.0), 0.0), (DVec3::new(30.0, 0.0, 500.0), 0.0)];
         let placed = rigid_fit(&image, &training_camera(), &points, Robust::Cauchy(0.8), 5);
         assert_eq!(placed(DVec3::Z), DVec3::Z);

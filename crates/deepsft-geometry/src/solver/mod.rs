@@ -25,7 +25,7 @@ mod mesh_solver;
 mod normal_equations;
 pub(crate) mod terms;
 
-pub use crate::image::NormalizedImage;
+pub use crate::image::ContrastNormalizedImage;
 pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
 pub use length_scale::LengthScale;

@@ -99,7 +99,7 @@ fn a_sharp_fold_goes_where_the_network_sees_it() {
     assert!(px < 0.5 && mm < 2.5, "{px} px, {mm} mm");
     // With no more trust in the registration than beside the image, bending wins over the fold.
     let timid = FitOptions {
-        settling_registrations: FitOptions::default().independent_registrations,
+        continuation_registrations: FitOptions::default().independent_registrations,
         ..FitOptions::default()
     };
     let (timid_px, timid_mm) = error(timid);
@@ -230,7 +230,7 @@ fn rows_of_one_motif() -> Template {
 fn a_fit_that_has_slipped_by_a_row_goes_back_and_where_no_border_is_seen_its_place_is_ambiguous() {
     let (template, camera) = (rows_of_one_motif(), training_camera());
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
-    assert!(fitter.has_lookalikes());
+    assert!(fitter.is_self_similar());
     let mut slipped = |distance: f64| {
         let vertices: Vec<DVec3> = bent(&template, 0.0)
             .iter()
@@ -264,5 +264,5 @@ fn a_fit_that_has_slipped_by_a_row_goes_back_and_where_no_border_is_seen_its_pla
     } = scene();
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let fitted = fitter.fit_unmasked(&image, &camera, &truth).unwrap().unwrap();
-    assert!(!fitter.has_lookalikes() && fitted.ambiguity.is_none());
+    assert!(!fitter.is_self_similar() && fitted.ambiguity.is_none());
 }

@@ -3,7 +3,7 @@
 use crate::shapes::{bent, closed_tube, coarse_sheet, normals, pose, rmse, sheet};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver, NormalizedImage,
+    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver,
     PhotoConsistency, PointData, PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint,
     VertexPoint,
 };
@@ -232,7 +232,7 @@ fn photo_consistency_brings_a_sheet_that_is_pixels_off_onto_its_image_in_other_l
     let (bright, dark) = (photograph(1.0), photograph(0.6));
     let mut vertices = start.clone();
     for blur in [4.0, 2.0, 1.0] {
-        let [bright, dark] = [&bright, &dark].map(|p| NormalizedImage::new(p, blur, 8.0));
+        let [bright, dark] = [&bright, &dark].map(|p| ContrastNormalizedImage::new(p, blur, 8.0));
         let mut points = Vec::new();
         for (face, corners) in mesh.faces().iter().enumerate() {
             for k in 0..15 {

@@ -2,8 +2,8 @@
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, NormalizedImage, PhotoConsistency, PointData,
-    PointDepth, Reprojection, ResidualSink, Robust, SurfacePoint, TexturePoint, VertexPoint,
+    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, PhotoConsistency,
+    PointData, PointDepth, Reprojection, ResidualSink, Robust, SurfacePoint, TexturePoint, VertexPoint,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, Template, TriangleMesh};
 
@@ -202,7 +202,7 @@ fn photo_consistency_has_its_derivatives() {
     let picture = Picture::from_fn(640, 480, |x, y| {
         [(128.0 + 100.0 * (x as f64 / 9.0).sin() * (y as f64 / 7.0).cos()) as u8; 3]
     });
-    let image = NormalizedImage::new(&picture, 2.0, 8.0);
+    let image = ContrastNormalizedImage::new(&picture, 2.0, 8.0);
     let points: Vec<_> = surface_points(&mesh)
         .into_iter()
         .map(|point| TexturePoint { point, value: 0.3 })

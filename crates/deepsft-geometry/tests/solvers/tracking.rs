@@ -169,7 +169,7 @@ fn a_track_starts_from_an_answer_four_frames_late_and_stays_within_a_pixel() {
         assert!(video.follow(frame, &picture), "lost in frame {frame}");
         let error = video.error_px(frame);
         assert!(error < 0.7, "{error} px in frame {frame}");
-        assert!(video.tracker.current().agreement > 0.8);
+        assert!(video.tracker.current().correlation > 0.8);
     }
     assert_eq!(
         video.tracker.update(36, Some(&video.truth(36))).unwrap(),
@@ -263,12 +263,12 @@ fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
     let truth = show(0, 0.0, &mut tracker);
     tracker.update(0, Some(&truth)).unwrap();
     show(1, 1.0, &mut tracker);
-    assert!(tracker.current().agreement > 0.8);
+    assert!(tracker.current().correlation > 0.8);
     // The image shows it clearly: the network has overlooked it.
     assert_eq!(tracker.update(1, None).unwrap(), TrackUpdate::Confirmed);
     // 60 mm are some 50 pixels: only a search finds it again.
     show(2, 61.0, &mut tracker);
-    assert!(tracker.current().found && tracker.current().agreement > 0.5);
+    assert!(tracker.current().found && tracker.current().correlation > 0.5);
     assert_eq!(
         tracker.update(1, None).unwrap(),
         TrackUpdate::Confirmed,

@@ -225,7 +225,7 @@ fn track(
             frame,
             print_in_view: tracking_errors::print_in_view(truth),
             found: tracked.found,
-            agreement: tracked.agreement,
+            correlation: tracked.correlation,
             iterations: tracked.iterations,
             registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
             points_rmse_mm: errors.and_then(|errors| errors.points_rmse_mm),

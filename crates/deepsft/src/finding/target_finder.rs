@@ -164,7 +164,7 @@ impl TargetFinder {
         camera: &Camera,
         fits_all: bool,
     ) -> Result<Vec<Sighting>, DeepSftError> {
-        let least = TrackingOptions::default().start_agreement;
+        let least = TrackingOptions::default().start_correlation;
         let mut sightings = Vec::new();
         for k in 0..self.finders.len() {
             let Some(sighting) = self.finders[k].find(view, camera).await? else {
@@ -178,13 +178,13 @@ impl TargetFinder {
                 let TargetEstimate {
                     maps, judgement, fit, ..
                 } = self.judged(view.canonical(camera)?, camera, sighting)?;
-                let counts = judgement.found && (!fits_all || fit.is_some_and(|fit| fit.agreement >= least));
+                let counts = judgement.found && (!fits_all || fit.is_some_and(|fit| fit.correlation >= least));
                 sightings.extend(counts.then_some(Sighting { by, maps, is_sure }));
             } else if fits_all {
                 let fit = self
                     .fitter()?
                     .fit(view.canonical(camera)?, camera, &sighting.maps, None)?;
-                let confirmed = fit.filter(|fit| fit.agreement >= least);
+                let confirmed = fit.filter(|fit| fit.correlation >= least);
                 sightings.extend(confirmed.map(|FrameFit { maps, .. }| Sighting { by, maps, is_sure }));
             } else {
                 sightings.push(sighting);
@@ -203,14 +203,14 @@ impl TargetFinder {
     fn prepare(&mut self) -> Result<(), DeepSftError> {
         if self.target.template().is_sheet() {
             // It needs more for a moment than a fit does, which then finds room there.
-            self.fitter()?.has_lookalikes();
+            self.fitter()?.is_self_similar();
         }
         Ok(())
     }
 
     /// Whether the print looks like itself elsewhere.
     fn can_slip(&mut self) -> Result<bool, DeepSftError> {
-        Ok(self.target.template().is_sheet() && self.fitter()?.has_lookalikes())
+        Ok(self.target.template().is_sheet() && self.fitter()?.is_self_similar())
     }
 
     /// The target in `view`: what the finders see, fitted to the image and judged. The best of them: that of which the image

@@ -40,7 +40,7 @@ pub struct FrameReport {
     pub frame: usize,
     pub time_s: f64,
     pub found: bool,
-    pub agreement: f64,
+    pub correlation: f64,
     pub iterations: usize,
     /// The detection that arrived.
     pub detection: Option<Detection>,
@@ -140,7 +140,7 @@ impl Errors {
 }
 
 /// The first line of `track.csv`: the names of its columns.
-pub const TABLE_HEADER: &str = "frame,time_s,found,agreement,iterations,detection_of_frame,detection_by,detection_effect,decode_ms,\
+pub const TABLE_HEADER: &str = "frame,time_s,found,correlation,iterations,detection_of_frame,detection_by,detection_effect,decode_ms,\
                                 canonical_warp_ms,follow_ms,catch_up_ms,finding_ms,print_in_view,registration_rmse_px,points_rmse_mm\n";
 
 /// A frame's line of `track.csv`; a cell is empty where the frame has no such value.
@@ -152,7 +152,7 @@ pub fn table_row(frame: &FrameReport) -> String {
         frame.frame.to_string(),
         format!("{:.6}", frame.time_s),
         frame.found.to_string(),
-        cell(Some(frame.agreement)),
+        cell(Some(frame.correlation)),
         frame.iterations.to_string(),
         detection.map_or_else(String::new, |detection| detection.of_frame.to_string()),
         by.map_or_else(String::new, |by| by.name().to_owned()),

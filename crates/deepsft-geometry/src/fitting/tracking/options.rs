@@ -19,11 +19,11 @@ pub struct TrackingOptions {
     pub wide_blurs: Vec<f32>,
     /// Fraction of the last motion that is expected to go on, 0 to 1.
     pub persistence: f64,
-    /// Agreement (see [`Tracked::agreement`]) that a track must have to start.
-    pub start_agreement: f64,
-    /// Agreement below which a frame counts as missed. After a search, until the network's next maps, it is
-    /// `start_agreement` instead.
-    pub min_agreement: f64,
+    /// Correlation (see [`Tracked::correlation`]) that a track must have to start.
+    pub start_correlation: f64,
+    /// Correlation below which a frame counts as missed. After a search, until the network's next maps, it is
+    /// `start_correlation` instead.
+    pub min_correlation: f64,
     /// Missed frames in a row after which the track is lost.
     pub patience: usize,
     /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
@@ -44,8 +44,8 @@ impl Default for TrackingOptions {
             steps: 3,
             wide_blurs: vec![7.0, 3.0, 0.8],
             persistence: 0.8,
-            start_agreement: 0.5,
-            min_agreement: 0.35,
+            start_correlation: 0.5,
+            min_correlation: 0.35,
             patience: 3,
             min_points: 100,
             disagreement_px: 5.0,

@@ -16,7 +16,7 @@ pub struct Tracked {
     /// normalised print there. 0 where the print is not seen or has no contrast; empty unless found.
     pub confidence: Vec<f32>,
     /// The same for the whole visible print.
-    pub agreement: f64,
+    pub correlation: f64,
     /// Solver steps that the frame took.
     pub iterations: usize,
 }

@@ -3,12 +3,12 @@
 use super::options::TrackingOptions;
 use super::search::best_shift;
 use super::tracked::{TrackUpdate, Tracked};
-use super::tracker_image::{Sizes, TrackerImage};
+use super::tracker_image::{HalvedPair, TrackerImage};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
-use crate::fitting::frame_fitter::FrameFitter;
+use crate::fitting::coarse_fitter::CoarseFitter;
 use crate::fitting::measurements::measurements;
-use crate::fitting::mesh_fitter::{Resolution, Round, check_blurs, window_of};
+use crate::fitting::mesh_fitter::{FitRound, Resolution, check_blurs, window_of};
 use crate::fitting::print::Drawing;
 use crate::image::{GreyImage, Picture};
 use crate::maps::Maps;
@@ -19,20 +19,20 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// A frame and the mesh in it, if it was followed there.
-struct Remembered {
+struct RememberedFrame {
     frame: u64,
     time_s: f64,
     camera: Camera,
     image: TrackerImage,
-    mesh: Option<Mesh>,
+    mesh: Option<TrackedMesh>,
 }
 
 /// The coarse mesh and how the image confirms it.
 #[derive(Clone)]
-struct Mesh {
+struct TrackedMesh {
     vertices: Vec<DVec3>,
     confidence: Vec<f32>,
-    agreement: f64,
+    correlation: f64,
     points: usize,
     iterations: usize,
     /// Left standing in a frame that was missed.
@@ -45,9 +45,9 @@ struct Mesh {
 /// ([`update`](Self::update)). The image must be a canonical one. From frame to frame the view may be zoomed (another focal length,
 /// [`CanonicalViews`](crate::CanonicalViews)); any other change of the camera starts the video afresh.
 pub struct Tracker {
-    fitter: FrameFitter,
+    fitter: CoarseFitter,
     options: TrackingOptions,
-    frames: VecDeque<Remembered>,
+    frames: VecDeque<RememberedFrame>,
     /// The last image that was forgotten.
     spare: Option<TrackerImage>,
     /// Missed frames in a row.
@@ -77,7 +77,7 @@ impl Tracker {
         check_blurs(&options.blurs)?;
         check_blurs(&options.wide_blurs)?;
         Ok(Self {
-            fitter: FrameFitter::new(template, options.fit.clone())?,
+            fitter: CoarseFitter::new(template, options.fit.clone())?,
             options,
             frames: VecDeque::new(),
             spare: None,
@@ -96,7 +96,7 @@ impl Tracker {
     pub fn maps(&mut self) -> Maps {
         match self.camera() {
             Some(camera) if self.current.found => {
-                let mesh = self.fitter.mesh_fitter().template.mesh();
+                let mesh = self.fitter.mesh_fitter.template.mesh();
                 VisibleSurface::new(mesh, &self.current.vertices_camera, &camera).maps()
             }
             Some(camera) => Maps::empty(camera.width(), camera.height()),
@@ -150,7 +150,7 @@ impl Tracker {
         image: &TrackerImage,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        let Sizes { whole, .. } = &*image.0;
+        let HalvedPair { whole, .. } = &*image.0;
         check_size((whole.width, whole.height), camera.size())?;
         let goes_on = self
             .frames
@@ -159,7 +159,7 @@ impl Tracker {
         if !goes_on {
             self.reset();
         }
-        self.frames.push_back(Remembered {
+        self.frames.push_back(RememberedFrame {
             frame,
             time_s,
             camera: *camera,
@@ -224,11 +224,11 @@ impl Tracker {
         let Some(meshes) = candidate? else {
             return Ok(kept);
         };
-        let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.agreement, mesh.points));
-        if was_found && reached <= self.current.agreement {
+        let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.correlation, mesh.points));
+        if was_found && reached <= self.current.correlation {
             return Ok(kept);
         }
-        if reached < self.options.start_agreement || points < self.options.min_points {
+        if reached < self.options.start_correlation || points < self.options.min_points {
             return Ok(TrackUpdate::Ignored);
         }
         self.searched = searched;
@@ -254,7 +254,7 @@ impl Tracker {
         let found_by_search = self.searched.is_some_and(|since| since <= frame);
         if !self.current.found {
             TrackUpdate::Ignored
-        } else if !found_by_search && self.current.agreement >= self.options.start_agreement {
+        } else if !found_by_search && self.current.correlation >= self.options.start_correlation {
             TrackUpdate::Confirmed
         } else {
             self.lose();
@@ -267,7 +267,7 @@ impl Tracker {
         let Some(mesh) = &self.frames[index].mesh else {
             return false;
         };
-        let fit = self.fitter.mesh_fitter();
+        let fit = &mut self.fitter.mesh_fitter;
         let mut distances: Vec<f64> = measurements(maps, &fit.template)
             .iter()
             .filter_map(|m| {
@@ -285,16 +285,21 @@ impl Tracker {
     }
 
     /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
-    fn caught_up(&mut self, index: usize, maps: &Maps, camera: &Camera) -> Result<Option<Vec<Mesh>>, GeometryError> {
+    fn caught_up(
+        &mut self,
+        index: usize,
+        maps: &Maps,
+        camera: &Camera,
+    ) -> Result<Option<Vec<TrackedMesh>>, GeometryError> {
         let image = Arc::clone(&self.frames[index].image.0);
-        let Some(start) = self.fitter.coarse_start(&image.whole, camera, maps)? else {
+        let Some(start) = self.fitter.start(&image.whole, camera, maps)? else {
             return Ok(None);
         };
-        let mut meshes = vec![Mesh {
+        let mut meshes = vec![TrackedMesh {
             iterations: start.reports.iter().map(|r| r.iterations).sum(),
-            agreement: start.agreement.whole,
-            confidence: start.agreement.confidence,
-            points: start.agreement.points,
+            correlation: start.correlation.whole,
+            confidence: start.correlation.confidence,
+            points: start.correlation.points,
             vertices: start.vertices,
             held: false,
         }];
@@ -311,7 +316,7 @@ impl Tracker {
     }
 
     /// The mesh of frame `index` from those of the frames before, the last of them `last`.
-    fn advance(&mut self, index: usize, last: &Mesh) -> Result<Mesh, GeometryError> {
+    fn advance(&mut self, index: usize, last: &TrackedMesh) -> Result<TrackedMesh, GeometryError> {
         let before = index.checked_sub(2).map(|k| &self.frames[k]);
         let before = before.and_then(|frame| Some((frame, frame.mesh.as_ref()?)));
         let start = self.predicted(index, last, before);
@@ -319,8 +324,13 @@ impl Tracker {
     }
 
     /// Where the mesh should be in frame `index` if it moves on.
-    fn predicted(&self, index: usize, last: &Mesh, before: Option<(&Remembered, &Mesh)>) -> Vec<DVec3> {
-        let known = |(_, mesh): &(&Remembered, &Mesh)| self.missed == 0 && !mesh.held && !last.held;
+    fn predicted(
+        &self,
+        index: usize,
+        last: &TrackedMesh,
+        before: Option<(&RememberedFrame, &TrackedMesh)>,
+    ) -> Vec<DVec3> {
+        let known = |(_, mesh): &(&RememberedFrame, &TrackedMesh)| self.missed == 0 && !mesh.held && !last.held;
         let Some((earlier, before)) = before.filter(known) else {
             return last.vertices.clone();
         };
@@ -333,15 +343,15 @@ impl Tracker {
 
     /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, in wider steps from where `last`
     /// looks most like the image when it is shifted.
-    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Mesh) -> Result<Mesh, GeometryError> {
+    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &TrackedMesh) -> Result<TrackedMesh, GeometryError> {
         let first = self.fitted_in((&self.options.blurs.clone(), false), index, start, last)?;
-        if first.agreement >= self.options.start_agreement.min(0.8 * last.agreement) {
+        if first.correlation >= self.options.start_correlation.min(0.8 * last.correlation) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
         let mut second = self.fitted_in((&self.options.wide_blurs.clone(), true), index, shifted, last)?;
         second.iterations += first.iterations;
-        Ok(if second.agreement > first.agreement {
+        Ok(if second.correlation > first.correlation {
             self.searched.get_or_insert(self.frames[index].frame);
             second
         } else {
@@ -352,8 +362,8 @@ impl Tracker {
     /// `vertices` moved across the view to where the print correlates best with frame `index`: without a known speed a
     /// quick hand is beyond the reach of the widest blur.
     fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
-        let Remembered { camera, image, .. } = &self.frames[index];
-        let fit = self.fitter.mesh_fitter();
+        let RememberedFrame { camera, image, .. } = &self.frames[index];
+        let fit = &mut self.fitter.mesh_fitter;
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
         let grey = &image.0.whole;
         let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (0, MARGIN_PX), None);
@@ -379,20 +389,20 @@ impl Tracker {
         (blurs, wide): (&[f32], bool),
         index: usize,
         start: Vec<DVec3>,
-        last: &Mesh,
-    ) -> Result<Mesh, GeometryError> {
+        last: &TrackedMesh,
+    ) -> Result<TrackedMesh, GeometryError> {
         let camera = self.frames[index].camera;
         let image = Arc::clone(&self.frames[index].image.0);
         let half_camera = camera.halved()?;
-        let mut mesh = Mesh {
+        let mut mesh = TrackedMesh {
             confidence: vec![0.0; start.len()],
             vertices: start,
-            agreement: 0.0,
+            correlation: 0.0,
             points: 0,
             iterations: 0,
             held: false,
         };
-        let fit = self.fitter.mesh_fitter();
+        let fit = &mut self.fitter.mesh_fitter;
         let faces = fit.coarse.mesh.faces().to_vec();
         // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
         let anything = self.missed > 0;
@@ -408,7 +418,7 @@ impl Tracker {
                 true => ((&image.half, &half_camera), 2),
                 false => ((&image.whole, &camera), 1),
             };
-            let round = Round {
+            let round = FitRound {
                 resolution: Resolution::Coarse,
                 blur: blur / pixel as f32,
                 window: window_of(blur) / pixel as f32,
@@ -424,23 +434,23 @@ impl Tracker {
             let fitted = fit.round(frame, &mesh.vertices, &round, |_, _| true, trusted, &[])?;
             mesh.vertices = fitted.vertices;
             mesh.iterations += fitted.report.iterations;
-            mesh.confidence = fitted.agreement.confidence;
-            mesh.agreement = fitted.agreement.whole;
-            mesh.points = fitted.agreement.points;
+            mesh.confidence = fitted.correlation.confidence;
+            mesh.correlation = fitted.correlation.whole;
+            mesh.points = fitted.correlation.points;
         }
         Ok(mesh)
     }
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
-    fn take(&mut self, newest: usize, mesh: Mesh, last: Mesh) {
+    fn take(&mut self, newest: usize, mesh: TrackedMesh, last: TrackedMesh) {
         let in_view = mesh.points >= self.options.min_points;
         // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
         let enough = if self.searched.is_some() {
-            self.options.start_agreement
+            self.options.start_correlation
         } else {
-            self.options.min_agreement
+            self.options.min_correlation
         };
-        let confirmed = mesh.agreement >= enough && in_view;
+        let confirmed = mesh.correlation >= enough && in_view;
         if confirmed {
             self.missed = 0;
             self.frames[newest].mesh = Some(mesh.clone());
@@ -457,7 +467,7 @@ impl Tracker {
             return;
         }
         // Stand still: the next frame may show it again.
-        let held = Mesh {
+        let held = TrackedMesh {
             vertices: last.vertices,
             held: true,
             ..mesh
@@ -466,14 +476,14 @@ impl Tracker {
         self.show(newest, held);
     }
 
-    fn show(&mut self, index: usize, mesh: Mesh) {
-        let fit = self.fitter.mesh_fitter();
+    fn show(&mut self, index: usize, mesh: TrackedMesh) {
+        let fit = &mut self.fitter.mesh_fitter;
         self.current = Tracked {
             frame: self.frames[index].frame,
             found: true,
             vertices_camera: fit.fine_vertices(&mesh.vertices),
             confidence: fit.fine_confidence(&mesh.confidence),
-            agreement: mesh.agreement,
+            correlation: mesh.correlation,
             iterations: mesh.iterations,
         };
     }

@@ -4,7 +4,7 @@ use crate::image::{GreyImage, Picture};
 use std::sync::Arc;
 
 /// An image at two sizes.
-pub(super) struct Sizes {
+pub(super) struct HalvedPair {
     pub whole: GreyImage,
     /// For the rounds that blur so much that it shows as much.
     pub half: GreyImage,
@@ -13,7 +13,7 @@ pub(super) struct Sizes {
 /// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
 /// [`memory`](super::TrackingOptions::memory) images.
 #[derive(Clone)]
-pub struct TrackerImage(pub(super) Arc<Sizes>);
+pub struct TrackerImage(pub(super) Arc<HalvedPair>);
 
 impl std::fmt::Debug for TrackerImage {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -31,11 +31,11 @@ impl TrackerImage {
     /// held elsewhere.
     pub fn of_into(image: &Picture, spare: Option<Self>) -> Self {
         let (whole, half) = match spare.and_then(|spare| Arc::into_inner(spare.0)) {
-            Some(Sizes { whole, half }) => (whole.values, half.values),
+            Some(HalvedPair { whole, half }) => (whole.values, half.values),
             None => Default::default(),
         };
         let whole = GreyImage::of_into(image, whole);
-        Self(Arc::new(Sizes {
+        Self(Arc::new(HalvedPair {
             half: whole.halved_into(half),
             whole,
         }))

@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
-use crate::image::NormalizedImage;
+use crate::image::ContrastNormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
 use crate::solver::checked::{check_robust, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
@@ -25,7 +25,7 @@ pub struct TexturePoint {
 /// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
 pub struct PhotoConsistency<'a> {
-    image: &'a NormalizedImage,
+    image: &'a ContrastNormalizedImage,
     camera: Camera,
     points: Vec<(AnchoredPoint, f64)>,
     weight: f64,
@@ -56,7 +56,7 @@ impl<'a> PhotoConsistency<'a> {
     pub fn new(
         template: &TriangleMesh,
         camera: &Camera,
-        image: &'a NormalizedImage,
+        image: &'a ContrastNormalizedImage,
         points: &[TexturePoint],
         weight: f64,
         robust: Robust,

@@ -56,7 +56,7 @@ impl Failures {
             let error = best.fitted_px.map_or(String::new(), |px| format!(", {px:.1} px"));
             let line = format!(
                 "{} {}.{}: {what}{error}, {:.2}",
-                result.subject, result.print, result.index, best.agreement
+                result.subject, result.print, result.index, best.correlation
             );
             self.0.push((result.print, line, shrunk(image, FRAME_SIDE)));
         }

@@ -28,10 +28,10 @@ pub struct Attempt {
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
     pub warp_px: Option<f64>,
-    /// Whether the fit counts as found. Its agreement with the image, the fraction of the print that the image confirms, and
+    /// Whether the fit counts as found. Its correlation with the image, the fraction of the print that the image confirms, and
     /// its size in pixels; 0 without a fit.
     pub is_found: bool,
-    pub agreement: f64,
+    pub correlation: f64,
     pub explained: f64,
     pub confirmed_px: f64,
     /// What the image confirms of the next place that looks alike, as a fraction.
@@ -173,7 +173,7 @@ impl<'a> Studied<'a> {
                 warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
                 is_found: fit.as_ref().is_some_and(is_found),
                 ambiguity: fit.as_ref().and_then(|fit| fit.ambiguity),
-                agreement: fit.as_ref().map_or(0.0, |fit| fit.agreement),
+                correlation: fit.as_ref().map_or(0.0, |fit| fit.correlation),
                 explained: fit.as_ref().map_or(0.0, |fit| fit.explained),
                 confirmed_px: fit.as_ref().map_or(0.0, |fit| fit.confirmed_px),
                 features_ms: found.features_ms,

@@ -31,7 +31,7 @@ pub struct FrameRecord {
     /// Fraction of the print that is seen.
     pub print_in_view: f64,
     pub found: bool,
-    pub agreement: f64,
+    pub correlation: f64,
     pub iterations: usize,
     pub registration_rmse_px: Option<f64>,
     pub points_rmse_mm: Option<f64>,

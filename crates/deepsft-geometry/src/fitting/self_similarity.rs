@@ -1,7 +1,7 @@
-//! Where a print looks like itself: there a fit can have slipped.
+//! Self-similarity of a print: where a fit may have hopped to another mode.
 
 use super::mesh_fitter::WINDOW_PX;
-use crate::image::{GreyMipmap, Normalizer, Part};
+use crate::image::{ContrastNormalizer, GreyMipmap, Part};
 use crate::mesh::Template;
 use glam::DVec2;
 
@@ -26,7 +26,7 @@ const MAX_SHIFTS: usize = 6;
 
 /// A motion of the print in its plane onto a part of it that looks the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lookalike {
+pub(crate) struct SelfSimilarity {
     /// Quarter turns, clockwise as printed, of the print in its own frame.
     quarter_turns: usize,
     /// Where the turned print's top-left corner comes to lie, fractions of the print.
@@ -35,7 +35,7 @@ pub(crate) struct Lookalike {
     aspect: f64,
 }
 
-impl Lookalike {
+impl SelfSimilarity {
     /// The texture position that looks as `uv` does; outside the unit square where the print ends.
     pub(crate) fn of(&self, uv: DVec2) -> DVec2 {
         turned(
@@ -58,7 +58,7 @@ fn turned(quarter_turns: usize, place: DVec2, size: DVec2) -> DVec2 {
 }
 
 /// The print, small and freed from light.
-struct Small {
+struct SmallPrint {
     width: usize,
     height: usize,
     values: Vec<f32>,
@@ -66,7 +66,7 @@ struct Small {
     squares: Vec<f32>,
 }
 
-impl Small {
+impl SmallPrint {
     fn new(width: usize, height: usize, values: Vec<f32>) -> Self {
         let mut squares = vec![0.0; (width + 1) * (height + 1)];
         for y in 0..height {
@@ -94,7 +94,8 @@ impl Small {
         let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
         let (size, everywhere) = ((width, height), vec![1.0; width * height]);
         let grey = (0..width * height).map(|p| level.sample([at(p % width, width), at(p / width, height)]));
-        let normalized = Normalizer::new(everywhere, Part::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
+        let normalized =
+            ContrastNormalizer::new(everywhere, Part::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
         Self::new(width, height, normalized.values().to_vec())
     }
 
@@ -195,11 +196,11 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 }
 
 /// How the print of `template` looks like itself elsewhere: the shortest shifts, and the best of each turn.
-pub(crate) fn lookalikes(template: &Template) -> Vec<Lookalike> {
-    let print = Small::of(template);
+pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
+    let print = SmallPrint::of(template);
     let pixels = DVec2::new(print.width as f64, print.height as f64);
     let aspect = template.size_mm().y / template.size_mm().x;
-    let like = |quarter_turns: usize, [x, y]: [isize; 2]| Lookalike {
+    let like = |quarter_turns: usize, [x, y]: [isize; 2]| SelfSimilarity {
         quarter_turns,
         offset: DVec2::new(x as f64, y as f64) / pixels,
         aspect,
@@ -243,19 +244,20 @@ mod tests {
     #[test]
     fn rows_of_a_motif_look_alike_one_motif_further_and_a_print_without_rows_nowhere() {
         let template = rows();
-        let found = lookalikes(&template);
+        let found = self_similarities(&template);
         let here = DVec2::new(0.5, 0.5);
-        let shift = |like: &Lookalike| (like.of(here) - here) * template.size_mm();
+        let shift = |like: &SelfSimilarity| (like.of(here) - here) * template.size_mm();
         for expected in [[60.0, 0.0], [-60.0, 0.0], [0.0, 60.0], [0.0, -60.0]] {
-            let near =
-                |like: &&Lookalike| like.quarter_turns == 0 && (shift(like) - DVec2::from(expected)).length() < 4.0;
+            let near = |like: &&SelfSimilarity| {
+                like.quarter_turns == 0 && (shift(like) - DVec2::from(expected)).length() < 4.0
+            };
             assert_eq!(found.iter().filter(near).count(), 1, "{expected:?} in {found:?}");
         }
         let picture = Picture::from_fn(340, 280, |x, y| {
             let wave = (x * x + 3 * y * y + x * y) as f64 / 4000.0;
             [(128.0 + 100.0 * wave.sin()) as u8; 3]
         });
-        let found = lookalikes(&Template::thin_shell(picture, 340.0, 280.0).unwrap());
+        let found = self_similarities(&Template::thin_shell(picture, 340.0, 280.0).unwrap());
         assert_eq!(found, []);
     }
 
@@ -266,7 +268,7 @@ mod tests {
             let level = if y < 150 { half(x, y) } else { half(199 - x, 299 - y) };
             [level as u8; 3]
         });
-        let found = lookalikes(&Template::thin_shell(picture, 60.0, 90.0).unwrap());
+        let found = self_similarities(&Template::thin_shell(picture, 60.0, 90.0).unwrap());
         let turn = found.iter().find(|like| like.quarter_turns == 2).unwrap();
         let at = turn.of(DVec2::new(0.2, 0.1));
         assert!((at - DVec2::new(0.8, 0.9)).length() < 0.03, "{at}");

@@ -20,21 +20,22 @@ const MIN_SUPPORT: f32 = 0.02;
 /// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
 /// light and exposure change.
 #[derive(Clone, Debug)]
-pub struct NormalizedImage {
+pub struct ContrastNormalizedImage {
     size: (usize, usize),
     /// The part of the picture that has values; elsewhere they are 0.
     part: Part,
     values: Vec<f32>,
 }
 
-impl NormalizedImage {
+impl ContrastNormalizedImage {
     /// Blurs the grey picture with a Gaussian of `blur_px` (0 for none; large first, small last when a fit
     /// goes from coarse to fine), then subtracts the mean and divides by the deviation plus 4 grey
     /// levels in a Gaussian window of `window_px` (8 suits prints seen on a 480 x 270 image).
     pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
         let grey = GreyImage::of(picture);
         let (everywhere, whole) = (vec![1.0; grey.values.len()], Part::whole(picture.size()));
-        Normalizer::new(everywhere, whole, picture.size(), blur_px, window_px).normalize(grey.values.into_iter())
+        ContrastNormalizer::new(everywhere, whole, picture.size(), blur_px, window_px)
+            .normalize(grey.values.into_iter())
     }
 
     /// Values of the part of the picture that has any.
@@ -82,7 +83,7 @@ impl NormalizedImage {
 ///
 /// Mean and deviation change slowly, over the window's width: they are taken on cells of 4 x 4 pixels and
 /// interpolated, which makes them cost less than the blur (a twentieth of what they cost pixel by pixel).
-pub(crate) struct Normalizer {
+pub(crate) struct ContrastNormalizer {
     size: (usize, usize),
     part: Part,
     mask: Vec<f32>,
@@ -97,9 +98,9 @@ pub(crate) struct Normalizer {
 /// Pixels along each side of the cells in which mean and deviation are taken.
 const CELL: usize = 4;
 
-impl Normalizer {
+impl ContrastNormalizer {
     /// For a `mask` (0 or 1 for each pixel of `part`) of images of `size`; `blur_px` and `window_px` as in
-    /// [`NormalizedImage::new`].
+    /// [`ContrastNormalizedImage::new`].
     pub fn new(mask: Vec<f32>, part: Part, size: (usize, usize), blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);
         let support = blurred(&mask, part.width, part.height, &blur);
@@ -126,7 +127,7 @@ impl Normalizer {
     }
 
     /// The normalised picture with these grey values in the part. 0 where nothing is seen nearby.
-    pub fn normalize(&self, grey: impl Iterator<Item = f32>) -> NormalizedImage {
+    pub fn normalize(&self, grey: impl Iterator<Item = f32>) -> ContrastNormalizedImage {
         let masked: Vec<f32> = grey.zip(&self.mask).map(|(v, m)| (v - MIDDLE_LEVEL) * m).collect();
         let mut values = blurred(&masked, self.part.width, self.part.height, &self.blur);
         values.iter_mut().zip(&self.per_support).for_each(|(v, s)| *v *= s);
@@ -144,7 +145,7 @@ impl Normalizer {
             })
             .unzip();
         self.subtract_and_scale(&mut values, &means, &gains);
-        NormalizedImage {
+        ContrastNormalizedImage {
             size: self.size,
             part: self.part,
             values,
@@ -262,7 +263,7 @@ mod tests {
         let pattern = |x: usize, y: usize| 40 + (x * 37 + y * 61) % 160;
         let bright = Picture::from_fn(60, 50, |x, y| [pattern(x, y) as u8; 3]);
         let dark = Picture::from_fn(60, 50, |x, y| [(10 + pattern(x, y) / 2) as u8; 3]);
-        let [bright, dark] = [bright, dark].map(|p| NormalizedImage::new(&p, 1.0, 8.0));
+        let [bright, dark] = [bright, dark].map(|p| ContrastNormalizedImage::new(&p, 1.0, 8.0));
         let (mut apart, mut size) = (0.0_f32, 0.0_f32);
         for (a, b) in bright.values.iter().zip(&dark.values) {
             apart += (a - b).powi(2);
@@ -279,7 +280,7 @@ mod tests {
         let painted = Picture::from_fn(64, 48, |x, y| [if x < 40 { pattern(x, y) as u8 } else { 255 }; 3]);
         let mask: Vec<f32> = (0..64 * 48).map(|i| f32::from(u8::from(i % 64 < 40))).collect();
         let [one, other] = [picture, painted].map(|p| {
-            Normalizer::new(mask.clone(), Part::whole(p.size()), p.size(), 2.0, 8.0)
+            ContrastNormalizer::new(mask.clone(), Part::whole(p.size()), p.size(), 2.0, 8.0)
                 .normalize(GreyImage::of(&p).values.into_iter())
                 .values
         });
@@ -289,9 +290,10 @@ mod tests {
 
     #[test]
     fn an_even_picture_is_zero_and_the_gradient_is_that_of_the_value() {
-        let even = NormalizedImage::new(&Picture::from_fn(20, 10, |_, _| [99; 3]), 2.0, 4.0);
+        let even = ContrastNormalizedImage::new(&Picture::from_fn(20, 10, |_, _| [99; 3]), 2.0, 4.0);
         assert!(even.values.iter().all(|v| v.abs() < 1e-3));
-        let image = NormalizedImage::new(&Picture::from_fn(20, 10, |x, y| [(x * x + 7 * y) as u8; 3]), 0.0, 4.0);
+        let image =
+            ContrastNormalizedImage::new(&Picture::from_fn(20, 10, |x, y| [(x * x + 7 * y) as u8; 3]), 0.0, 4.0);
         let at = DVec2::new(7.3, 4.9);
         let (_, gradient) = image.sample(at).unwrap();
         for axis in [DVec2::X, DVec2::Y] {

@@ -1,7 +1,7 @@
 //! How well the image confirms a mesh, as a whole and around each vertex.
 
 use crate::camera::Camera;
-use crate::image::NormalizedImage;
+use crate::image::ContrastNormalizedImage;
 use crate::mesh::TriangleMesh;
 use crate::solver::TexturePoint;
 use glam::DVec3;
@@ -16,7 +16,7 @@ const CONTRADICTED: f64 = 0.25;
 
 /// Correlation between image and print, both locally normalised.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Agreement {
+pub(crate) struct Correlation {
     /// Of the whole visible print: 1 when the image shows it exactly, about 0 when it shows something else.
     pub(crate) whole: f64,
     /// The same around each vertex, 0 to 1; 0 where nothing is seen or nothing is printed.
@@ -33,14 +33,14 @@ pub(crate) struct Agreement {
 
 /// Weighted sums over points of image, print and weight.
 #[derive(Clone, Copy, Default)]
-struct Products {
+struct CorrelationSums {
     image: f64,
     print: f64,
     both: f64,
     weight: f64,
 }
 
-impl Products {
+impl CorrelationSums {
     fn add(&mut self, seen: f64, printed: f64, weight: f64) {
         self.image += weight * seen * seen;
         self.print += weight * printed * printed;
@@ -72,17 +72,17 @@ impl Products {
     }
 }
 
-impl Agreement {
+impl Correlation {
     /// Compares what the print shows at `points` with the image where the mesh at `vertices` (camera frame) puts them.
     pub(crate) fn of(
         mesh: &TriangleMesh,
         camera: &Camera,
-        image: &NormalizedImage,
+        image: &ContrastNormalizedImage,
         points: &[TexturePoint],
         vertices: &[DVec3],
     ) -> Self {
-        let mut whole = Products::default();
-        let mut around = vec![Products::default(); vertices.len()];
+        let mut whole = CorrelationSums::default();
+        let mut around = vec![CorrelationSums::default(); vertices.len()];
         let mut compared = 0;
         for point in points {
             let corners = mesh.faces()[point.point.face];
@@ -103,7 +103,7 @@ impl Agreement {
             wide[a].merge(&around[b]);
             wide[b].merge(&around[a]);
         }
-        let shown = |(own, wide): (&Products, &Products)| {
+        let shown = |(own, wide): (&CorrelationSums, &CorrelationSums)| {
             if own.weight > 0.0 {
                 wide.correlation() as f32
             } else {
@@ -122,7 +122,7 @@ impl Agreement {
                 confirmed_points += own.weight;
             }
         }
-        let contradicted = |(own, wide): (&Products, &Products)| {
+        let contradicted = |(own, wide): (&CorrelationSums, &CorrelationSums)| {
             f32::from(u8::from(
                 own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED,
             ))

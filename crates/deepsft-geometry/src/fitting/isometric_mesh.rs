@@ -1,0 +1,131 @@
+//! A mesh of the sheet under isometry and bending.
+
+use crate::error::GeometryError;
+use crate::mesh::{SurfaceLocator, TriangleMesh};
+use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, SolveOptions, SolveReport};
+use glam::DVec3;
+
+/// Continuation: fractions of the weight of isometry that a mesh far from its place is solved with in turn.
+const CONTINUATION: [f64; 3] = [0.01, 0.1, 1.0];
+
+/// First damping of the solver. Isometry is thousands of times as stiff as the image is: with the usual 1e-3 of the
+/// diagonal the sheet would hardly bend in the two steps that a frame of a video has.
+const FIRST_DAMPING: f64 = 1e-6;
+
+/// A mesh under isometry and bending, with everything that is solved on it and does not depend on the frame.
+pub struct IsometricMesh {
+    /// The rest mesh.
+    pub mesh: TriangleMesh,
+    /// Finds its points by their texture position.
+    pub locator: SurfaceLocator,
+    /// Stiffer from one to the next, the last with the whole weight.
+    isometry: [Isometry; 3],
+    bending: Bending,
+    solver: MeshSolver,
+    /// As [`SolveOptions::halving`].
+    pub(crate) halving: bool,
+}
+
+impl std::fmt::Debug for IsometricMesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("IsometricMesh").finish_non_exhaustive()
+    }
+}
+
+impl IsometricMesh {
+    /// Prepares a mesh of the sheet. `isometry` is the weight on `reference`, the template's own mesh: strain costs the
+    /// same on both. `bending` is the weight of bending.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for a mesh without extent or a weight that is none.
+    pub fn new(
+        mesh: TriangleMesh,
+        reference: &TriangleMesh,
+        isometry: f64,
+        bending: f64,
+    ) -> Result<Self, GeometryError> {
+        let scale = LengthScale::of(&mesh)?;
+        let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
+        let stiffness = |fraction: f64| Isometry::new(&mesh, scale, fraction * weight);
+        let [soft, medium, stiff] = CONTINUATION;
+        let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
+        let bending = Bending::new(&mesh, bending)?;
+        Ok(Self {
+            solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
+            locator: SurfaceLocator::new(&mesh),
+            mesh,
+            isometry,
+            bending,
+            halving: false,
+        })
+    }
+
+    /// Minimises `terms`, isometry and bending from `start`, for a mesh that is near its place. The report names all terms.
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn solve(
+        &mut self,
+        terms: &[&dyn Energy],
+        start: &[DVec3],
+        steps: usize,
+    ) -> Result<(Vec<DVec3>, SolveReport), GeometryError> {
+        self.solve_with(self.isometry.len() - 1, terms, start, steps)
+    }
+
+    /// Minimises the same by continuation from low to full stiffness, for a mesh that may be far from its place: a stiff
+    /// sheet moves in tiny steps, a soft one may stretch at first.
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn solve_by_continuation(
+        &mut self,
+        terms: &[&dyn Energy],
+        start: Vec<DVec3>,
+        steps: usize,
+    ) -> Result<(Vec<DVec3>, Vec<SolveReport>), GeometryError> {
+        let (mut vertices, mut reports) = (start, Vec::new());
+        for stiffness in 0..self.isometry.len() {
+            let (continued, report) = self.solve_with(stiffness, terms, &vertices, steps)?;
+            vertices = continued;
+            reports.push(report);
+        }
+        Ok((vertices, reports))
+    }
+
+    /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending.
+    pub(crate) fn sensitivities<const N: usize>(
+        &mut self,
+        terms: &[&dyn Energy],
+        vertices: &[DVec3],
+        right_hand_sides: &[Vec<DVec3>; N],
+    ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
+        let [.., stiff] = &self.isometry;
+        let mut all = terms.to_vec();
+        all.push(stiff);
+        all.push(&self.bending);
+        self.solver.sensitivities(&all, vertices, right_hand_sides)
+    }
+
+    fn solve_with(
+        &mut self,
+        stiffness: usize,
+        terms: &[&dyn Energy],
+        start: &[DVec3],
+        steps: usize,
+    ) -> Result<(Vec<DVec3>, SolveReport), GeometryError> {
+        let options = SolveOptions {
+            max_iterations: steps,
+            step_tolerance: 1e-3,
+            energy_tolerance: 1e-4,
+            judge_rank: false,
+            first_damping: FIRST_DAMPING,
+            halving: self.halving,
+        };
+        let mut all = terms.to_vec();
+        all.push(&self.isometry[stiffness]);
+        all.push(&self.bending);
+        let solution = self.solver.solve(&all, start, &options)?;
+        Ok((solution.vertices, solution.report))
+    }
+}

@@ -1,0 +1,93 @@
+//! Mode hops: fits on a neighbouring row of a print that repeats itself, or on a playing card's other half.
+
+use super::coarse_fitter::{CoarseFit, CoarseFitter, FitStart, MIN_MEASUREMENTS};
+use super::self_similarity::SelfSimilarity;
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::image::GreyImage;
+use crate::maps::Maps;
+
+/// Times that a fit moves on to a place that looks alike and that the image confirms more.
+const MAX_HOPS: usize = 3;
+
+/// Correlation below which a fit is not worth trying elsewhere.
+const MIN_PROMISING: f64 = 0.4;
+
+/// Mean distance of vertices within which two meshes are one, fractions of the print's longer side: less than half of the
+/// shortest shift.
+const SAME_PLACE: f64 = 0.01;
+
+/// `found` or, where the print looks alike elsewhere, the place there that the image confirms most; and how much it
+/// confirms of the next, as a fraction: `None` where the print looks alike nowhere, 1 where the fit is not worth trying
+/// elsewhere.
+pub(super) fn best_of_mode_hops(
+    fitter: &mut CoarseFitter,
+    self_similarities: &[SelfSimilarity],
+    frame: (&GreyImage, &Camera),
+    maps: &Maps,
+    (found, from): (CoarseFit, FitStart),
+    blurs: &[f32],
+) -> Result<(CoarseFit, FitStart, Option<f64>), GeometryError> {
+    if self_similarities.is_empty() {
+        return Ok((found, from, None));
+    }
+    if found.correlation.whole < MIN_PROMISING {
+        return Ok((found, from, Some(1.0)));
+    }
+    let side = fitter.mesh_fitter.template.size_mm().max_element();
+    let mut best = (fitter.confirmed(frame, &found)?, found, from);
+    // The most that is confirmed of any other place.
+    let mut next = 0.0_f64;
+    for hops in 0..=MAX_HOPS {
+        let mut around: Option<(f64, CoarseFit, FitStart)> = None;
+        for like in self_similarities {
+            let from = best.2.moved(like);
+            if from.measured.len() < MIN_MEASUREMENTS {
+                continue;
+            }
+            let found = fitter.fit(frame, maps, &from, None, blurs)?;
+            if is_same_place(&found, &best.1, side) {
+                continue;
+            }
+            let confirmed = fitter.confirmed(frame, &found)?;
+            let is_another = around
+                .as_ref()
+                .is_some_and(|around| !is_same_place(&found, &around.1, side));
+            let lesser = match &around {
+                Some((most, ..)) if *most >= confirmed => confirmed,
+                _ => around
+                    .replace((confirmed, found, from))
+                    .map_or(0.0, |(confirmed, ..)| confirmed),
+            };
+            // Two motions may lead to one place: it is not its own rival.
+            if is_another {
+                next = next.max(lesser);
+            }
+        }
+        let Some(around) = around else { break };
+        if around.0 <= best.0 || hops == MAX_HOPS {
+            next = next.max(around.0);
+            break;
+        }
+        next = next.max(best.0);
+        best = around;
+    }
+    let (confirmed, found, from) = best;
+    let ambiguity = if confirmed > 0.0 {
+        (next / confirmed).min(1.0)
+    } else {
+        1.0
+    };
+    Ok((found, from, Some(ambiguity)))
+}
+
+/// Whether two coarse meshes lie on each other: then one has slid back.
+fn is_same_place(a: &CoarseFit, b: &CoarseFit, side: f64) -> bool {
+    let apart = a
+        .vertices
+        .iter()
+        .zip(&b.vertices)
+        .map(|(a, b)| a.distance(*b))
+        .sum::<f64>();
+    apart < SAME_PLACE * side * a.vertices.len() as f64
+}
