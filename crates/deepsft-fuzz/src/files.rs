@@ -1,72 +1,63 @@
-//! Readers of folders: files on a disk that is memory, where there is one.
+//! Inputs that are several files, or changes of a file; and folders of files.
 
 use anyhow::{Context, Result};
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
+use std::path::Path;
 
-thread_local! {
-    static FOLDER: RefCell<Option<Folder>> = const { RefCell::new(None) };
-}
+/// What stands between two files. A mark survives mutations that lengths before the files would not.
+const MARK: &[u8] = b"\n<part>\n";
 
-/// A folder of this thread and what is in it.
-struct Folder {
-    folder: TempDir,
-    content: BTreeMap<PathBuf, Vec<u8>>,
-}
-
-/// Calls `read` with a folder that holds these files and no others. Files that are the same as at the last call are not
-/// written again.
-pub(crate) fn with_folder<T>(files: &[(&str, &[u8])], read: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
-    FOLDER.with_borrow_mut(|folder| {
-        let folder = match folder {
-            Some(folder) => folder,
-            None => folder.insert(Folder {
-                folder: tempfile::tempdir().context("no temporary folder")?,
-                content: BTreeMap::new(),
-            }),
-        };
-        folder.fill(files)?;
-        read(folder.folder.path())
-    })
-}
-
-impl Folder {
-    fn fill(&mut self, files: &[(&str, &[u8])]) -> Result<()> {
-        let gone: Vec<PathBuf> = (self.content.keys())
-            .filter(|path| !files.iter().any(|(name, _)| Path::new(name) == path.as_path()))
-            .cloned()
-            .collect();
-        for name in gone {
-            let path = self.folder.path().join(&name);
-            fs::remove_file(&path)?;
-            // Folders without files go too.
-            let mut above = path.parent();
-            while let Some(folder) = above.filter(|folder| *folder != self.folder.path()) {
-                if fs::remove_dir(folder).is_err() {
-                    break;
-                }
-                above = folder.parent();
-            }
-            self.content.remove(&name);
-        }
-        for (name, bytes) in files {
-            if self.content.get(Path::new(name)).is_some_and(|there| there == bytes) {
-                continue;
-            }
-            let path = self.folder.path().join(name);
-            if !self.content.contains_key(Path::new(name))
-                && let Some(above) = path.parent()
-            {
-                fs::create_dir_all(above)?;
-            }
-            fs::write(&path, bytes)?;
-            self.content.insert(PathBuf::from(name), bytes.to_vec());
-        }
-        Ok(())
+/// The files of an input.
+pub(crate) fn split(input: &[u8]) -> Vec<&[u8]> {
+    let mut parts = Vec::new();
+    let mut rest = input;
+    while let Some(at) = rest.windows(MARK.len()).position(|window| window == MARK) {
+        parts.push(&rest[..at]);
+        rest = &rest[at + MARK.len()..];
     }
+    parts.push(rest);
+    parts
+}
+
+/// The input of these files.
+pub(crate) fn join(parts: &[&[u8]]) -> Vec<u8> {
+    parts.join(MARK)
+}
+
+/// `part`, or where it begins with `~` the file `whole` with changes: three bytes of position and one of content each.
+/// So mutations reach what lies deep in a file that is too large to be an input.
+pub(crate) fn patched(part: &[u8], whole: &[u8]) -> Vec<u8> {
+    let Some(changes) = part.strip_prefix(b"~") else {
+        return part.to_vec();
+    };
+    let mut file = whole.to_vec();
+    for &[a, b, c, content] in changes.as_chunks().0 {
+        let position = u32::from_le_bytes([a, b, c, 0]) as usize;
+        // Any position is one of the file.
+        let position = position % file.len().max(1);
+        if let Some(byte) = file.get_mut(position) {
+            *byte = content;
+        }
+    }
+    file
+}
+
+/// Whether an input is one of `of` that get the more expensive checks. It depends on the input alone.
+pub(crate) fn is_one_of(of: u32, input: &[u8]) -> bool {
+    let mut crc = flate2::Crc::new();
+    crc.update(input);
+    crc.sum().is_multiple_of(of)
+}
+
+/// Calls `read` with a folder that holds these files and no others. Empty ones are not there.
+pub(crate) fn with_folder<T>(files: &[(&str, &[u8])], read: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    let folder = tempfile::tempdir().context("no temporary folder")?;
+    for (name, bytes) in files.iter().filter(|(_, bytes)| !bytes.is_empty()) {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap_or(folder.path()))?;
+        fs::write(path, bytes)?;
+    }
+    read(folder.path())
 }
 
 #[cfg(test)]
@@ -74,16 +65,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_holds_the_files_of_the_last_call_and_no_others() {
-        let seen = |folder: &Path| -> Result<(bool, bool, Vec<u8>)> {
-            let inside = folder.join("rgb");
-            Ok((inside.is_dir(), inside.join("a").is_file(), fs::read(folder.join("b"))?))
-        };
-        let files: [(&str, &[u8]); 2] = [("rgb/a", b"1"), ("b", b"2")];
-        assert_eq!(with_folder(&files, seen).unwrap(), (true, true, b"2".to_vec()));
-        assert_eq!(
-            with_folder(&[("b", b"3")], seen).unwrap(),
-            (false, false, b"3".to_vec())
-        );
+    fn parts_come_back_and_empty_ones_count() {
+        let parts: [&[u8]; 4] = [b"a\n", b"", b"<part>", b""];
+        assert_eq!(split(&join(&parts)), parts);
+        assert_eq!(split(b""), [b""]);
+    }
+
+    #[test]
+    fn a_patch_changes_bytes_of_the_whole_file() {
+        assert_eq!(patched(b"~\x01\x00\x00z\x05\x00\x00y\x01", b"abc"), b"azy");
+        assert_eq!(patched(b"new", b"abc"), b"new");
+        assert_eq!(patched(b"~\x01\x00\x00z", b""), b"");
     }
 }

@@ -4,25 +4,14 @@
 use deepsft_fuzz::{TARGETS, Target};
 
 #[test]
-fn every_seed_is_read_and_is_no_longer_than_inputs_are() {
-    for Target {
-        name,
-        longest,
-        read,
-        seeds,
-    } in &TARGETS
-    {
+fn every_seed_is_read() {
+    for Target { name, read, seeds } in &TARGETS {
         let seeds = seeds().unwrap();
         assert!(!seeds.is_empty(), "{name} has no seeds");
         for (number, seed) in seeds.iter().enumerate() {
             if let Err(error) = read(seed) {
                 panic!("seed {number} of {name}: {error:#}");
             }
-            assert!(
-                seed.len() <= *longest,
-                "seed {number} of {name} has {} bytes",
-                seed.len()
-            );
         }
     }
 }

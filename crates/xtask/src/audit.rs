@@ -1,6 +1,6 @@
 //! `cargo xtask audit`: what is known of the packages of others that we use: holes, licences, where they come from.
 
-use crate::{manifest::Manifest, tools};
+use crate::tools;
 use anyhow::{Context, Result, ensure};
 use std::{
     ffi::OsString,
@@ -43,7 +43,7 @@ fn crates(root: &Path, offline: bool) -> Result<()> {
 }
 
 fn node_packages(root: &Path) -> Result<()> {
-    tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
+    tools::ensure_node_packages(root)?;
     tools::run(tools::npm(root).arg("audit"))
 }
 

@@ -1,95 +1,49 @@
-//! `cargo xtask bench`: every throughput and size in one run, beside ONNX Runtime with the same weights; ARAP completion
-//! beside libigl with `--only completion`.
+//! `cargo xtask bench`: every throughput and size in one run, beside ONNX Runtime with the same weights.
 
-mod browser;
-mod completion;
-mod demo;
-mod download;
 mod rivals;
+mod table;
 
-use crate::{manifest::Manifest, tools, web};
+use crate::{tools, web};
 use anyhow::{Context, Result, ensure};
 use rivals::Rivals;
 use serde_json::{Value, json};
 use std::{
-    env, fs,
+    env,
+    ffi::OsStr,
+    fs,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Stdio},
 };
 
+/// So long the demo page is watched, s.
+const WATCHED_S: &str = "10";
+
+/// Most by which two programs that run the same network on the same image may differ: where they round differently, a
+/// pixel at the mask's edge may change sides, and depths in a few places where two bins are equally likely.
+const MAX_MASK_SHARE: f64 = 1e-3;
+const MAX_MEDIAN_DEPTH_MM: f64 = 0.05;
+
 /// What to measure.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(clap::Args)]
 pub struct Options {
-    /// Folder of the model bundle, relative to the workspace's root.
-    pub model: PathBuf,
-    /// Where the figures go; by default below the target folder.
-    pub json: Option<PathBuf>,
-    /// Whether to build what is measured.
-    pub build: bool,
-    /// Whether to measure in the browser too.
-    pub browser: bool,
-    /// Whether to install ONNX Runtime (for completion libigl) and measure it too.
-    pub rivals: bool,
-    /// Measure this, and nothing else.
-    pub only: Option<Only>,
-    /// Frames for each median.
-    pub runs: u32,
-}
-
-/// What can be measured alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Only {
-    /// ARAP completion beside libigl.
-    Completion,
-    /// The paper's network and R50F beside ONNX Runtime.
-    Architectures,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            model: PathBuf::from("models/poster-a4"),
-            json: None,
-            build: true,
-            browser: true,
-            rivals: true,
-            only: None,
-            runs: 21,
-        }
-    }
-}
-
-impl Options {
-    /// Reads the task's command line.
-    ///
-    /// # Errors
-    /// For an unknown option or a missing or unfit value.
-    pub fn parse(arguments: &[String]) -> Result<Self> {
-        let mut options = Self::default();
-        let mut arguments = arguments.iter();
-        while let Some(argument) = arguments.next() {
-            let mut value = || arguments.next().with_context(|| format!("{argument} wants a value"));
-            match argument.as_str() {
-                "--model" => options.model = value()?.into(),
-                "--json" => options.json = Some(value()?.into()),
-                "--runs" => {
-                    let runs = value()?;
-                    options.runs = runs.parse().with_context(|| format!("--runs {runs}: not a number"))?;
-                    ensure!(options.runs > 0, "--runs 0 would measure nothing");
-                }
-                "--no-build" => options.build = false,
-                "--no-browser" => options.browser = false,
-                "--no-onnxruntime" | "--no-libigl" => options.rivals = false,
-                "--only" => match value()?.as_str() {
-                    "completion" => options.only = Some(Only::Completion),
-                    "architectures" => options.only = Some(Only::Architectures),
-                    other => anyhow::bail!("--only {other}: there are `completion` and `architectures`"),
-                },
-                other => anyhow::bail!("cargo xtask bench does not know {other:?}"),
-            }
-        }
-        Ok(options)
-    }
+    /// Folder of the model bundle
+    #[arg(long, default_value = "models/poster-a4")]
+    model: PathBuf,
+    /// Where the figures go [default: bench/bench.json in the target folder]
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Frames for each median
+    #[arg(long, default_value_t = 21, value_parser = clap::value_parser!(u32).range(1..))]
+    runs: u32,
+    /// Measure what was built last
+    #[arg(long)]
+    no_build: bool,
+    /// Leave the browser out
+    #[arg(long)]
+    no_browser: bool,
+    /// Leave ONNX Runtime out, which is installed below the target folder and needs Python
+    #[arg(long)]
+    no_onnxruntime: bool,
 }
 
 /// Measures, prints tables and writes the figures as JSON.
@@ -101,242 +55,169 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     let target_folder = tools::target_folder(root)?;
     let folder = target_folder.join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
-    match options.only {
-        Some(Only::Completion) => return completion::run(root, &target_folder, &folder, options),
-        Some(Only::Architectures) => {
-            if options.build {
-                build_program(root)?;
-            }
-            let rivals = Rivals::install(root, &folder, false)?;
-            let figures = architectures(&rivals, &target_folder, &folder, options.runs)?;
-            return write(root, options, &folder, &figures);
-        }
-        None => {}
-    }
     let model = root.join(&options.model);
     let model = model
         .canonicalize()
         .with_context(|| format!("finding the model bundle {}", model.display()))?;
-    let manifest = Manifest::load(root)?;
-    if options.browser {
-        tools::ensure_node_packages(root, &manifest.tools)?;
+    let browser = !options.no_browser;
+    if browser {
+        tools::ensure_node_packages(root)?;
     }
-    if options.build {
-        build_program(root)?;
-        if options.browser {
+    if !options.no_build {
+        tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-lab"]))?;
+        if browser {
             web::build(root)?;
         }
     }
-    let rivals = if options.rivals {
-        Some(Rivals::install(root, &folder, options.browser)?)
-    } else {
-        None
-    };
+    let rivals = (!options.no_onnxruntime)
+        .then(|| Rivals::install(root, &folder, browser))
+        .transpose()?;
+    let rivals = rivals.as_ref();
 
     let lab = || {
-        let mut command = program(&target_folder);
+        let name = format!("deepsft-lab{}", env::consts::EXE_SUFFIX);
+        let mut command = Command::new(target_folder.join("release").join(name));
         command.arg("bench").arg("--model").arg(&model);
         command
     };
-    let exported = folder.join("network");
+    let (exported, graph) = (folder.join("network"), folder.join("network.onnx"));
     tools::run(lab().arg("--export").arg(&exported))?;
     let agreement = rivals
-        .as_ref()
-        .map(|rivals| rivals.write_network(&exported, rivals.network(), false))
-        .transpose()?;
+        .map(|rivals| printed_by(rivals.script("write_network.py").arg(&exported).arg(&graph)))
+        .transpose()
+        .context("ONNX Runtime and DeepSfT do not agree")?;
 
     let native_json = folder.join("native.json");
+    let runs = options.runs.to_string();
     let mut native = lab();
-    native
-        .args(["--runs", &options.runs.to_string(), "--json"])
-        .arg(&native_json);
-    if let (Some(rivals), Some(agreement)) = (&rivals, &agreement) {
-        rivals.compete(&mut native, agreement, &exported, rivals.network());
+    native.args(["--runs", &runs, "--json"]).arg(&native_json);
+    if let (Some(rivals), Some(agreement)) = (rivals, &agreement) {
+        let version = agreement["onnxruntime"].as_str().unwrap_or_default();
+        let turns = rivals.script("onnxruntime_turns.py");
+        native.args(["--rival", &format!("ONNX Runtime {version}"), "--"]);
+        native.arg(turns.get_program()).args(turns.get_args());
+        native.arg(&exported).arg(&graph);
     }
     println!();
     tools::run(&mut native)?;
-    let native: Value = serde_json::from_slice(&web::read(&native_json)?)?;
-    if let Some(agreement) = &agreement {
-        print_agreement(agreement)?;
-    }
-
-    let in_browser = if options.browser {
-        let figures = browser::measure(root, &manifest, &model, &exported, rivals.as_ref(), options.runs)?;
-        browser::print(&figures)?;
-        Some(figures)
-    } else {
-        None
-    };
-    let demo = if options.browser {
-        let figures = demo::measure(root, &manifest)?;
-        demo::print(&figures)?;
-        Some(figures)
-    } else {
-        None
-    };
-    if let Some(figures) = &in_browser {
-        print_mesh(&native, figures)?;
-    }
-    let downloads = download::sizes(root, &manifest, &model, rivals.as_ref())?;
-    download::print(&downloads);
-
-    let rivals = rivals.as_ref();
-    let architectures = rivals.map(|rivals| architectures(rivals, &target_folder, &folder, options.runs));
-
-    let figures = json!({
-        "native": native,
+    let mut figures = json!({
+        "native": tools::json(&native_json)?,
         "agreement_with_onnxruntime": agreement,
-        "architectures": architectures.transpose()?,
-        "browser": in_browser,
-        "demo": demo,
-        "downloads": downloads,
     });
-    write(root, options, &folder, &figures)
-}
+    if browser {
+        let (graph, web) = match rivals.and_then(Rivals::web) {
+            Some(web) => (graph.as_os_str(), web.as_os_str()),
+            None => (OsStr::new("-"), OsStr::new("-")),
+        };
+        let mut measure = script(root, "browser.mjs")?;
+        measure.arg(&model).arg(&exported).arg(graph).arg(web).arg(&runs);
+        figures["browser"] = printed_by(&mut measure).context("measuring in the browser")?;
+        check(&figures["browser"])?;
+        figures["demo"] = printed_by(script(root, "demo.mjs")?.arg(WATCHED_S)).context("measuring the demo page")?;
+    }
+    figures["downloads"] = downloads(root, &model, rivals)?;
+    table::print(&figures);
 
-fn write(root: &Path, options: &Options, folder: &Path, figures: &Value) -> Result<()> {
     let file = match &options.json {
         Some(file) => root.join(file),
         None => folder.join("bench.json"),
     };
-    fs::write(&file, serde_json::to_vec_pretty(figures)?).with_context(|| format!("writing {}", file.display()))?;
+    fs::write(&file, serde_json::to_vec_pretty(&figures)?).with_context(|| format!("writing {}", file.display()))?;
     println!("\nall figures: {}", file.display());
     Ok(())
 }
 
-/// The paper's main block, its network and R50F, untrained, in turns with ONNX Runtime on the same weights.
-fn architectures(rivals: &Rivals, target_folder: &Path, folder: &Path, runs: u32) -> Result<Value> {
-    let measure = |name: &str, main_only: bool| -> Result<Value> {
-        let lab = || {
-            let mut command = program(target_folder);
-            command.args(["network-time", name]).args(main_only.then_some("--main"));
-            command
-        };
-        let part = if main_only { ".main" } else { "" };
-        let [exported, graph, json] =
-            ["network", "onnx", "json"].map(|kind| folder.join(format!("{name}{part}.{kind}")));
-        println!();
-        tools::run(lab().arg("--export").arg(&exported))?;
-        let agreement = rivals.write_network(&exported, &graph, main_only)?;
-        let mut turns = lab();
-        turns.args(["--passes", &runs.to_string(), "--json"]).arg(&json);
-        rivals.compete(&mut turns, &agreement, &exported, &graph);
-        tools::run(&mut turns)?;
-        let turns: Value = serde_json::from_slice(&web::read(&json)?)?;
-        Ok(json!({ "agreement_with_onnxruntime": agreement, "turns": turns }))
-    };
-    Ok(json!({
-        "paper_main_block": measure("paper", true)?,
-        "paper": measure("paper", false)?,
-        "r50f": measure("r50f", false)?,
-    }))
+/// A script of `www/bench` that drives Chromium.
+fn script(root: &Path, name: &str) -> Result<Command> {
+    let mut command = Command::new("node");
+    command
+        .arg(root.join("www/bench").join(name))
+        .env(tools::CHROMIUM.variable, tools::CHROMIUM.find()?);
+    Ok(command)
 }
 
-/// What follows the network, natively and in the browser, both on one thread.
-fn print_mesh(native: &Value, in_browser: &Value) -> Result<()> {
-    println!(
-        "\n{:<46}{:>10}{:>10}{:>8}",
-        "the mesh, ms, medians, 1 thread", "native", "browser", "ratio"
-    );
-    for (title, stage) in [
-        ("mesh fitted to one frame", "fit"),
-        ("ARAP completion of one frame", "completion"),
-        ("start of a track", "track_start"),
-        ("one frame followed", "track"),
-    ] {
-        let median = |figures: &Value| {
-            let value = figures
-                .pointer(&format!("/mesh/{stage}/median_ms"))
-                .and_then(Value::as_f64);
-            value.with_context(|| format!("nothing was measured of {stage:?}"))
-        };
-        let (native, in_browser) = (median(native)?, median(in_browser)?);
-        println!(
-            "{title:<46}{native:>10.2}{in_browser:>10.2}{:>8.2}",
-            in_browser / native
+/// The JSON that a command prints; what it complains about is shown as it comes.
+fn printed_by(command: &mut Command) -> Result<Value> {
+    tools::announce(command);
+    let output = command.stderr(Stdio::inherit()).output().context("starting it")?;
+    ensure!(output.status.success(), "it failed ({})", output.status);
+    serde_json::from_slice(&output.stdout).context("reading what it printed")
+}
+
+/// Times of programs that do not compute the same are not worth comparing.
+fn check(figures: &Value) -> Result<()> {
+    for rival in [&figures["rival"], &figures["webgpu"]["rival"]] {
+        let difference = |what: &str| rival["difference"][what].as_f64().unwrap_or(0.0);
+        let (mask_share, depth_mm) = (difference("mask_share"), difference("depth_mm"));
+        ensure!(
+            mask_share <= MAX_MASK_SHARE && depth_mm <= MAX_MEDIAN_DEPTH_MM,
+            "{} and DeepSfT do not compute the same: masks differ on {:.2} % of the pixels, depths by {depth_mm} mm (median)",
+            rival["name"],
+            100.0 * mask_share,
         );
     }
     Ok(())
 }
 
-/// Builds the program `deepsft-lab`.
-fn build_program(root: &Path) -> Result<()> {
-    tools::run(tools::cargo(root).args(["build", "--release", "--package", "deepsft-lab"]))
+/// What a visitor of the page downloads: the engine (if it is built), the model, and onnxruntime-web (if it is installed). Each file as
+/// it is stored, and compressed as a server sends it.
+fn downloads(root: &Path, model: &Path, rivals: Option<&Rivals>) -> Result<Value> {
+    let package = web::Manifest::load(root)?.package;
+    let engine = root.join(&package.out_dir);
+    let mut groups = vec![("model", model, model_files(&tools::json(&model.join("model.json"))?)?)];
+    if package.files().iter().all(|file| engine.join(file).is_file()) {
+        groups.push(("engine", &engine, package.files().into()));
+    }
+    if let Some(folder) = rivals.and_then(Rivals::web) {
+        let files = [
+            "ort-wasm-simd-threaded.wasm",
+            "ort-wasm-simd-threaded.mjs",
+            "ort.wasm.min.mjs",
+        ];
+        groups.push(("onnxruntime-web", folder, files.map(str::to_owned).into()));
+    }
+    let mut downloads = Vec::new();
+    for (of, folder, files) in groups {
+        for file in files {
+            let bytes = web::read(&folder.join(&file))?;
+            let gzip_bytes = web::gzip_length(&bytes)?;
+            downloads.push(json!({"of": of, "file": file, "bytes": bytes.len(), "gzip_bytes": gzip_bytes}));
+        }
+    }
+    Ok(downloads.into())
 }
 
-/// The program `deepsft-lab` as it was built.
-fn program(target_folder: &Path) -> Command {
-    let name = format!("deepsft-lab{}", env::consts::EXE_SUFFIX);
-    Command::new(target_folder.join("release").join(name))
-}
-
-/// How far ONNX Runtime's answer is from ours.
-fn print_agreement(agreement: &Value) -> Result<()> {
-    let figure = |pointer: &str| {
-        let value = agreement.pointer(pointer).and_then(Value::as_f64);
-        value.with_context(|| format!("write_network.py reports nothing for {pointer}"))
-    };
-    println!(
-        "\nSame weights, same image: ONNX Runtime's mask logits differ by at most {:.1e}, bin logits by {:.1e}; coordinates\n\
-         by {:.1e} (median) and, where two bins are equally likely, visibly in {:.3} % of the pixels.",
-        figure("/largest_difference/mask")?,
-        figure("/largest_difference/bins.0")?
-            .max(figure("/largest_difference/bins.1")?)
-            .max(figure("/largest_difference/bins.2")?),
-        figure("/median_difference")?,
-        100.0 * figure("/differing_pixel_share")?,
-    );
-    Ok(())
+/// The files that a loader fetches: `model.json` and those it lists.
+fn model_files(model_json: &Value) -> Result<Vec<String>> {
+    let listed = model_json["files"].as_object().context("model.json lists no files")?;
+    let listed = listed.keys().cloned();
+    Ok(["model.json".to_owned()].into_iter().chain(listed).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn parse(line: &str) -> Result<Options> {
-        Options::parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    #[test]
+    fn a_rival_that_computes_something_else_is_no_comparison() {
+        let figures = |mask_share: f64, depth_mm: Option<f64>| {
+            let difference = json!({"mask_share": mask_share, "depth_mm": depth_mm});
+            json!({"rival": {"name": "other", "difference": difference}, "webgpu": {"rival": null}})
+        };
+        assert!(check(&figures(1e-4, Some(1e-3))).is_ok());
+        assert!(check(&figures(0.0, None)).is_ok());
+        // As measured with the weights of two different trainings.
+        let error = check(&figures(2e-3, Some(2.5))).unwrap_err().to_string();
+        assert!(error.contains("0.20 %"), "{error}");
+        assert!(check(&figures(0.0, Some(2.5))).is_err());
     }
 
     #[test]
-    fn without_arguments_everything_is_measured_with_the_shipped_model() {
-        let options = parse("").unwrap();
-        assert_eq!(options, Options::default());
-        assert!(options.build && options.browser && options.rivals);
-    }
-
-    #[test]
-    fn parts_can_be_left_out_and_what_is_not_known_is_refused() {
-        let options = parse("--no-browser --model m --runs 5 --no-onnxruntime").unwrap();
-        assert_eq!((options.browser, options.rivals, options.runs), (false, false, 5));
-        assert_eq!(options.model, Path::new("m"));
-        for (line, named) in [
-            ("--fast", "--fast"),
-            ("--model", "--model"),
-            ("--runs many", "many"),
-            ("--runs 0", "0"),
-            ("--only synthesis", "synthesis"),
-        ] {
-            let error = format!("{:#}", parse(line).unwrap_err());
-            assert!(error.contains(named), "{line}: {error}");
-        }
-    }
-
-    #[test]
-    fn completion_can_be_measured_alone_with_and_without_libigl() {
-        let options = parse("--only completion --no-libigl").unwrap();
-        assert!(options.only == Some(Only::Completion) && !options.rivals);
-        assert!(parse("--only completion").unwrap().rivals);
-        let root = crate::workspace_root().unwrap();
-        let pinned = rivals::pinned_python(&root, completion::REQUIREMENTS, "libigl").unwrap();
-        assert!(pinned.starts_with(char::is_numeric), "{pinned}");
-    }
-
-    #[test]
-    fn both_onnx_runtimes_are_of_one_version() {
-        let root = crate::workspace_root().unwrap();
-        assert_eq!(
-            rivals::pinned_python(&root, rivals::REQUIREMENTS, "onnxruntime").unwrap(),
-            rivals::pinned_npm(&root, "onnxruntime-web").unwrap()
-        );
+    fn a_models_downloads_are_its_description_and_what_that_lists() {
+        let listed = model_files(&json!({"files": {"weights.bpk": {"size": 4000}}, "name": "m"}));
+        assert_eq!(listed.unwrap(), ["model.json", "weights.bpk"]);
+        assert!(model_files(&json!({})).is_err());
+        // Four thousand equal bytes.
+        assert!(web::gzip_length(&[7; 4000]).unwrap() < 100);
     }
 }

@@ -1,10 +1,6 @@
 //! `cargo xtask test`: every check of the workspace, cheapest first, one count at the end.
 
-use crate::{
-    fuzz,
-    manifest::{Manifest, TARGET},
-    tools, web,
-};
+use crate::{fuzz, tools, web};
 use anyhow::{Context, Result, bail, ensure};
 use std::{
     env,
@@ -15,7 +11,7 @@ use std::{
 };
 
 /// Whether this system has WebKitGTK and a screen that nobody sees.
-const OTHER_ENGINES: bool = cfg!(target_os = "linux");
+const LINUX: bool = cfg!(target_os = "linux");
 
 /// How long all fuzz targets run together, s.
 const FUZZING_S: u64 = 60;
@@ -67,13 +63,14 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         counted(tools::cargo(root).args(["fmt", "--all", "--check"]))
     });
     check("tools", &|| {
-        let manifest = Manifest::load(root)?;
-        tools::ensure_node_packages(root, &manifest.tools)?;
-        tools::chromium()?;
-        if OTHER_ENGINES {
-            tools::engine_programs()?;
+        tools::ensure_node_packages(root)?;
+        tools::CHROMIUM.find()?;
+        if LINUX {
+            tools::OTHER_ENGINES
+                .iter()
+                .try_for_each(|program| program.find().map(drop))?;
         }
-        tools::ensure_rust_target(root, TARGET)?;
+        tools::ensure_rust_target(root, web::TARGET)?;
         Ok(Count { passed: 1, failed: 0 })
     });
     check("lints", &|| {
@@ -92,13 +89,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     if fuzz::HERE {
         check("fuzzing", &|| {
             fuzz::check_that_failures_are_seen(root)?;
-            let all = fuzz::Options {
-                target: None,
-                effort: fuzz::Effort::Seconds(FUZZING_S),
-                jobs: 2,
-                input: None,
-            };
-            fuzz::run(root, &all).map(|()| Count { passed: 1, failed: 0 })
+            fuzz::run(root, &fuzz::Options::all(FUZZING_S, 2)).map(|()| Count { passed: 1, failed: 0 })
         });
     }
     check("browser build", &|| {
@@ -111,7 +102,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         build_program(root)?;
         counted(&mut in_browsers(root, &["test"])?)
     });
-    if OTHER_ENGINES {
+    if LINUX {
         check("Firefox and WebKit", &|| {
             // The program is there from the check before. WebKitGTK's player is not steady enough for a check of every change.
             counted(
@@ -134,13 +125,12 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         total.passed += count.passed;
         total.failed += count.failed;
     }
-    println!("{} passed, {} failed", total.passed, total.failed);
-    ensure!(
-        total.failed == 0,
-        "{} of {} checks failed",
-        total.failed,
-        total.passed + total.failed
-    );
+    all_passed(total)
+}
+
+fn all_passed(Count { passed, failed }: Count) -> Result<()> {
+    println!("{passed} passed, {failed} failed");
+    ensure!(failed == 0, "{failed} of {} checks failed", passed + failed);
     Ok(())
 }
 
@@ -158,10 +148,7 @@ pub fn assertions(root: &Path) -> Result<()> {
             command.args(["--config", &setting]);
         }
     }
-    let count = counted(&mut command)?;
-    println!("{} passed, {} failed", count.passed, count.failed);
-    ensure!(count.failed == 0, "{} tests failed with assertions", count.failed);
-    Ok(())
+    all_passed(counted(&mut command)?)
 }
 
 /// Tests the page in Chromium, Firefox and WebKit, and leaves a table of what each engine does.
@@ -169,36 +156,36 @@ pub fn assertions(root: &Path) -> Result<()> {
 /// # Errors
 /// When a program is missing, or a test fails.
 pub fn engines(root: &Path, build: bool) -> Result<()> {
-    ensure!(OTHER_ENGINES, "Firefox and WebKit are tested on Linux only");
-    tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
-    if build {
-        web::build(root)?;
-        build_program(root)?;
-    }
-    let count = counted(&mut engine_tests(root)?)?;
-    println!("{} passed, {} failed", count.passed, count.failed);
-    ensure!(count.failed == 0, "{} tests in three engines failed", count.failed);
-    Ok(())
+    ensure!(LINUX, "Firefox and WebKit are tested on Linux only");
+    prepare_browsers(root, build)?;
+    all_passed(counted(&mut engine_tests(root)?)?)
 }
 
 /// Has the page and the package work for long, with the options of `www/bench/soak/soak.mjs`, and leaves samples and curves in `out`.
 ///
 /// # Errors
 /// When a program is missing, the page fails, or something has grown.
-pub fn soak(root: &Path, build: bool, out: &Path, options: &[&str]) -> Result<()> {
-    tools::ensure_node_packages(root, &Manifest::load(root)?.tools)?;
+pub fn soak(root: &Path, build: bool, out: &Path, options: &[String]) -> Result<()> {
+    prepare_browsers(root, build)?;
+    let mut command = in_browsers(root, &["run", "soak", "--"])?;
+    tools::run(command.args(options).arg("--out").arg(out))
+}
+
+fn prepare_browsers(root: &Path, build: bool) -> Result<()> {
+    tools::ensure_node_packages(root)?;
     if build {
         web::build(root)?;
         build_program(root)?;
     }
-    let mut command = in_browsers(root, &["run", "soak", "--"])?;
-    tools::run(command.args(options).arg("--out").arg(out))
+    Ok(())
 }
 
 /// The tests of `www/tests/engines`, in all three engines.
 fn engine_tests(root: &Path) -> Result<Command> {
     let mut command = in_browsers(root, &["run", "test:engines"])?;
-    command.envs(tools::engine_programs()?);
+    for program in &tools::OTHER_ENGINES {
+        command.env(program.variable, program.find()?);
+    }
     Ok(command)
 }
 
@@ -208,15 +195,12 @@ fn build_program(root: &Path) -> Result<()> {
     tools::run(tools::cargo(root).args(["build", "--release", "--workspace", "--bin", "deepsft"]))
 }
 
-/// An `npm` command in `www/`, told which Chromium to run, how, and where the command line program is.
+/// An `npm` command in `www/`, told which Chromium to run and where the command line program is.
 fn in_browsers(root: &Path, arguments: &[&str]) -> Result<Command> {
-    let manifest = Manifest::load(root)?;
-    let flags = serde_json::to_string(&manifest.browser_tests.chromium_flags)?;
     let program = format!("deepsft{}", env::consts::EXE_SUFFIX);
     let mut command = tools::npm(root);
     command.args(arguments);
-    command.env("DEEPSFT_CHROMIUM", tools::chromium()?);
-    command.env("DEEPSFT_CHROMIUM_FLAGS", flags);
+    command.env(tools::CHROMIUM.variable, tools::CHROMIUM.find()?);
     command.env("DEEPSFT_CLI", tools::target_folder(root)?.join("release").join(program));
     Ok(command)
 }

@@ -1,125 +1,92 @@
-//! `cargo xtask fuzz`: the fuzz targets of `deepsft-fuzz` under libFuzzer, and what they had until now.
-
-pub mod instrument;
-mod program;
-mod totals;
+//! `cargo xtask fuzz`: the fuzz targets of `deepsft-fuzz` under libFuzzer.
+//!
+//! `cargo fuzz` would compile all crates of others a second time, with coverage. Here cargo calls `rustc.sh` in place of rustc for
+//! the crates of the workspace alone, and takes the others as the ordinary build has left them.
 
 use crate::tools;
 use anyhow::{Context, Result, bail, ensure};
-use program::{FuzzTarget, Program, Round};
 use std::{
-    collections::BTreeSet,
+    env, fs, iter,
     path::{Path, PathBuf},
+    process::Command,
     sync::{Mutex, PoisonError},
     thread,
-    time::Duration,
 };
-use totals::Totals;
-
-/// Longest time for which one process runs, s: then the inputs it had are written down, and another target has its turn.
-const LONGEST_ROUND_S: u64 = 120;
 
 /// Whether the fuzz targets run on this system.
 pub const HERE: bool = cfg!(target_os = "linux");
 
-/// What to run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Options {
-    /// One target; else all.
-    pub target: Option<String>,
-    /// When to end.
-    pub effort: Effort,
-    /// Processes at once.
-    pub jobs: usize,
-    /// Run this input of the target alone.
-    pub input: Option<PathBuf>,
-}
+/// What one input may take at most: memory in MiB, which the program also counts by itself, and seconds.
+const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=10"];
 
-/// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// After about so many seconds for all targets together.
-    Seconds(u64),
-    /// When each target has had so many inputs, those of earlier runs included.
-    Runs(u64),
+/// Where files are in memory.
+const MEMORY_FOLDER: &str = "/dev/shm";
+
+/// Lines that libFuzzer ends with where nothing failed, and a word by which its failures are known.
+const INPUTS: &str = "stat::number_of_executed_units:";
+const WRITTEN: &str = "Test unit written to ";
+
+/// What to run.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Run this target alone: bundle, checkpoint, gltf, obj, picture, recording, shard, template, weights or y4m
+    #[arg(long)]
+    target: Option<String>,
+    /// How long for all targets together
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seconds: u64,
+    /// Targets that run at once
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub jobs: u64,
+    /// Run this file alone, an input of --target
+    #[arg(long, requires = "target")]
+    input: Option<PathBuf>,
 }
 
 impl Options {
-    /// Reads the task's command line.
-    ///
-    /// # Errors
-    /// For an unknown option or a missing or unfit value.
-    pub fn parse(arguments: &[String]) -> Result<Self> {
-        let mut options = Self {
-            target: None,
-            effort: Effort::Seconds(60),
-            jobs: 1,
-            input: None,
-        };
-        let mut arguments = arguments.iter();
-        while let Some(argument) = arguments.next() {
-            let value = arguments.next().with_context(|| format!("{argument} wants a value"))?;
-            let number = || match value.parse() {
-                Ok(number) if number > 0 => Ok(number),
-                _ => bail!("{argument} {value}: expected a number from 1"),
-            };
-            match argument.as_str() {
-                "--target" => options.target = Some(value.clone()),
-                "--seconds" => options.effort = Effort::Seconds(number()?),
-                "--runs" => options.effort = Effort::Runs(number()?),
-                "--jobs" => options.jobs = number()? as usize,
-                "--input" => options.input = Some(value.into()),
-                other => bail!("cargo xtask fuzz does not know {other:?}"),
-            }
+    /// All targets.
+    pub fn all(seconds: u64, jobs: u64) -> Self {
+        let (target, input) = (None, None);
+        Self {
+            target,
+            seconds,
+            jobs,
+            input,
         }
-        ensure!(
-            options.input.is_none() || options.target.is_some(),
-            "--input wants the --target that it is an input of"
-        );
-        Ok(options)
     }
 }
 
-/// Builds the fuzz targets and runs them.
+/// Builds the fuzz targets and runs them, one after another.
 ///
 /// # Errors
 /// When they cannot be built, and when a target fails, which is told with the file of the input.
 pub fn run(root: &Path, options: &Options) -> Result<()> {
     let program = Program::build(root)?;
-    let mut targets = program.targets()?;
-    if let Some(name) = &options.target {
-        // Planted ones are not listed.
-        let known = targets.iter().find(|target| target.name == *name).cloned();
-        targets = vec![known.unwrap_or_else(|| FuzzTarget::new(name))];
-    }
+    let targets = match &options.target {
+        Some(name) => vec![name.clone()],
+        None => program.targets()?,
+    };
     if let Some(input) = &options.input {
-        return program.run_input(&targets[0], input);
+        return tools::run(program.command(&targets[0]).arg(input));
     }
     let folder = tools::target_folder(root)?.join("fuzz");
-    let schedule = Schedule::new(targets, options, Totals::load(&folder)?);
-    let state = Mutex::new(schedule);
-    let locked = || state.lock().unwrap_or_else(PoisonError::into_inner);
-    let work = || -> Result<()> {
-        loop {
-            let Some((target, round)) = locked().next() else {
-                return Ok(());
-            };
-            let ended = program.run_round(&target, &folder, round);
-            match locked().ended(&target.name, ended)? {
-                Ok(line) => println!("{line}"),
-                Err(failure) => eprintln!("{failure}"),
+    let jobs = options.jobs.min(targets.len() as u64);
+    let seconds = (options.seconds * jobs).div_ceil(targets.len() as u64);
+    let (waiting, failed) = (Mutex::new(targets), Mutex::new(Vec::new()));
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let work = || {
+        for target in iter::from_fn(next) {
+            match program.fuzz(&target, &folder, seconds) {
+                Ok(inputs) => println!("{target:<12}{inputs:>12} inputs in {seconds} s"),
+                Err(error) => {
+                    eprintln!("{error:#}");
+                    failed.lock().unwrap_or_else(PoisonError::into_inner).push(target);
+                }
             }
         }
     };
-    let results: Vec<Result<()>> = thread::scope(|scope| {
-        let threads: Vec<_> = (0..options.jobs).map(|_| scope.spawn(work)).collect();
-        let joined = threads.into_iter().map(|thread| thread.join());
-        joined
-            .map(|result| result.unwrap_or_else(|_| bail!("a thread of the task panicked")))
-            .collect()
-    });
-    results.into_iter().collect::<Result<()>>()?;
-    let failed = locked().failed.join(", ");
+    thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
+    let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner).join(", ");
     ensure!(
         failed.is_empty(),
         "a bug was found in {failed}: the inputs are named above"
@@ -135,195 +102,93 @@ pub fn check_that_failures_are_seen(root: &Path) -> Result<()> {
     let program = Program::build(root)?;
     let folder = tools::target_folder(root)?.join("fuzz-planted");
     // Too much memory is seen by the program's own count after the input, or by libFuzzer while it runs.
-    for (name, signs) in [
-        ("planted-panic", &["the planted panic"][..]),
-        ("planted-memory", &["bytes of memory", "out-of-memory"][..]),
+    for (target, signs) in [
+        ("planted-panic", ["the planted panic"; 2]),
+        ("planted-memory", ["bytes of memory", "out-of-memory"]),
     ] {
         // What was found before would be run first.
-        if folder.exists() {
-            std::fs::remove_dir_all(&folder).with_context(|| format!("removing {}", folder.display()))?;
-        }
-        let round = Round {
-            seconds: 60,
-            runs: None,
-        };
-        match program.run_round(&FuzzTarget::new(name), &folder, round) {
-            Ok(ended) => bail!(
-                "{name} did not fail within {} inputs: the harness is blind",
-                ended.inputs
-            ),
+        tools::empty(&folder)?;
+        match program.fuzz(target, &folder, 60) {
+            Ok(inputs) => bail!("{target} did not fail within {inputs} inputs: the harness is blind"),
             Err(error) => {
                 let error = format!("{error:#}");
-                let is_seen = signs.iter().any(|sign| error.contains(sign)) && error.contains("on the input");
-                ensure!(is_seen, "{name} failed otherwise: {error}");
+                let is_seen = signs.iter().any(|sign| error.contains(sign)) && error.contains(WRITTEN);
+                ensure!(is_seen, "{target} failed otherwise: {error}");
             }
         }
+        let kept = fs::read_dir(folder.join(target).join("failures"))?.count();
+        ensure!(kept > 0, "{target} left no input that it failed on");
     }
     Ok(())
 }
 
-/// Which target runs when.
-struct Schedule {
-    targets: Vec<FuzzTarget>,
-    effort: Effort,
-    jobs: usize,
-    totals: Totals,
-    running: BTreeSet<String>,
-    /// Targets that have had their one round of a run of so many seconds.
-    done: BTreeSet<String>,
-    /// Targets that failed: the others go on.
-    failed: Vec<String>,
-}
+/// The program `deepsft-fuzz` as it was built.
+struct Program(PathBuf);
 
-impl Schedule {
-    fn new(targets: Vec<FuzzTarget>, options: &Options, totals: Totals) -> Self {
-        Self {
-            jobs: options.jobs.min(targets.len()),
-            targets,
-            effort: options.effort,
-            totals,
-            running: BTreeSet::new(),
-            done: BTreeSet::new(),
-            failed: Vec::new(),
+impl Program {
+    /// Builds it. The features are those of the whole workspace, as the tests of the crates have left them.
+    fn build(root: &Path) -> Result<Self> {
+        ensure!(HERE, "the fuzz targets run on Linux only");
+        if env::var_os("CXX").is_none() {
+            tools::CPP_COMPILER.find()?;
         }
+        let mut cargo = tools::cargo(root);
+        cargo.args(["build", "--release", "--workspace", "--bin", "deepsft-fuzz"]);
+        cargo.args(["--features", "deepsft-fuzz/libfuzzer"]);
+        tools::run(cargo.env("RUSTC_WORKSPACE_WRAPPER", root.join("crates/deepsft-fuzz/rustc.sh")))?;
+        Ok(Self(tools::target_folder(root)?.join("release/deepsft-fuzz")))
     }
 
-    /// The next target, the one with the fewest inputs, and its round.
-    fn next(&mut self) -> Option<(FuzzTarget, Round)> {
-        let inputs = |target: &&FuzzTarget| self.totals.inputs(&target.name);
-        let is_open = |target: &&FuzzTarget| {
-            let finished = match self.effort {
-                Effort::Seconds(_) => self.done.contains(&target.name),
-                Effort::Runs(runs) => self.totals.inputs(&target.name) >= runs,
-            };
-            !finished && !self.running.contains(&target.name) && !self.failed.contains(&target.name)
+    /// The targets that it lists.
+    fn targets(&self) -> Result<Vec<String>> {
+        let listed = tools::output(Command::new(&self.0).env_remove("DEEPSFT_FUZZ_TARGET"));
+        let listed = listed.with_context(|| format!("{} lists no targets", self.0.display()))?;
+        Ok(listed.lines().map(str::to_owned).collect())
+    }
+
+    /// It with one target.
+    fn command(&self, target: &str) -> Command {
+        let mut command = Command::new(&self.0);
+        command.args(LIMITS).env("DEEPSFT_FUZZ_TARGET", target);
+        command
+    }
+
+    /// Fuzzes a target for some seconds; the number of inputs that it has had. Its inputs are kept in `folder`: those that reached
+    /// something new, and those that it failed on, which are run before all others.
+    fn fuzz(&self, target: &str, folder: &Path, seconds: u64) -> Result<u64> {
+        let folders = ["corpus", "seeds", "failures"].map(|kind| folder.join(target).join(kind));
+        let temporary = match Path::new(MEMORY_FOLDER).is_dir() {
+            true => MEMORY_FOLDER.into(),
+            false => env::temp_dir(),
         };
-        let target = self.targets.iter().filter(is_open).min_by_key(inputs)?.clone();
-        let round = match self.effort {
-            Effort::Seconds(seconds) => Round {
-                seconds: (seconds * self.jobs as u64 / self.targets.len() as u64).max(1),
-                runs: None,
-            },
-            Effort::Runs(runs) => Round {
-                seconds: LONGEST_ROUND_S,
-                runs: Some(runs - self.totals.inputs(&target.name)),
-            },
-        };
-        self.running.insert(target.name.clone());
-        Some((target, round))
-    }
-
-    /// Writes down what a round had; gives a line to print, or the failure.
-    ///
-    /// # Errors
-    /// When it cannot be written down.
-    fn ended(&mut self, name: &str, ended: Result<program::Ended>) -> Result<Result<String, String>> {
-        self.running.remove(name);
-        self.done.insert(name.to_owned());
-        let program::Ended { inputs, time } = match ended {
-            Ok(ended) => ended,
-            Err(error) => {
-                self.failed.push(name.to_owned());
-                return Ok(Err(format!("{error:#}")));
-            }
-        };
-        self.totals.add(name, inputs)?;
-        let rate = inputs as f64 / time.max(Duration::from_millis(1)).as_secs_f64();
-        Ok(Ok(format!(
-            "{name:<12} {inputs:>10} inputs in {:>4.0} s, {rate:>7.0} in a second, {:>11} in total",
-            time.as_secs_f64(),
-            self.totals.inputs(name)
-        )))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn words(text: &str) -> Vec<String> {
-        text.split_whitespace().map(str::to_owned).collect()
-    }
-
-    fn ended(inputs: u64) -> Result<program::Ended> {
-        Ok(program::Ended {
-            inputs,
-            time: Duration::from_secs(1),
-        })
-    }
-
-    #[test]
-    fn options_are_read_and_what_is_none_is_named() {
-        let options = Options::parse(&words("--target obj --runs 500 --jobs 2")).unwrap();
-        assert_eq!((options.effort, options.jobs), (Effort::Runs(500), 2));
-        assert_eq!(options.target.as_deref(), Some("obj"));
-        assert_eq!(Options::parse(&[]).unwrap().effort, Effort::Seconds(60));
-        for (line, part) in [
-            ("--runs 0", "from 1"),
-            ("--seconds", "wants a value"),
-            ("--input file", "--target"),
-            ("--shape round", "--shape"),
-        ] {
-            let error = Options::parse(&words(line)).unwrap_err().to_string();
-            assert!(error.contains(part), "{error}");
+        let temporary = temporary.join(format!("deepsft-fuzz-{}-{target}", std::process::id()));
+        for folder in folders.iter().chain([&temporary]) {
+            fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         }
-    }
-
-    #[test]
-    fn the_target_with_the_fewest_inputs_is_next_until_all_have_had_enough() {
-        let folder = tempfile::tempdir().unwrap();
-        let targets = ["a", "b"].map(FuzzTarget::new).to_vec();
-        let options = Options::parse(&words("--runs 100 --jobs 2")).unwrap();
-        let mut schedule = Schedule::new(targets.clone(), &options, Totals::load(folder.path()).unwrap());
-        let name = |next: Option<(FuzzTarget, Round)>| next.map(|(target, round)| (target.name, round.runs));
-        assert_eq!(name(schedule.next()), Some(("a".to_owned(), Some(100))));
-        assert_eq!(name(schedule.next()), Some(("b".to_owned(), Some(100))));
-        assert_eq!(name(schedule.next()), None, "both are running");
-        schedule.ended("a", ended(60)).unwrap().unwrap();
-        schedule.ended("b", ended(100)).unwrap().unwrap();
-        assert_eq!(name(schedule.next()), Some(("a".to_owned(), Some(40))));
-        schedule.ended("a", ended(41)).unwrap().unwrap();
-        assert_eq!(name(schedule.next()), None);
-        // Another run goes on from there.
-        let options = Options::parse(&words("--runs 150")).unwrap();
-        let mut schedule = Schedule::new(targets, &options, Totals::load(folder.path()).unwrap());
-        assert_eq!(name(schedule.next()), Some(("b".to_owned(), Some(50))));
-    }
-
-    #[test]
-    fn a_target_that_fails_is_left_out_and_the_others_go_on() {
-        let folder = tempfile::tempdir().unwrap();
-        let targets = ["a", "b"].map(FuzzTarget::new).to_vec();
-        let options = Options::parse(&words("--runs 100")).unwrap();
-        let mut schedule = Schedule::new(targets, &options, Totals::load(folder.path()).unwrap());
-        assert_eq!(schedule.next().unwrap().0.name, "a");
-        let failure = schedule
-            .ended("a", Err(anyhow::anyhow!("it fails on crash-1")))
-            .unwrap();
-        assert_eq!(failure, Err("it fails on crash-1".to_owned()));
-        assert_eq!(schedule.next().unwrap().0.name, "b");
-        schedule.ended("b", ended(100)).unwrap().unwrap();
-        assert!(schedule.next().is_none() && schedule.failed == ["a"]);
-    }
-
-    #[test]
-    fn seconds_are_those_of_all_targets_together() {
-        let folder = tempfile::tempdir().unwrap();
-        let options = Options::parse(&words("--seconds 60 --jobs 2")).unwrap();
-        let targets = ["a", "b", "c", "d"].map(FuzzTarget::new).to_vec();
-        let mut schedule = Schedule::new(targets, &options, Totals::load(folder.path()).unwrap());
-        let mut names = BTreeSet::new();
-        while let Some((target, round)) = schedule.next() {
-            assert_eq!(
-                round,
-                Round {
-                    seconds: 30,
-                    runs: None
-                }
-            );
-            schedule.ended(&target.name, ended(1)).unwrap().unwrap();
-            names.insert(target.name);
+        let [_, seeds, failures] = &folders;
+        let mut command = self.command(target);
+        command
+            .args(&folders)
+            .env("DEEPSFT_FUZZ_SEEDS", seeds)
+            .env("TMPDIR", &temporary);
+        command.arg(format!("-artifact_prefix={}/", failures.display()));
+        command.args([
+            &format!("-max_total_time={seconds}"),
+            "-print_final_stats=1",
+            "-verbosity=0",
+        ]);
+        let output = command
+            .output()
+            .with_context(|| format!("starting {}", self.0.display()));
+        // What a program that was ended leaves there.
+        fs::remove_dir_all(&temporary).with_context(|| format!("removing {}", temporary.display()))?;
+        let output = output?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        let after = |word: &str| Some(said.lines().rev().find_map(|line| line.split_once(word))?.1.trim());
+        if !output.status.success() {
+            let input = after(WRITTEN).unwrap_or("(none was left)");
+            bail!("{said}\n{target} fails; run it again with\n    cargo xtask fuzz --target {target} --input {input}");
         }
-        assert_eq!(names.len(), 4);
+        Ok(after(INPUTS).and_then(|inputs| inputs.parse().ok()).unwrap_or(0))
     }
 }

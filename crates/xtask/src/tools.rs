@@ -1,7 +1,6 @@
 //! The programs the tasks need: finding them, installing what can be installed, saying what cannot.
 
-use crate::manifest::Tools;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::{
     env,
@@ -10,12 +9,6 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
 };
-
-/// Names under which Chromium is installed, the most specific first.
-const CHROMIUM_NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-
-/// Where Chrome lies on macOS, which has no program on the PATH.
-const CHROMIUM_ON_MACOS: &str = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome";
 
 /// A `cargo` command in the workspace's root.
 pub fn cargo(root: &Path) -> Command {
@@ -50,6 +43,17 @@ pub fn finish(child: &mut Child, name: &str) -> Result<()> {
     let status = child.wait().with_context(|| format!("waiting for {name}"))?;
     ensure!(status.success(), "{name} failed ({status})");
     Ok(())
+}
+
+/// Makes an empty folder of `folder`.
+///
+/// # Errors
+/// When that fails.
+pub fn empty(folder: &Path) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("emptying {}", folder.display()))?;
+    }
+    fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))
 }
 
 /// Prints a command the way a person would type it.
@@ -122,28 +126,26 @@ pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
     rustup.with_context(|| format!("this Rust cannot compile for {target}, and rustup could not add that target"))
 }
 
-/// Sees to it that Node.js is there, new enough, and that the packages of `www/package-lock.json` are
+/// Sees to it that Node.js is there, as new as `www/package.json` asks for, and that the packages of `www/package-lock.json` are
 /// installed.
 ///
 /// # Errors
 /// When Node.js is missing or too old, or `npm ci` fails.
-pub fn ensure_node_packages(root: &Path, tools: &Tools) -> Result<()> {
-    let needed = tools.node_at_least;
+pub fn ensure_node_packages(root: &Path) -> Result<()> {
+    let package: Value = json(&root.join("www/package.json"))?;
+    let needed = package["engines"]["node"]
+        .as_str()
+        .context("www/package.json asks for no Node.js")?;
     if on_path("node").is_none() || output(npm(root).arg("--version")).is_none() {
         install_with_apt(&["nodejs", "npm"]);
     }
     let version = output(Command::new("node").arg("--version"));
     let version = version.with_context(|| {
-        format!("Node.js is missing; install version {needed} or newer with npm (https://nodejs.org, or your system's packages)")
+        format!("Node.js is missing; install version {needed} with npm (https://nodejs.org, or your system's packages)")
     })?;
-    let major = version
-        .trim_start_matches('v')
-        .split('.')
-        .next()
-        .and_then(|major| major.parse::<u32>().ok());
     ensure!(
-        major.is_some_and(|major| major >= needed),
-        "Node.js is {version}, but version {needed} or newer is needed"
+        major(&version) >= major(needed),
+        "Node.js is {version}, but {needed} is needed"
     );
     let modified = |file: &str| fs::metadata(root.join("www").join(file)).and_then(|file| file.modified());
     let installed = modified("node_modules/.package-lock.json");
@@ -154,122 +156,100 @@ pub fn ensure_node_packages(root: &Path, tools: &Tools) -> Result<()> {
     run(npm(root).args(["ci", "--no-fund", "--no-audit"]))
 }
 
-/// The Chromium the browser tests run: `DEEPSFT_CHROMIUM`, or one that is installed, or a new
-/// installation from Debian's packages.
-///
-/// # Errors
-/// When there is none; the message says how to get one.
-pub fn chromium() -> Result<PathBuf> {
-    if let Some(program) = env::var_os("DEEPSFT_CHROMIUM") {
-        let program = PathBuf::from(program);
-        ensure!(
-            program.is_file(),
-            "DEEPSFT_CHROMIUM is {}, which is no file",
-            program.display()
-        );
-        return Ok(program);
-    }
-    let find = || {
-        let on_macos = Path::new(CHROMIUM_ON_MACOS);
-        CHROMIUM_NAMES
-            .into_iter()
-            .find_map(on_path)
-            .or_else(|| on_macos.is_file().then(|| on_macos.to_owned()))
-    };
-    if let Some(program) = find() {
-        return Ok(program);
-    }
-    install_with_apt(&["chromium"]);
-    match find() {
-        Some(program) => Ok(program),
-        None => bail!(
-            "no Chromium: the tests run in a real browser. Install it (Debian: apt-get install chromium), or name one in \
-             DEEPSFT_CHROMIUM"
-        ),
-    }
+/// The first number in a version such as `v20.1.0` or `>=20`.
+fn major(version: &str) -> Option<u32> {
+    let digits = version.trim_start_matches(|c: char| !c.is_ascii_digit());
+    digits.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
-/// A program that the tests in Firefox and WebKit run.
-struct EngineProgram {
+/// A file of JSON.
+///
+/// # Errors
+/// When it cannot be read; the error names it.
+pub fn json(file: &Path) -> Result<Value> {
+    let reading = || format!("reading {}", file.display());
+    serde_json::from_slice(&fs::read(file).with_context(reading)?).with_context(reading)
+}
+
+/// A program that the checks run.
+#[derive(Clone, Copy, Debug)]
+pub struct Program {
     /// The variable that tells the tests where it is, or that names it beforehand.
-    variable: &'static str,
+    pub variable: &'static str,
+    /// Names under which it is installed, the most specific first; on macOS, which has none on the PATH, the whole path.
     names: &'static [&'static str],
     debian_packages: &'static [&'static str],
 }
 
+pub const CHROMIUM: Program = Program {
+    variable: "DEEPSFT_CHROMIUM",
+    names: &[
+        "chromium",
+        "chromium-browser",
+        "google-chrome",
+        "google-chrome-stable",
+        "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    ],
+    debian_packages: &["chromium"],
+};
+
 /// Firefox, WebKitGTK with the plugins that play the clip, and a screen that nobody sees.
-const ENGINE_PROGRAMS: [EngineProgram; 3] = [
-    EngineProgram {
+pub const OTHER_ENGINES: [Program; 3] = [
+    Program {
         variable: "DEEPSFT_FIREFOX",
         names: &["firefox-esr", "firefox"],
         debian_packages: &["firefox-esr"],
     },
-    EngineProgram {
+    Program {
         variable: "DEEPSFT_WEBKIT_DRIVER",
         names: &["WebKitWebDriver"],
         debian_packages: &["webkit2gtk-driver", "gstreamer1.0-plugins-good"],
     },
-    EngineProgram {
+    Program {
         variable: "DEEPSFT_XVFB",
         names: &["Xvfb"],
         debian_packages: &["xvfb"],
     },
 ];
 
-/// The programs that the tests in Firefox and WebKit run, by the variables that tell the tests where they are: as these name
-/// them, or installed, or newly installed from Debian's packages.
-///
-/// # Errors
-/// When one is missing; the message says how to get it.
-pub fn engine_programs() -> Result<Vec<(&'static str, PathBuf)>> {
-    let find = |program: &EngineProgram| match env::var_os(program.variable) {
-        Some(named) => Some(PathBuf::from(named)).filter(|named| named.is_file()),
-        None => program.names.iter().copied().find_map(on_path),
-    };
-    let is_missing = |program: &&EngineProgram| env::var_os(program.variable).is_none() && find(program).is_none();
-    let missing = ENGINE_PROGRAMS.iter().filter(is_missing);
-    let packages: Vec<&str> = missing.flat_map(|program| program.debian_packages).copied().collect();
-    if !packages.is_empty() {
-        install_with_apt(&packages);
-    }
-    let found = |program: &EngineProgram| {
-        let path = find(program).with_context(|| {
+/// The C++ compiler, by which libFuzzer is compiled.
+pub const CPP_COMPILER: Program = Program {
+    variable: "CXX",
+    names: &["c++", "g++", "clang++"],
+    debian_packages: &["g++"],
+};
+
+impl Program {
+    /// Where it is: as its variable names it, or installed, or newly installed from Debian's packages.
+    ///
+    /// # Errors
+    /// When it is missing; the message says how to get it.
+    pub fn find(&self) -> Result<PathBuf> {
+        let find = || match env::var_os(self.variable) {
+            Some(named) => on_path(&named),
+            None => self.names.iter().find_map(on_path),
+        };
+        if find().is_none() && env::var_os(self.variable).is_none() {
+            install_with_apt(self.debian_packages);
+        }
+        find().with_context(|| {
             format!(
-                "no {}: the page is tested in Firefox and WebKit too. Install it (Debian: apt-get install {}), or name it in {}",
-                program.names[0],
-                program.debian_packages.join(" "),
-                program.variable
+                "no {}, which the checks need. Install it (Debian: apt-get install {}), or name it in {}",
+                self.names[0],
+                self.debian_packages.join(" "),
+                self.variable
             )
-        })?;
-        Ok((program.variable, path))
-    };
-    ENGINE_PROGRAMS.iter().map(found).collect()
-}
-
-/// Sees to it that there is a C++ compiler: libFuzzer is compiled by it.
-///
-/// # Errors
-/// When there is none and Debian's cannot be installed.
-pub fn ensure_cpp_compiler() -> Result<()> {
-    let is_there = || {
-        let names = ["c++", "g++", "clang++"];
-        env::var_os("CXX").is_some() || names.iter().any(|name| on_path(name).is_some())
-    };
-    if !is_there() {
-        install_with_apt(&["g++"]);
+        })
     }
-    ensure!(
-        is_there(),
-        "libFuzzer needs a C++ compiler (on Debian and Ubuntu `apt install g++`)"
-    );
-    Ok(())
 }
 
-/// The first program called `name` on the PATH.
-pub fn on_path(name: &str) -> Option<PathBuf> {
-    let file = format!("{name}{}", env::consts::EXE_SUFFIX);
+/// The first program called `name` on the PATH; a whole path is itself.
+pub fn on_path(name: impl AsRef<OsStr>) -> Option<PathBuf> {
+    let bare = name.as_ref().to_owned();
+    let mut with_ending = bare.clone();
+    with_ending.push(env::consts::EXE_SUFFIX);
     env::split_paths(&env::var_os("PATH")?)
-        .map(|folder| folder.join(&file))
+        .flat_map(|folder| [folder.join(&with_ending), folder.join(&bare)])
         .find(|program| program.is_file())
 }
 
@@ -315,5 +295,17 @@ pub fn open_in_browser(address: &str) {
         .spawn();
     if started.is_err() {
         println!("No browser could be started from here: open the address by hand.");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_compared_by_their_first_number() {
+        assert_eq!(major("v20.11.1"), Some(20));
+        assert_eq!(major(">=20"), Some(20));
+        assert!(major("v9.0.0") < major(">=20") && major("nonsense") < major(">=20"));
     }
 }

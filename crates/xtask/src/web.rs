@@ -1,23 +1,81 @@
 //! The browser package: cargo, wasm-bindgen and wasm-opt, as `wasm-pack.toml` says, within its budget.
 
-use crate::{
-    manifest::{Budget, FILE_NAME, Manifest, TARGET},
-    third_party, tools,
-};
+use crate::{third_party, tools};
 use anyhow::{Context, Result, ensure};
 use flate2::{Compression, write::GzEncoder};
+use serde::Deserialize;
 use std::{
     fs,
     hash::{DefaultHasher, Hash, Hasher},
     io::Write,
     path::Path,
     process::Command,
-    time::Instant,
 };
 use wasm_bindgen_cli_support::Bindgen;
 
+/// Name of the build manifest in the workspace's root.
+pub const MANIFEST: &str = "wasm-pack.toml";
+
+/// The one compilation target of browser builds.
+pub const TARGET: &str = "wasm32-unknown-unknown";
+
 /// Bytes in a megabyte of a download.
 const MB: f64 = 1e6;
+
+/// The build manifest. Unknown keys are refused: a misspelt one would silently do nothing.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Manifest {
+    pub package: Package,
+    wasm_opt: WasmOpt,
+    budget: Budget,
+}
+
+/// What is built, and where it goes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Package {
+    #[serde(rename = "crate")]
+    crate_name: String,
+    /// Relative to the workspace's root.
+    pub out_dir: String,
+    /// Cargo's `--profile`.
+    profile: String,
+}
+
+/// How the module is optimised.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WasmOpt {
+    flags: Vec<String>,
+}
+
+/// Download sizes, gzipped, in units of 10^6 bytes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Budget {
+    gzip_mb_aim: f64,
+    gzip_mb_limit: f64,
+}
+
+impl Manifest {
+    /// Reads the manifest in `root`.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn load(root: &Path) -> Result<Self> {
+        let text = fs::read_to_string(root.join(MANIFEST)).with_context(|| format!("reading {MANIFEST}"))?;
+        toml::from_str(&text).with_context(|| format!("reading {MANIFEST}"))
+    }
+}
+
+impl Package {
+    /// What a page downloads of it: the module and its JavaScript.
+    pub fn files(&self) -> [String; 2] {
+        let name = self.crate_name.replace('-', "_");
+        [format!("{name}_bg.wasm"), format!("{name}.js")]
+    }
+}
 
 /// Builds the package into the manifest's `out-dir`, with the licences of what it is compiled from. After cargo, nothing is bound
 /// or optimised when neither the compiled module nor the manifest has changed.
@@ -25,41 +83,33 @@ const MB: f64 = 1e6;
 /// # Errors
 /// When a tool is missing or fails, or the package is over its size limit.
 pub fn build(root: &Path) -> Result<()> {
-    let manifest = Manifest::load(root)?;
+    let Manifest {
+        package,
+        wasm_opt,
+        budget,
+    } = Manifest::load(root)?;
     let target_folder = tools::target_folder(root)?;
-    tools::ensure_node_packages(root, &manifest.tools)?;
+    tools::ensure_node_packages(root)?;
     tools::ensure_rust_target(root, TARGET)?;
-
-    let package = &manifest.package;
-    let started = Instant::now();
-    let profile = [
-        "--profile",
-        &package.profile,
-        "--target",
-        TARGET,
-        "--package",
-        &package.crate_name,
-    ];
-    tools::run(tools::cargo(root).arg("build").args(profile))?;
+    let mut cargo = tools::cargo(root);
+    cargo.args(["build", "--target", TARGET, "--profile", &package.profile]);
+    tools::run(cargo.args(["--package", &package.crate_name]))?;
     let name = package.crate_name.replace('-', "_");
     let compiled = target_folder
         .join(TARGET)
         .join(&package.profile)
         .join(format!("{name}.wasm"));
-    eprintln!("compiled in {:.0} s", started.elapsed().as_secs_f64());
 
     let out = root.join(&package.out_dir);
-    let module = format!("{name}_bg.wasm");
+    let [module, script] = package.files();
     let stamp_file = target_folder.join("xtask").join("web.stamp");
-    let stamp = fingerprint(&[&read(&compiled)?, &read(&root.join(FILE_NAME))?]);
+    let stamp = fingerprint(&[&read(&compiled)?, &read(&root.join(MANIFEST))?]);
     let is_current = fs::read_to_string(&stamp_file).is_ok_and(|old| old == stamp);
-    let files = [module.clone(), format!("{name}.js"), format!("{name}.d.ts")];
+    let files = [&module, &script, &format!("{name}.d.ts")];
     if !(is_current && files.iter().all(|file| out.join(file).is_file())) {
         // Built aside and moved at the end: `out` never holds half a package.
         let aside = target_folder.join("xtask").join("pkg");
-        if aside.exists() {
-            fs::remove_dir_all(&aside).with_context(|| format!("emptying {}", aside.display()))?;
-        }
+        tools::empty(&aside)?;
         Bindgen::new()
             .input_path(&compiled)
             .typescript(true)
@@ -67,9 +117,7 @@ pub fn build(root: &Path) -> Result<()> {
             .web(true)
             .and_then(|bindgen| bindgen.generate(&aside))
             .with_context(|| format!("wasm-bindgen on {}", compiled.display()))?;
-        let started = Instant::now();
-        optimise(root, &manifest.wasm_opt.flags, &aside.join(&module))?;
-        eprintln!("optimised in {:.0} s", started.elapsed().as_secs_f64());
+        optimise(root, &wasm_opt.flags, &aside.join(&module))?;
         publish(&aside, &out)?;
         fs::write(&stamp_file, stamp).with_context(|| format!("writing {}", stamp_file.display()))?;
     }
@@ -77,22 +125,15 @@ pub fn build(root: &Path) -> Result<()> {
     let notices_file = out.join(third_party::FILE_NAME);
     fs::write(&notices_file, notices).with_context(|| format!("writing {}", notices_file.display()))?;
 
-    let raw = fs::metadata(&compiled)
-        .with_context(|| format!("reading {}", compiled.display()))?
-        .len();
-    println!("{}: {:.2} MB as cargo built it", compiled.display(), raw as f64 / MB);
     let mut total = 0.0;
-    for file in [module, format!("{name}.js")] {
+    for file in [module, script] {
         let bytes = read(&out.join(&file))?;
         let zipped = gzip_length(&bytes)? as f64 / MB;
-        println!(
-            "{}/{file}: {:.2} MB, {zipped:.2} MB gzipped",
-            package.out_dir,
-            bytes.len() as f64 / MB
-        );
+        let stored = bytes.len() as f64 / MB;
+        println!("{}/{file}: {stored:.2} MB, {zipped:.2} MB gzipped", package.out_dir);
         total += zipped;
     }
-    keep_budget(total, &manifest.budget)
+    keep_budget(total, &budget)
 }
 
 /// Runs wasm-opt of the npm package binaryen on `module`, in place.
@@ -114,10 +155,7 @@ fn optimise(root: &Path, flags: &[String], module: &Path) -> Result<()> {
 
 /// Replaces the files of `out` by those of `aside`.
 fn publish(aside: &Path, out: &Path) -> Result<()> {
-    if out.exists() {
-        fs::remove_dir_all(out).with_context(|| format!("emptying {}", out.display()))?;
-    }
-    fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    tools::empty(out)?;
     for file in fs::read_dir(aside).with_context(|| format!("listing {}", aside.display()))? {
         let file = file?;
         fs::copy(file.path(), out.join(file.file_name())).with_context(|| format!("copying into {}", out.display()))?;
@@ -152,7 +190,7 @@ fn keep_budget(zipped_mb: f64, budget: &Budget) -> Result<()> {
     } = budget;
     ensure!(
         zipped_mb <= *limit,
-        "the browser package is {zipped_mb:.2} MB gzipped, over its limit of {limit} MB ({FILE_NAME})"
+        "the browser package is {zipped_mb:.2} MB gzipped, over its limit of {limit} MB ({MANIFEST})"
     );
     let verdict = if zipped_mb <= *aim { "within" } else { "over" };
     println!("{zipped_mb:.2} MB gzipped in all, {verdict} the aim of {aim} MB (limit {limit} MB)");
@@ -172,6 +210,15 @@ mod tests {
         assert!(keep_budget(2.9, &budget).is_ok());
         assert!(keep_budget(3.5, &budget).is_ok());
         assert!(keep_budget(4.01, &budget).unwrap_err().to_string().contains("4.01 MB"));
+    }
+
+    #[test]
+    fn the_manifest_is_read_and_a_misspelt_key_is_refused_by_name() {
+        let root = crate::workspace_root().unwrap();
+        Manifest::load(&root).unwrap();
+        let text = fs::read_to_string(root.join(MANIFEST)).unwrap();
+        let error = toml::from_str::<Manifest>(&text.replace("gzip-mb-aim", "gzip-mb-goal")).unwrap_err();
+        assert!(error.to_string().contains("gzip-mb-goal"), "{error}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Pictures of people: PNG and JPEG, and what EXIF says of the camera.
 
-use crate::parts::is_one_of;
+use crate::files::is_one_of;
 use crate::png;
 use anyhow::Result;
 use deepsft::{decode_picture, encode_png};
@@ -35,7 +35,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 }
 
 /// Whether a file is a JPEG file of many pixels that is left out.
-pub(super) fn is_slow(file: &[u8]) -> bool {
+pub(crate) fn is_slow(file: &[u8]) -> bool {
     if !file.starts_with(&[0xff, 0xd8]) {
         return false;
     }
@@ -47,7 +47,7 @@ pub(super) fn is_slow(file: &[u8]) -> bool {
 }
 
 /// What is promised of a picture.
-pub(super) fn check(picture: &Picture) {
+pub(crate) fn check(picture: &Picture) {
     let (width, height) = picture.size();
     assert_eq!(picture.rgb().len(), 3 * width * height);
     for (x, y) in [
@@ -67,7 +67,7 @@ pub(super) fn check(picture: &Picture) {
 }
 
 /// A picture of few pixels.
-pub(super) fn small(width: usize, height: usize) -> Picture {
+pub(crate) fn small(width: usize, height: usize) -> Picture {
     Picture::from_fn(width, height, |x, y| [(40 * x) as u8, (60 * y) as u8, 90])
 }
 

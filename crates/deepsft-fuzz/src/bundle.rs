@@ -1,8 +1,8 @@
 //! Model bundles.
 
-use super::{picture, template, weights};
-use crate::parts::{is_one_of, join, patched, split};
+use crate::files::{is_one_of, join, patched, split};
 use crate::png;
+use crate::{picture, template, weights};
 use anyhow::{Context, Result};
 use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance, WEIGHTS_FILE};
 use deepsft_formats::sha256;

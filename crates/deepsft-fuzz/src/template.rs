@@ -1,7 +1,7 @@
 //! Templates: `template.json`, the texture, the mesh.
 
-use super::picture;
-use crate::parts::{join, split};
+use crate::files::{join, split};
+use crate::picture;
 use crate::png;
 use anyhow::Result;
 use deepsft::{TEMPLATE_FILE, TemplateFile, template_to_files};
@@ -21,7 +21,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 }
 
 /// What is promised of a template.
-pub(super) fn check(template: &Template) {
+pub(crate) fn check(template: &Template) {
     let mesh = template.mesh();
     assert!(!mesh.faces().is_empty() && template.extent_mm().is_finite());
     for uv in mesh
@@ -53,7 +53,7 @@ pub(super) fn check(template: &Template) {
 }
 
 /// Two triangles that are two charts in a small part of a texture.
-pub(super) fn small_mesh() -> Result<TriangleMesh> {
+pub(crate) fn small_mesh() -> Result<TriangleMesh> {
     let points = [(0, 0, 0), (30, 0, 0), (0, 20, 0), (30, 0, 0), (30, 20, 5), (0, 20, 0)];
     let uv = [(0, 0), (3, 0), (0, 2), (6, 0), (6, 2), (3, 2)];
     Ok(TriangleMesh::new(
@@ -67,7 +67,7 @@ pub(super) fn small_mesh() -> Result<TriangleMesh> {
 }
 
 /// A sheet, and a mesh.
-pub(super) fn small() -> Result<[Template; 2]> {
+pub(crate) fn small() -> Result<[Template; 2]> {
     let texture: Picture = picture::small(4, 3);
     Ok([
         Template::thin_shell(texture.clone(), 40.0, 30.0)?,

@@ -1,8 +1,8 @@
 //! Meshes and scans as OBJ files, with materials and textures beside them.
 
-use super::{picture, template};
-use crate::parts::{join, split};
+use crate::files::{join, split};
 use crate::png;
+use crate::{picture, template};
 use anyhow::Result;
 use deepsft::{encode_png, mesh_from_obj, mesh_to_obj};
 use deepsft_formats::{FormatError, assemble_scan, read_scan};
@@ -31,7 +31,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 }
 
 /// Reads a scan and makes a template of it. `texture` is that of all parts if `of_all`.
-pub(super) fn read_files(
+pub(crate) fn read_files(
     name: &str,
     scan: &[u8],
     of_all: bool,

@@ -1,8 +1,7 @@
 //! Checkpoints of trainings.
 
-use super::{picture, weights};
-use crate::files::with_folder;
-use crate::parts::{join, patched, split};
+use crate::files::{join, patched, split, with_folder};
+use crate::{picture, weights};
 use anyhow::{Context, Result};
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};

@@ -1,6 +1,6 @@
 //! Uncompressed video.
 
-use super::picture;
+use crate::picture;
 use anyhow::Result;
 use deepsft_cli::video::Yuv4Mpeg;
 

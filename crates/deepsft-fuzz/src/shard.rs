@@ -1,9 +1,8 @@
 //! Data sets: shards and their description.
 
-use super::{picture, template};
-use crate::files::with_folder;
-use crate::parts::{join, split};
+use crate::files::{join, split, with_folder};
 use crate::png;
+use crate::{picture, template};
 use anyhow::{Context, Result};
 use deepsft_formats::{
     DatasetDescription, DatasetFolder, IndexedShards, Sample, SampleRecord, ShardReader, write_shard,

@@ -1,9 +1,9 @@
 //! Scans as glTF files, of text and binary.
 
-use super::obj::read_files;
-use super::{picture, template};
-use crate::parts::{join, split};
+use crate::files::{join, split};
+use crate::obj::read_files;
 use crate::png;
+use crate::{picture, template};
 use anyhow::Result;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -1,8 +1,7 @@
 //! RGB-D recordings.
 
-use super::picture;
-use crate::files::with_folder;
-use crate::parts::{join, split};
+use crate::files::{join, split, with_folder};
+use crate::picture;
 use crate::png;
 use anyhow::Result;
 use deepsft_formats::{encode_depth_png, encode_mask_png};

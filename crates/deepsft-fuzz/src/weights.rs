@@ -1,6 +1,6 @@
 //! Weights of networks.
 
-use crate::parts::{is_one_of, patched};
+use crate::files::{is_one_of, patched};
 use anyhow::{Context, Result, anyhow, bail};
 use deepsft::{
     CompactConfig, Executor, FoldedNetwork, NetworkConfig, PlanError, WeightArray, Weights, weights_from_burnpack,
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// One of so many networks looks at a picture, which takes much longer than reading it.
-pub(super) const RUN: u32 = 8;
+pub(crate) const RUN: u32 = 8;
 
 /// One of so many files is written and read again, which takes twice as long as reading it.
 const AGAIN: u32 = 4;
@@ -55,13 +55,13 @@ fn write_and_read(weights: &Weights) {
 }
 
 /// Looks at a picture through a network, whatever its weights are.
-pub(super) fn run(network: &FoldedNetwork) {
+pub(crate) fn run(network: &FoldedNetwork) {
     const SIZE: (usize, usize) = (32, 16);
     // The other architectures are for larger images.
     let Ok(mut executor) = Executor::new(&network.config, SIZE, &network.weights, 1) else {
         return;
     };
-    let picture = super::picture::small(SIZE.0, SIZE.1);
+    let picture = crate::picture::small(SIZE.0, SIZE.1);
     let mut maps = Maps::empty(SIZE.0, SIZE.1);
     let read = executor
         .run(&picture)
@@ -70,12 +70,12 @@ pub(super) fn run(network: &FoldedNetwork) {
 }
 
 /// The camera of a small network.
-pub(super) fn small_camera() -> Result<Camera> {
+pub(crate) fn small_camera() -> Result<Camera> {
     Ok(Camera::pinhole((16, 9), DVec2::new(12.0, 12.0), DVec2::new(8.0, 4.5))?)
 }
 
 /// The least compact network.
-pub(super) fn small_config() -> Result<NetworkConfig> {
+pub(crate) fn small_config() -> Result<NetworkConfig> {
     let layers = CompactConfig {
         channels: [1; 4],
         blocks_at_32: 0,
@@ -92,7 +92,7 @@ pub(super) fn small_config() -> Result<NetworkConfig> {
 }
 
 /// A network of [`small_config`]. The weights are those that its plan asks for, one after another.
-pub(super) fn small_network() -> Result<FoldedNetwork> {
+pub(crate) fn small_network() -> Result<FoldedNetwork> {
     let mut network = FoldedNetwork {
         config: small_config()?,
         weights: BTreeMap::new(),
@@ -111,7 +111,7 @@ pub(super) fn small_network() -> Result<FoldedNetwork> {
 }
 
 /// The file of [`small_network`]'s weights.
-pub(super) fn small_file() -> Result<&'static [u8]> {
+pub(crate) fn small_file() -> Result<&'static [u8]> {
     static FILE: OnceLock<Option<Vec<u8>>> = OnceLock::new();
     let make = || weights_to_burnpack(&small_network().ok()?.weights).ok();
     FILE.get_or_init(make)
