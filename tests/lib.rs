@@ -1,6 +1,8 @@
 //! Tests of what crosses crates live in `tests/tests/`: the layering of the crates, licences, the layout of the
 //! repository's root, the pages for readers, and the shipped models. This library only says where the repository is.
 
+pub mod imports;
+
 use std::path::{Path, PathBuf};
 
 /// The repository's root: where cargo runs the test from, not where it was compiled. A target folder may be shared

@@ -1,8 +1,10 @@
-//! The arrows between the crates, and what may never reach a browser.
+//! The arrows between the crates and between the files of a crate, and what may never reach a browser.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use deepsft_tests::imports::Imports;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 /// Our crates and the crates of ours each may use. `crates/README.md` draws the same picture.
 const ARROWS: &[(&str, &[&str])] = &[
@@ -193,28 +195,136 @@ fn the_browser_tree_holds_no_training_and_no_tools_of_the_terminal() {
     }
 }
 
-/// Where `cfg(target_family = "wasm")` may stand.
-const WASM_PLACES: &[&str] = &["crates/deepsft-inference/src/cpu/bands.rs", "crates/deepsft-web/"];
-
-#[test]
-fn only_devices_threads_and_the_bindings_know_that_there_is_wasm() {
-    let root = deepsft_tests::root();
-    let mut folders = vec![root.join("crates")];
-    let mut seen = 0;
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
+/// The Rust files below a folder, by their names from there.
+fn sources(folder: &Path) -> BTreeMap<String, String> {
+    let (mut folders, mut sources) = (vec![folder.to_owned()], BTreeMap::new());
+    while let Some(inner) = folders.pop() {
+        for entry in std::fs::read_dir(inner).unwrap() {
+            let path: PathBuf = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
-                let relative = path.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/");
-                let text = std::fs::read_to_string(&path).unwrap();
-                let knows = text.contains("target_family = \"wasm\"") || text.contains("target_arch = \"wasm32\"");
-                let allowed = WASM_PLACES.iter().any(|place| relative.starts_with(place));
-                assert!(!knows || allowed, "{relative} asks for wasm");
-                seen += usize::from(knows);
+                let name = path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+                sources.insert(name, std::fs::read_to_string(&path).unwrap());
             }
         }
+    }
+    sources
+}
+
+/// What goes in circles, until it is mended. A circle that is no more has to leave the list.
+const CIRCLES: &[&str] = &[
+    "deepsft-cli: commands/camera/calibrate.rs <-> commands/camera/chart.rs",
+    "deepsft-finding: grade.rs <-> target.rs",
+    "deepsft-formats: scan/gltf.rs <-> scan/mod.rs",
+    "deepsft-formats: scan/mod.rs <-> scan/obj.rs",
+    "deepsft-geometry: camera/ <-> maps/",
+    "deepsft-geometry: planar_calibration/adjustment.rs <-> planar_calibration/calibrate.rs",
+    "deepsft-inference: compact/depths.rs <-> compact/positions.rs",
+    "deepsft-inference: cpu/bands.rs <-> cpu/bands/apart.rs",
+    "deepsft-inference: cpu/direct.rs <-> cpu/layer.rs",
+    "deepsft-inference: cpu/layer.rs <-> cpu/winograd/mod.rs",
+    "deepsft-inference: cpu/winograd/mod.rs <-> cpu/winograd/transforms.rs",
+    "deepsft-lab: study/finding/line_art.rs <-> study/finding/prints.rs",
+    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/clutter.rs",
+    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/land.rs",
+    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/still_life.rs",
+    "deepsft-lab: study/finding/photograph.rs <-> study/finding/prints.rs",
+    "deepsft-lab: study/finding/prints.rs <-> study/finding/repetitive.rs",
+    "deepsft-train: supervised/fingerprint.rs <-> supervised/training.rs",
+    "deepsft-web: estimate.rs <-> mesh.rs",
+];
+
+#[test]
+fn inside_a_crate_no_two_files_and_no_two_folders_import_each_other() {
+    let (mut circles, mut seen) = (BTreeSet::new(), 0);
+    for package in packages().iter().filter(|p| text(p, "name") != "deepsft-tests") {
+        let name = text(package, "name");
+        let sources = sources(&Path::new(text(package, "manifest_path")).with_file_name("src"));
+        let imports = Imports::of(sources.iter().map(|(name, text)| (name.as_str(), text.as_str())));
+        seen += imports.files.values().map(BTreeSet::len).sum::<usize>();
+        let found = imports.mutual().into_iter().chain(imports.circles_of_folders());
+        circles.extend(found.map(|circle| format!("{name}: {circle}")));
+    }
+    assert!(seen > 500, "only {seen} imports were seen: the sources were not read");
+    let listed: BTreeSet<String> = CIRCLES.iter().map(|circle| (*circle).to_owned()).collect();
+    let new: Vec<_> = circles.difference(&listed).collect();
+    assert!(new.is_empty(), "these import each other: {new:#?}");
+    let mended: Vec<_> = listed.difference(&circles).collect();
+    assert!(
+        mended.is_empty(),
+        "these are circles no more, and have to leave the list: {mended:#?}"
+    );
+}
+
+#[test]
+fn circles_are_seen_through_re_exports_and_parents_and_what_is_none_is_not() {
+    let of = |sources: &[(&'static str, &'static str)]| {
+        let imports = Imports::of(sources.iter().copied());
+        (imports.mutual().join(", "), imports.circles_of_folders().join(", "))
+    };
+    let pair = |a: &str, b: &str| (format!("{a} <-> {b}"), String::new());
+    let none = (String::new(), String::new());
+    let lib = (
+        "lib.rs",
+        "mod a; mod b; pub use a::{A, Other as Renamed}; pub use b::B;",
+    );
+    // By paths of the crate, of the parent, in the middle of a text, and through re-exports with another name.
+    for [a, b] in [
+        ["use crate::b::B;", "use crate::a::A;"],
+        ["use super::b::B;", "fn f() { super::a::g(1) }"],
+        ["use std::fmt; use crate::{b::{C, D}, Renamed};", "use crate::Renamed;"],
+        ["pub fn f() -> crate::B { 1 }", "use super::{A, Renamed};"],
+        [
+            "const QUOTE: char = '\"'; use crate::B;",
+            "const S: &str = \"\\\"\"; use crate::A;",
+        ],
+    ] {
+        assert_eq!(of(&[lib, ("a.rs", a), ("b.rs", b)]), pair("a.rs", "b.rs"), "{a} {b}");
+    }
+    // One direction, other crates, comments, texts, tests, a re-export.
+    for b in [
+        "use other::a::A; use std::a::A;",
+        "// use crate::a::A;\nfn f() {}",
+        "const S: &str = \"use crate::a::A;\";",
+        "fn f() {}\n#[cfg(test)]\nmod tests { use crate::a::A; }",
+        "pub(crate) use crate::a::A;",
+    ] {
+        assert_eq!(of(&[lib, ("a.rs", "use crate::b::B;"), ("b.rs", b)]), none, "{b}");
+    }
+    // A module and its child; the child of a folder's `mod.rs`.
+    let (own, child) = ("mod c; use c::C; pub struct A;", "use super::A;");
+    assert_eq!(of(&[lib, ("a.rs", own), ("a/c.rs", child)]), pair("a.rs", "a/c.rs"));
+    assert_eq!(
+        of(&[lib, ("a/mod.rs", own), ("a/c.rs", child)]),
+        pair("a/c.rs", "a/mod.rs")
+    );
+    assert_eq!(
+        of(&[lib, ("a.rs", "mod c; pub use c::C; pub struct A;"), ("a/c.rs", child)]),
+        none
+    );
+    // Folders by different files, three of them in a ring.
+    let ring = [
+        ("a/x.rs", "use crate::b::y;"),
+        ("b/y.rs", "use crate::c::z;"),
+        ("c/z.rs", ""),
+        ("c/w.rs", "use crate::a::x;"),
+    ];
+    assert_eq!(of(&ring).1, "a/ <-> b/ <-> c/");
+    assert_eq!(of(&ring[..3]), none);
+}
+
+/// Where `cfg(target_family = "wasm")` may stand.
+const WASM_PLACES: &[&str] = &["deepsft-inference/src/cpu/bands.rs", "deepsft-web/"];
+
+#[test]
+fn only_devices_threads_and_the_bindings_know_that_there_is_wasm() {
+    let mut seen = 0;
+    for (name, text) in sources(&deepsft_tests::root().join("crates")) {
+        let knows = text.contains("target_family = \"wasm\"") || text.contains("target_arch = \"wasm32\"");
+        let allowed = WASM_PLACES.iter().any(|place| name.starts_with(place));
+        assert!(!knows || allowed, "{name} asks for wasm");
+        seen += usize::from(knows);
     }
     assert!(seen > 0, "the search finds nothing, not even where it should");
 }

@@ -8,7 +8,7 @@ import puppeteer from "puppeteer-core";
 
 import { WWW, serve } from "../../serve.mjs";
 
-/** The program and its flags: from `cargo xtask test`, or Debian's Chromium with a software WebGPU adapter. */
+/** The program, from `cargo xtask test` or Debian's, and its flags: a software WebGPU adapter, so that results do not depend on the machine. */
 const PROGRAM = process.env.DEEPSFT_CHROMIUM ?? "/usr/bin/chromium";
 const FLAGS = JSON.parse(process.env.DEEPSFT_CHROMIUM_FLAGS ?? "null") ?? [
   "--headless=new",
