@@ -1,5 +1,6 @@
 //! What a photograph's file says of its camera.
 
+use crate::foreign::guarded;
 use ::exif::{Exif, In, Reader, Tag, Value};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec2;
@@ -23,7 +24,12 @@ const SAME_SHAPE: f64 = 0.01;
 ///
 /// `None` where the file says nothing of it, nothing possible, or another shape than the picture has: it was cropped. A crop of
 /// the same shape looks like a resize.
-pub fn camera_from_exif(bytes: &[u8], (width, height): (usize, usize)) -> Option<Camera> {
+pub fn camera_from_exif(bytes: &[u8], size: (usize, usize)) -> Option<Camera> {
+    // Fields are decoded when they are asked for.
+    guarded(|| camera_of(bytes, size)).ok()?
+}
+
+fn camera_of(bytes: &[u8], (width, height): (usize, usize)) -> Option<Camera> {
     let exif = Reader::new()
         .continue_on_error(true)
         .read_from_container(&mut Cursor::new(bytes))

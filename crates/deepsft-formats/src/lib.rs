@@ -7,6 +7,7 @@ mod exif;
 mod fingerprint;
 #[cfg(feature = "fs")]
 mod folder;
+mod foreign;
 mod glb;
 mod image_codec;
 mod npy;

@@ -1,6 +1,7 @@
 //! Picture files: PNG and JPEG bytes to pictures and back.
 
 use crate::error::FormatError;
+use crate::foreign::{check_png, guarded};
 use crate::image_codec;
 use deepsft_geometry::Picture;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageReader, Limits, RgbImage, Rgba};
@@ -24,6 +25,11 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     if bytes.is_empty() {
         return Err(FormatError::PictureFileEmpty);
     }
+    check_png(bytes).map_err(FormatError::picture)?;
+    guarded(|| decode_upright(bytes)).map_err(FormatError::picture)?
+}
+
+fn decode_upright(bytes: &[u8]) -> Result<Picture, FormatError> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(FormatError::picture)?;

@@ -11,6 +11,7 @@ mod obj;
 pub use assembly::{ScannedTemplate, assemble_scan};
 
 use crate::error::FormatError;
+use crate::foreign::guarded;
 use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -70,7 +71,10 @@ pub fn read_scan(
         .to_ascii_lowercase();
     let (mut parts, mm_per_unit) = match ending.to_str() {
         Some("obj") => (obj::parts(bytes, textures_wanted, &mut textures)?, 1.0),
-        Some("glb" | "gltf") => (gltf::parts(bytes, textures_wanted, &mut textures)?, gltf::MM_PER_UNIT),
+        Some("glb" | "gltf") => {
+            let parts = guarded(|| gltf::parts(bytes, textures_wanted, &mut textures));
+            (parts.or_else(|error| refused(error.to_string()))??, gltf::MM_PER_UNIT)
+        }
         _ => return refused("it is none of .obj, .glb and .gltf"),
     };
     let mut textures = textures.pictures;

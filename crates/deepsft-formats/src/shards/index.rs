@@ -3,6 +3,7 @@
 use super::reader::PendingSample;
 use super::{SampleRecord, ShardReader};
 use crate::error::FormatError;
+use crate::foreign::guarded;
 use deepsft_geometry::Camera;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -72,7 +73,8 @@ impl IndexedShards {
     }
 
     fn add_shard(&mut self, path: PathBuf, described: Option<(u64, u64)>) -> Result<u64, FormatError> {
-        let samples = positions(&path).map_err(|error| FormatError::unreadable(&path, error))?;
+        let samples = guarded(|| positions(&path)).unwrap_or_else(|error| Err(error.into()));
+        let samples = samples.map_err(|error| FormatError::unreadable(&path, error))?;
         let (first, count) = (self.samples(), samples.len() as u64);
         if count > 0 {
             self.shards.push(IndexedShard {

@@ -3,6 +3,7 @@
 use super::sample::decode;
 use super::{PARTS, SampleRecord};
 use crate::error::FormatError;
+use crate::foreign::guarded;
 use std::io::Read;
 
 /// Largest entry that is read, bytes: a 16-bit RGB map of 4096 x 2160 uncompressed.
@@ -53,7 +54,7 @@ impl<R: Read> ShardReader<R> {
         let mut ended = false;
         Ok(std::iter::from_fn(move || {
             while !ended {
-                let step = match entries.next() {
+                let step = guarded(|| match entries.next() {
                     Some(entry) => entry
                         .map_err(FormatError::from)
                         .and_then(|entry| pending.take(entry, content))
@@ -62,7 +63,8 @@ impl<R: Read> ShardReader<R> {
                         ended = true;
                         pending.finish().map(|()| None)
                     }
-                };
+                });
+                let step = step.unwrap_or_else(|error| Err(error.into()));
                 ended |= step.is_err();
                 if let Some(result) = step.transpose() {
                     return Some(result);

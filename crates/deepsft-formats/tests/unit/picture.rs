@@ -1,7 +1,8 @@
 //! Pictures that are well made, odd, too large or cut.
 
-use deepsft_formats::{FormatError, decode_picture, encode_png};
-use deepsft_geometry::Picture;
+use deepsft_formats::{FormatError, decode_camera_picture, decode_picture, encode_png};
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, Picture};
 use image::{DynamicImage, ImageFormat, Rgba};
 use std::io::Cursor;
 
@@ -22,15 +23,35 @@ fn png_header(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// Writes the checksum of a PNG file's header chunk: the specification's CRC-32 (reflected polynomial), over the
-/// chunk's type and content.
+/// Writes the checksum of a PNG file's header chunk.
 fn checked(png: &mut [u8]) {
-    let crc = !png[12..29].iter().fold(u32::MAX, |crc, &byte| {
+    let crc = crc(&png[12..29]);
+    png[29..33].copy_from_slice(&crc);
+}
+
+/// The PNG specification's CRC-32 (reflected polynomial), over a chunk's type and content.
+fn crc(chunk: &[u8]) -> [u8; 4] {
+    let crc = !chunk.iter().fold(u32::MAX, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| {
             if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 }
         })
     });
-    png[29..33].copy_from_slice(&crc.to_be_bytes());
+    crc.to_be_bytes()
+}
+
+/// A PNG file of 2 x 1 pixels, the colours 0 and 1 of this palette, in one byte each.
+fn palette_png(palette: &[u8]) -> Vec<u8> {
+    // zlib with one stored block: the row's filter and its pixels, and their Adler-32 (2 and 4 are its sums).
+    let pixels = [0x78, 1, 1, 3, 0, 0xFC, 0xFF, 0, 0, 1, 0, 4, 0, 2];
+    let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
+    let header: &[u8] = &[0, 0, 0, 2, 0, 0, 0, 1, 8, 3, 0, 0, 0];
+    for (name, content) in [(b"IHDR", header), (b"PLTE", palette), (b"IDAT", &pixels), (b"IEND", &[])] {
+        let chunk = [name.as_slice(), content].concat();
+        png.extend((content.len() as u32).to_be_bytes());
+        png.extend_from_slice(&chunk);
+        png.extend(crc(&chunk));
+    }
+    png
 }
 
 #[test]
@@ -76,6 +97,20 @@ fn a_text_and_a_cut_file_are_refused_with_a_reason() {
         decode_picture(&png[..png.len() / 2]),
         Err(FormatError::PictureFile { .. })
     ));
+}
+
+#[test]
+fn a_palette_that_ends_within_a_colour_is_refused_in_words() {
+    let picture = decode_picture(&palette_png(&[10, 20, 30, 40, 50, 60])).unwrap();
+    assert_eq!([picture.pixel(0, 0), picture.pixel(1, 0)], [[10, 20, 30], [40, 50, 60]]);
+    // The decoder itself panics on some of these lengths.
+    let camera = Camera::pinhole((2, 1), DVec2::ONE, DVec2::ONE).unwrap();
+    for length in (4..=800).chain(1..3).filter(|length| length % 3 != 0) {
+        let png = palette_png(&vec![7; length]);
+        let errors = [decode_picture(&png), decode_camera_picture(&png, &camera)].map(Result::unwrap_err);
+        let expected = format!("picture cannot be read: its palette has {length} bytes, expected three for each colour");
+        assert_eq!(errors.map(|error| error.to_string()), [expected.clone(), expected]);
+    }
 }
 
 #[test]
