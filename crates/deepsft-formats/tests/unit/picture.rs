@@ -45,7 +45,12 @@ fn palette_png(palette: &[u8]) -> Vec<u8> {
     let pixels = [0x78, 1, 1, 3, 0, 0xFC, 0xFF, 0, 0, 1, 0, 4, 0, 2];
     let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
     let header: &[u8] = &[0, 0, 0, 2, 0, 0, 0, 1, 8, 3, 0, 0, 0];
-    for (name, content) in [(b"IHDR", header), (b"PLTE", palette), (b"IDAT", &pixels), (b"IEND", &[])] {
+    for (name, content) in [
+        (b"IHDR", header),
+        (b"PLTE", palette),
+        (b"IDAT", &pixels),
+        (b"IEND", &[]),
+    ] {
         let chunk = [name.as_slice(), content].concat();
         png.extend((content.len() as u32).to_be_bytes());
         png.extend_from_slice(&chunk);
@@ -108,7 +113,8 @@ fn a_palette_that_ends_within_a_colour_is_refused_in_words() {
     for length in (4..=800).chain(1..3).filter(|length| length % 3 != 0) {
         let png = palette_png(&vec![7; length]);
         let errors = [decode_picture(&png), decode_camera_picture(&png, &camera)].map(Result::unwrap_err);
-        let expected = format!("picture cannot be read: its palette has {length} bytes, expected three for each colour");
+        let expected =
+            format!("picture cannot be read: its palette has {length} bytes, expected three for each colour");
         assert_eq!(errors.map(|error| error.to_string()), [expected.clone(), expected]);
     }
 }
