@@ -210,28 +210,24 @@ impl Tracker {
         if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
             return Ok(TrackUpdate::Confirmed);
         }
-        // The candidate is followed with its own history, not with the misses of the track that it may replace.
+        // The candidate is followed with its own history, not with the misses and the doubt of the track that it may replace.
         let missed = std::mem::take(&mut self.missed);
         let candidate = self.caught_up(index, maps, &camera);
-        let searched = std::mem::take(&mut self.searched);
+        let candidates_search = std::mem::replace(&mut self.searched, searched);
         self.missed = missed;
-        let was_found = self.current.found;
-        let kept = if was_found {
-            TrackUpdate::Confirmed
-        } else {
-            TrackUpdate::Ignored
-        };
         let Some(meshes) = candidate? else {
-            return Ok(kept);
+            return Ok(TrackUpdate::Ignored);
         };
+        let was_found = self.current.found;
         let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.correlation, mesh.points));
         if was_found && reached <= self.current.correlation {
-            return Ok(kept);
+            self.searched = None;
+            return Ok(TrackUpdate::Confirmed);
         }
         if reached < self.options.start_correlation || points < self.options.min_points {
             return Ok(TrackUpdate::Ignored);
         }
-        self.searched = searched;
+        self.searched = candidates_search;
         let newest = self.frames.len() - 1;
         // Meshes of an earlier track tell nothing of this one's speed.
         self.frames.iter_mut().take(index).for_each(|frame| frame.mesh = None);
