@@ -212,6 +212,30 @@ fn sources(folder: &Path) -> BTreeMap<String, String> {
     sources
 }
 
+#[test]
+fn a_crate_that_runs_no_tests_or_examples_of_its_sources_has_none() {
+    let mut without = 0;
+    for package in &packages() {
+        for target in package["targets"].as_array().unwrap() {
+            let is_library = target["kind"][0] == "lib";
+            let sources = sources(Path::new(text(target, "src_path")).parent().unwrap());
+            for (wanted, sign) in [("test", "#[test]"), ("doctest", "//! ```"), ("doctest", "/// ```")] {
+                if is_library && target[wanted] == false {
+                    without += 1;
+                    let first = sources.iter().find(|(_, text)| text.contains(sign));
+                    assert!(
+                        first.is_none(),
+                        "{} never runs {:?}",
+                        text(package, "name"),
+                        first.map(|(name, _)| name)
+                    );
+                }
+            }
+        }
+    }
+    assert!(without > 0, "the targets were not read");
+}
+
 /// What goes in circles, until it is mended. A circle that is no more has to leave the list.
 const CIRCLES: &[&str] = &[
     "deepsft-cli: commands/camera/calibrate.rs <-> commands/camera/chart.rs",

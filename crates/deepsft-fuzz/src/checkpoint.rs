@@ -42,10 +42,8 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 /// The files of a checkpoint of the smallest network.
 fn saved() -> Result<&'static [Vec<u8>; 4]> {
     static FILES: OnceLock<Option<[Vec<u8>; 4]>> = OnceLock::new();
-    FILES
-        .get_or_init(|| save().ok())
-        .as_ref()
-        .context("no checkpoint can be saved")
+    let files = FILES.get_or_init(|| save().ok()).as_ref();
+    files.context("no checkpoint can be saved")
 }
 
 fn save() -> Result<[Vec<u8>; 4]> {

@@ -31,7 +31,7 @@ pub struct Target {
     /// Reads an input and uses what comes of it. An error is the reader's refusal; it panics when what was read breaks a
     /// promise of the reader.
     pub read: fn(&[u8]) -> Result<()>,
-    /// Inputs that are read without an error, from which mutations begin.
+    /// Inputs from which mutations begin: files that are read, and some that are refused.
     pub seeds: fn() -> Result<Vec<Vec<u8>>>,
 }
 

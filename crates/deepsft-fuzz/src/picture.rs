@@ -83,7 +83,8 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     encoder.write_image(picture.rgb(), 5, 4, ExtendedColorType::Rgb8)?;
     let mut grey = Vec::new();
     JpegEncoder::new(&mut grey).write_image(&[9; 63], 9, 7, ExtendedColorType::L8)?;
-    let palette: (&[u8; 4], &[u8]) = (b"PLTE", &[255, 0, 0, 0, 255, 0]);
+    let colors = [255, 0, 0, 0, 255, 0];
+    let palette = |bytes: usize| -> (&[u8; 4], &[u8]) { (b"PLTE", &colors[..bytes]) };
     Ok(vec![
         encode_png(&picture)?,
         encode_jpeg(&picture, 90)?,
@@ -106,8 +107,11 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
         png::stored(
             [8, 2],
             [1, 3, 0],
-            &[palette, (b"tRNS", &[9]), (b"eXIf", EXIF)],
+            &[palette(6), (b"tRNS", &[9]), (b"eXIf", EXIF)],
             &[0, 0x5a, 0, 0xa5],
         ),
+        // Palettes that end within a colour, on which a decoder panicked once.
+        png::stored([8, 2], [1, 3, 0], &[palette(4)], &[0, 0x5a, 0, 0xa5]),
+        png::stored([8, 2], [1, 3, 0], &[palette(5)], &[0, 0x5a, 0, 0xa5]),
     ])
 }

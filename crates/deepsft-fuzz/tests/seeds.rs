@@ -3,15 +3,21 @@
 
 use deepsft_fuzz::{TARGETS, Target};
 
+/// Seeds that are refused: palettes that end within a colour.
+const REFUSED: [(&str, usize); 2] = [("picture", 8), ("picture", 9)];
+
 #[test]
-fn every_seed_is_read() {
+fn every_seed_is_read_but_those_that_once_ended_a_reader() {
     for Target { name, read, seeds } in &TARGETS {
         let seeds = seeds().unwrap();
         assert!(!seeds.is_empty(), "{name} has no seeds");
         for (number, seed) in seeds.iter().enumerate() {
-            if let Err(error) = read(seed) {
-                panic!("seed {number} of {name}: {error:#}");
-            }
+            let refused = read(seed).err().map(|error| format!("{error:#}"));
+            assert_eq!(
+                refused.is_some(),
+                REFUSED.contains(&(*name, number)),
+                "seed {number} of {name}: {refused:?}"
+            );
         }
     }
 }

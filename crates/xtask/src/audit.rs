@@ -1,7 +1,7 @@
 //! `cargo xtask audit`: what is known of the packages of others that we use: holes, licences, where they come from.
 
 use crate::tools;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use std::{
     ffi::OsString,
     path::{Path, PathBuf},
@@ -21,30 +21,14 @@ const OFFLINE_CHECKS: [&str; 3] = ["bans", "licenses", "sources"];
 /// # Errors
 /// When one of them finds something or cannot be run.
 pub fn run(root: &Path, offline: bool) -> Result<()> {
-    let mut complaints = Vec::new();
-    let mut note = |result: Result<()>| complaints.extend(result.err().map(|error| format!("{error:#}")));
-    note(crates(root, offline));
-    if !offline {
-        note(node_packages(root));
-    }
-    ensure!(complaints.is_empty(), "{}", complaints.join("; "));
-    println!("nothing is known against the packages that we use");
-    Ok(())
-}
-
-fn crates(root: &Path, offline: bool) -> Result<()> {
-    let program = cargo_deny(root)?;
-    let mut command = Command::new(program);
-    command.current_dir(root).args(["--locked", "check"]);
+    let mut deny = Command::new(cargo_deny(root)?);
+    deny.current_dir(root).args(["--locked", "check"]);
     if offline {
-        command.args(OFFLINE_CHECKS);
+        return tools::run(deny.args(OFFLINE_CHECKS));
     }
-    tools::run(&mut command)
-}
-
-fn node_packages(root: &Path) -> Result<()> {
+    let crates = tools::run(&mut deny);
     tools::ensure_node_packages(root)?;
-    tools::run(tools::npm(root).arg("audit"))
+    tools::run(tools::npm(root).arg("audit")).and(crates)
 }
 
 /// cargo-deny: as it is installed, or newly installed below the target folder.

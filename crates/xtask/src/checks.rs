@@ -7,7 +7,7 @@ use std::{
     io::{BufRead, BufReader},
     path::Path,
     process::{Command, Stdio},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 /// Whether this system has WebKitGTK and a screen that nobody sees.
@@ -17,7 +17,7 @@ const LINUX: bool = cfg!(target_os = "linux");
 const FUZZING_S: u64 = 60;
 
 /// Who asks.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(PartialEq, Eq)]
 pub enum Mode {
     /// A person at a machine: `Cargo.lock` may follow an edited Cargo.toml.
     Developer,
@@ -32,19 +32,11 @@ struct Count {
     failed: u64,
 }
 
-/// One line of the closing table.
-struct Outcome {
-    check: &'static str,
-    count: Count,
-    time: Duration,
-}
-
 /// Runs all checks, the later ones also after a failure.
 ///
 /// # Errors
 /// When a check fails, after the closing table.
 pub fn run(root: &Path, mode: Mode) -> Result<()> {
-    let locked: &[&str] = if mode == Mode::Ci { &["--locked"] } else { &[] };
     let mut outcomes = Vec::new();
     let mut check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
         eprintln!("\n== {name}");
@@ -53,48 +45,39 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
             eprintln!("{name}: {error:#}");
             Count { passed: 0, failed: 1 }
         });
-        outcomes.push(Outcome {
-            check: name,
-            count,
-            time: started.elapsed(),
-        });
+        outcomes.push((name, count, started.elapsed().as_secs_f64()));
+    };
+    let passed = |(): ()| Count { passed: 1, failed: 0 };
+    let cargo = |arguments: &[&str]| {
+        let mut command = tools::cargo(root);
+        command.args(arguments).args((mode == Mode::Ci).then_some("--locked"));
+        command
     };
     check("formatting", &|| {
         counted(tools::cargo(root).args(["fmt", "--all", "--check"]))
     });
     check("tools", &|| {
         tools::ensure_node_packages(root)?;
-        tools::CHROMIUM.find()?;
-        if LINUX {
-            tools::OTHER_ENGINES
-                .iter()
-                .try_for_each(|program| program.find().map(drop))?;
+        let others: &[tools::Program] = if LINUX { &tools::OTHER_ENGINES } else { &[] };
+        for program in others.iter().chain([&tools::CHROMIUM]) {
+            program.find()?;
         }
-        tools::ensure_rust_target(root, web::TARGET)?;
-        Ok(Count { passed: 1, failed: 0 })
+        tools::ensure_rust_target(root, web::TARGET).map(passed)
     });
     check("lints", &|| {
-        let clippy = ["clippy", "--release", "--workspace", "--all-targets"];
-        counted(
-            tools::cargo(root)
-                .args(clippy)
-                .args(locked)
-                .args(["--", "--deny", "warnings"]),
-        )
+        let mut clippy = cargo(&["clippy", "--release", "--workspace", "--all-targets"]);
+        counted(clippy.args(["--", "--deny", "warnings"]))
     });
-    check("tests of the crates", &|| {
-        let test = ["test", "--release", "--workspace", "--no-fail-fast"];
-        counted(tools::cargo(root).args(test).args(locked))
-    });
+    let tests = ["test", "--release", "--workspace", "--no-fail-fast"];
+    check("building the tests", &|| counted(cargo(&tests).arg("--no-run")));
+    check("tests of the crates", &|| counted(&mut cargo(&tests)));
     if fuzz::HERE {
         check("fuzzing", &|| {
             fuzz::check_that_failures_are_seen(root)?;
-            fuzz::run(root, &fuzz::Options::all(FUZZING_S, 2)).map(|()| Count { passed: 1, failed: 0 })
+            fuzz::run(root, &fuzz::Options::all(FUZZING_S, 2)).map(passed)
         });
     }
-    check("browser build", &|| {
-        web::build(root).map(|()| Count { passed: 1, failed: 0 })
-    });
+    check("browser build", &|| web::build(root).map(passed));
     check("types of the JavaScript", &|| {
         counted(tools::npm(root).args(["run", "check"]))
     });
@@ -105,25 +88,20 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     if LINUX {
         check("Firefox and WebKit", &|| {
             // The program is there from the check before. WebKitGTK's player is not steady enough for a check of every change.
-            counted(
-                engine_tests(root)?
-                    .env("DEEPSFT_ENGINES", "firefox,webkit")
-                    .env("DEEPSFT_CLIP_ENGINES", "firefox"),
-            )
+            let mut tests = engine_tests(root)?;
+            counted(tests.envs([
+                ("DEEPSFT_ENGINES", "firefox,webkit"),
+                ("DEEPSFT_CLIP_ENGINES", "firefox"),
+            ]))
         });
     }
 
     println!();
     let mut total = Count::default();
-    for Outcome { check, count, time } in &outcomes {
-        println!(
-            "{check:<24} {:>5} passed {:>4} failed {:>6.0} s",
-            count.passed,
-            count.failed,
-            time.as_secs_f64()
-        );
-        total.passed += count.passed;
-        total.failed += count.failed;
+    for (name, Count { passed, failed }, seconds) in outcomes {
+        println!("{name:<24} {passed:>5} passed {failed:>4} failed {seconds:>6.0} s");
+        total.passed += passed;
+        total.failed += failed;
     }
     all_passed(total)
 }

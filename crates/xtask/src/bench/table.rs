@@ -17,19 +17,15 @@ by WebGPU, medians of | browser/webgpu/runs | 0
   network, with packing and reading the maps, ms | browser/webgpu/network/median_ms | 1
   the same, onnxruntime-web | browser/webgpu/rival/network/median_ms | 1
   ratio, DeepSfT : onnxruntime-web | browser/webgpu/rival/ratio | 3
+mesh fitted to one frame, ms | browser/mesh/fit/median_ms | 2
+  ARAP completion of one frame | browser/mesh/completion/median_ms | 2
+  start of a track | browser/mesh/track_start/median_ms | 2
+  one frame followed | browser/mesh/track/median_ms | 2
 the demo page without a GPU, frames per second | demo/found_per_second | 1
   network answers per second | demo/answers_per_second | 1
   click to first mesh, ms, first visit | demo/first_mesh_ms/cold | 0
   from a warm cache | demo/first_mesh_ms/warm | 0
   processor time per frame, ms | demo/processor_ms_per_frame/all | 1";
-
-/// What follows the network, natively and in the browser, both on one thread.
-const MESH: [(&str, &str); 4] = [
-    ("mesh fitted to one frame", "fit"),
-    ("ARAP completion of one frame", "completion"),
-    ("start of a track", "track_start"),
-    ("one frame followed", "track"),
-];
 
 /// Prints the tables that these figures have.
 pub fn print(figures: &Value) {
@@ -44,18 +40,6 @@ fn lines(figures: &Value) -> Vec<String> {
         Some(format!("{title:<50}{figure:>10.digits$}"))
     };
     let mut lines: Vec<String> = TABLES.lines().filter_map(row).collect();
-    let row = |(title, stage): (&str, &str)| {
-        let median = |place: &str| number(&format!("/{place}/mesh/{stage}/median_ms"));
-        let (native, browser) = (median("native")?, median("browser")?);
-        let ratio = browser / native;
-        Some(format!("{title:<46}{native:>10.2}{browser:>10.2}{ratio:>8.2}"))
-    };
-    let rows: Vec<String> = MESH.into_iter().filter_map(row).collect();
-    if !rows.is_empty() {
-        let title = "the mesh, ms, medians, 1 thread";
-        lines.push(format!("\n{title:<46}{:>10}{:>10}{:>8}", "native", "browser", "ratio"));
-        lines.extend(rows);
-    }
     let downloads = figures["downloads"].as_array().map(Vec::as_slice).unwrap_or_default();
     lines.push(format!("\n{:<46}{:>14}{:>14}", "download, MB", "stored", "gzipped"));
     for group in downloads.chunk_by(|a, b| a["of"] == b["of"]) {
@@ -83,15 +67,14 @@ mod tests {
     fn what_was_measured_has_a_row_and_nothing_else_has() {
         let download =
             |of: &str, file: &str| json!({"of": of, "file": file, "bytes": 2_000_000, "gzip_bytes": 500_000});
-        let fit = |ms: f64| json!({"mesh": {"fit": {"median_ms": ms}}});
         let figures = json!({
-            "native": fit(2.0), "browser": fit(3.0), "demo": {"found_per_second": 29.96},
+            "browser": {"mesh": {"fit": {"median_ms": 3.0}}}, "demo": {"found_per_second": 29.96},
             "downloads": [download("model", "a"), download("model", "b")],
         });
         let lines = lines(&figures).join("\n");
         for row in [
             "the demo page without a GPU, frames per second          30.0",
-            "mesh fitted to one frame                            2.00      3.00    1.50",
+            "mesh fitted to one frame, ms                            3.00",
             "  a                                                    2.000         0.500",
             "model                                                  4.000         1.000",
         ] {
