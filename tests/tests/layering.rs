@@ -54,7 +54,6 @@ const ARROWS: &[(&str, &[&str])] = &[
             "deepsft-finding",
             "deepsft-formats",
             "deepsft-geometry",
-            "deepsft-cli",
         ],
     ),
     (

@@ -5,11 +5,10 @@ mod pairs;
 mod prints;
 mod training;
 
+use crate::reading;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::DeviceKind;
-use deepsft_cli::paths::beside;
-use deepsft_cli::{input, progress};
 use deepsft_formats::{FolderLock, write_file};
 use deepsft_network::start_device;
 use deepsft_train::existing_checkpoints;
@@ -56,7 +55,7 @@ pub struct AnyPictureArguments {
 
 pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     let photographs = match &arguments.photographs {
-        Some(folder) => input::images(folder, "folder of photographs")?,
+        Some(folder) => reading::pictures(folder)?,
         None => Vec::new(),
     };
     ensure!(
@@ -66,7 +65,7 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     std::fs::create_dir_all(&arguments.out)?;
     let _lock = FolderLock::acquire(&arguments.out)?;
     let (device, _) = pollster::block_on(start_device(arguments.device))?;
-    let checkpoint = beside(&arguments.out, ".checkpoint");
+    let checkpoint = training::beside(&arguments.out, ".checkpoint");
     let earlier = existing_checkpoints(&checkpoint);
     ensure!(
         arguments.resume || earlier.is_empty(),
@@ -84,12 +83,9 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
         println!("going on after {} pairs", training.pairs());
     }
     let source = prints::PrintSource::start(arguments.seed, training.next_print(), paths(learnt));
-    let bar = progress::fraction();
     let mut next = training.pairs() + arguments.measure_every;
     while training.pairs() < arguments.pairs {
-        let loss = training.step(&source, training.pairs() as f64 / arguments.pairs as f64)?;
-        bar.set_position((1000.0 * training.pairs() as f64 / arguments.pairs as f64) as u64);
-        bar.set_message(format!("{} pairs, loss {loss:.3}", training.pairs()));
+        training.step(&source, training.pairs() as f64 / arguments.pairs as f64)?;
         if training.pairs() >= next || training.pairs() >= arguments.pairs {
             next = training.pairs() + arguments.measure_every;
             let Point {
@@ -98,15 +94,12 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
                 held_out_loss,
                 right,
             } = training.measure()?;
-            bar.println(format!(
-                "{pairs:8} pairs  loss {loss:.3}  held out {held_out_loss:.3}  right {:.1} %",
-                100.0 * right
-            ));
+            let right = 100.0 * right;
+            println!("{pairs:8} pairs  loss {loss:.3}  held out {held_out_loss:.3}  right {right:.1} %");
             training.save(&checkpoint)?;
             write_file(&arguments.out.join("weights.bpk"), &training.weights()?)?;
             write_file(&arguments.out.join("curve.csv"), training.curve_csv().as_bytes())?;
         }
     }
-    bar.finish_and_clear();
     Ok(())
 }

@@ -1,17 +1,16 @@
 //! `deepsft-lab bench`: how fast this machine is at every part of the work.
 
 mod mesh_times;
-pub mod plain_arrays;
+mod plain_arrays;
 mod throughput;
 mod turns;
 mod workload;
 
 use crate::measuring::{Rival, cores, processor};
-use anyhow::Result;
+use crate::reading;
+use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use deepsft::ModelBundle;
-use deepsft_cli::failure::usage;
-use deepsft_cli::input;
 use deepsft_formats::write_file;
 use deepsft_network::{Network, start_device};
 use serde::Serialize;
@@ -97,9 +96,9 @@ struct Report {
 }
 
 pub fn run(arguments: &BenchArguments) -> Result<()> {
-    let bundle = input::bundle(&arguments.model)?;
+    let bundle = reading::bundle(&arguments.model)?;
     if let Some(frame) = &arguments.take_turns {
-        return turns::take(&bundle, &input::picture(frame)?);
+        return turns::take(&bundle, &reading::picture(frame)?);
     }
     if let Some(folder) = &arguments.export {
         return plain_arrays::write(&bundle, &workload::camera_frame(&bundle)?, folder);
@@ -163,12 +162,11 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
         threads = vec![1, cores];
     }
     threads.dedup();
-    if threads.iter().any(|&count| count > cores) {
-        return Err(usage(format!(
-            "--threads asks for more threads than the {cores} cores this program may use"
-        )));
-    }
-    let (estimator, _) = input::estimator(bundle, deepsft::DeviceKind::Cpu)?;
+    ensure!(
+        threads.iter().all(|&count| count <= cores),
+        "--threads asks for more threads than the {cores} cores this program may use"
+    );
+    let estimator = reading::estimator(bundle)?;
     let rival = arguments.rival.as_ref().map(|name| Rival {
         name,
         command: &arguments.rival_command,

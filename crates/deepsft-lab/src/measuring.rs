@@ -1,11 +1,9 @@
-//! How the lab measures: medians of repeated work, processes that take turns, memory, and the machine it was done on.
+//! How the lab measures: medians of repeated work, processes that take turns, and the machine it was done on.
 
 mod machine;
-mod memory;
 mod process;
 mod times;
 
 pub use machine::{cores, processor};
-pub use memory::Memory;
 pub use process::{Process, Rival};
 pub use times::{Stopwatch, Times, timed};

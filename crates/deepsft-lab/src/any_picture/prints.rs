@@ -1,7 +1,7 @@
 //! Prints to learn from, and the frames that show them.
 
+use crate::reading;
 use anyhow::{Context, Result};
-use deepsft_cli::input;
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, between, generator};
@@ -109,7 +109,7 @@ fn picture<R: Rng>(number: u64, photographs: &[PathBuf], dice: &mut R) -> Result
     if chosen < 0.45 || photographs.is_empty() {
         return Ok(painted);
     }
-    let photograph = input::picture(&photographs[dice.random_range(0..photographs.len())])?;
+    let photograph = reading::picture(&photographs[dice.random_range(0..photographs.len())])?;
     let cut = part_of(&photograph, dice);
     if chosen < 0.87 {
         return Ok(cut);

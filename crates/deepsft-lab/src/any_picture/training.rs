@@ -10,7 +10,6 @@ use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
 use deepsft::weights_to_burnpack;
-use deepsft_cli::paths::beside;
 use deepsft_formats::write_file;
 use deepsft_synth::random::{Stream, generator};
 use rand::RngExt;
@@ -271,6 +270,13 @@ impl Training {
         };
         Ok(())
     }
+}
+
+/// The path beside `path` with the same name and an ending.
+pub fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(ending);
+    path.with_file_name(name)
 }
 
 fn optimizer() -> ModuleOptimizer {

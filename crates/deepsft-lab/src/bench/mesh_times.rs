@@ -2,9 +2,9 @@
 
 use super::workload::{self, CLIP_FRAMES};
 use crate::measuring::{Times, timed};
+use crate::reading;
 use anyhow::{Context, Result, ensure};
-use deepsft::{DeviceKind, ModelBundle};
-use deepsft_cli::input;
+use deepsft::ModelBundle;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
 use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
@@ -26,7 +26,7 @@ pub struct MeshTimes {
 
 /// Measures on the frames of [`workload::clip`].
 pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
-    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let estimator = reading::estimator(bundle)?;
     let camera = *estimator.training_camera();
     let frames = workload::clip(bundle)?;
     let maps: Vec<Maps> = frames

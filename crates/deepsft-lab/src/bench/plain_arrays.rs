@@ -1,9 +1,9 @@
 //! A network as plain arrays: `network.json` names them and says where each lies in `arrays.f32`.
 
 use super::workload::{self, compact_network};
+use crate::reading;
 use anyhow::{Result, anyhow};
 use deepsft::{DeviceKind, FoldedNetwork, ModelBundle, NetworkConfig, encode_png};
-use deepsft_cli::input;
 use deepsft_formats::{FolderKind, write_folder};
 use deepsft_geometry::Picture;
 use deepsft_network::{CompactNetwork, images_to_tensor, start_device};
@@ -56,7 +56,7 @@ impl Values {
 /// Writes the bundle's network, the camera frame `image`, the network's input for it and all that comes out, and the
 /// frames of the clip that the mesh is followed through.
 pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()> {
-    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let estimator = reading::estimator(bundle)?;
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let canonical = estimator.canonical_image(image, &workload::camera(bundle)?)?;
     let images = images_to_tensor(&[&canonical], &device);

@@ -1,13 +1,11 @@
 //! Samples per second: made, and trained on.
 
-use crate::toy::toy_template;
 use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle};
-use deepsft_cli::synthesis::{self, Preset, SynthesisOptions};
 use deepsft_geometry::Template;
 use deepsft_network::start_device;
 use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{SampleRecord, Synthesizer};
+use deepsft_synth::{SampleRecord, SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -50,14 +48,14 @@ pub struct SampleTime {
     pub coding_ms: f64,
 }
 
-const PRESETS: [(Preset, &str); 2] = [(Preset::Default, "default"), (Preset::Paper, "paper")];
+type Preset = (&'static str, fn() -> SynthConfig);
 
-/// Making samples of the bundle's template and of the soft toy, with each preset, on one thread and on `cores`.
+const PRESETS: [Preset; 2] = [("default", SynthConfig::default), ("paper", SynthConfig::paper)];
+
+/// Making samples of the bundle's template, with each preset, on one thread and on `cores`.
 pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<SampleTime>)> {
     let (mut rates, mut times) = (Vec::new(), Vec::new());
-    for (object, template) in [("template", template), ("soft toy", &toy_template()?)] {
-        synthesis_of(object, template, cores, &mut rates, &mut times)?;
-    }
+    synthesis_of("template", template, cores, &mut rates, &mut times)?;
     Ok((rates, times))
 }
 
@@ -68,12 +66,8 @@ fn synthesis_of(
     rates: &mut Vec<Rate>,
     times: &mut Vec<SampleTime>,
 ) -> Result<()> {
-    for (images, name) in PRESETS {
-        let options = SynthesisOptions {
-            images,
-            ..SynthesisOptions::default()
-        };
-        let synthesizer = synthesis::synthesizer(template, &options)?;
+    for (name, config) in PRESETS {
+        let synthesizer = Synthesizer::new(template, config())?;
         let mut counts = vec![1, cores];
         counts.dedup();
         for threads in counts {
@@ -152,7 +146,7 @@ impl Clock {
 /// Training step 1 of a new network of the bundle's shape, on windows and on whole frames, the making of
 /// the samples included.
 pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
-    let synthesizer = Arc::new(synthesis::synthesizer(bundle.template(), &SynthesisOptions::default())?);
+    let synthesizer = Arc::new(Synthesizer::new(bundle.template(), SynthConfig::default())?);
     let Schedule { windows, frames, .. } = Schedule::default();
     [(windows, "windows"), (frames, "frames")]
         .into_iter()

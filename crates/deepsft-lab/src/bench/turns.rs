@@ -4,10 +4,10 @@
 
 use super::workload;
 use crate::measuring::{Process, Rival, Times, timed};
+use crate::reading;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use burn::tensor::{Distribution, Tensor};
 use deepsft::{DeviceKind, ModelBundle, Stage, encode_png};
-use deepsft_cli::input;
 use deepsft_geometry::{Maps, Picture};
 use deepsft_network::start_device;
 use serde::{Deserialize, Serialize};
@@ -201,7 +201,7 @@ impl<'a> Player<'a> {
 /// The other side: answers until the input ends.
 pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let camera = workload::camera(bundle)?;
-    let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
+    let estimator = reading::estimator(bundle)?;
     let canonical = estimator.canonical_image(image, &camera)?;
     let (width, height) = canonical.size();
     let mut executor = bundle.network().executor((width, height))?;

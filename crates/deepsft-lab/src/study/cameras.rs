@@ -4,11 +4,10 @@
 mod near;
 mod scenes;
 
-use anyhow::{Context, Result};
+use crate::reading;
+use anyhow::Result;
 use clap::Args;
-use deepsft::{DeviceKind, Estimator, encode_png, is_found};
-use deepsft_cli::input;
-use deepsft_cli::output::{panels, sheet};
+use deepsft::{Estimator, is_found};
 use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
@@ -20,9 +19,6 @@ use std::path::PathBuf;
 
 /// Depth of the sheet's centroid, mm: nearer than half a metre hardly any pose is in view of all cameras.
 const DISTANCE_MM: [f64; 2] = [400.0, 900.0];
-
-/// End of the error scale of the picture, mm.
-const DEPTH_SCALE_MM: f64 = 100.0;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -37,7 +33,7 @@ Errors are over the pixels of the canonical image, registration in its pixels.
 A second table is about sheets that wide cameras see whole and the canonical view does not: in that view alone, and zoomed out as always.
 
 Example, about half an hour on one core:
-  deepsft-lab study cameras --model models/poster-a4 --json cameras.json --figure cameras.png")]
+  deepsft-lab study cameras --model models/poster-a4 --json cameras.json")]
 pub struct CamerasArguments {
     /// Model bundle whose network and template are used
     #[arg(long, value_name = "BUNDLE")]
@@ -54,9 +50,6 @@ pub struct CamerasArguments {
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the first scene through all cameras to this PNG file
-    #[arg(long, value_name = "FILE")]
-    figure: Option<PathBuf>,
 }
 
 /// The errors of one answer.
@@ -100,8 +93,8 @@ struct Row {
 }
 
 pub fn run(arguments: &CamerasArguments) -> Result<()> {
-    let bundle = input::bundle(&arguments.model)?;
-    let (estimator, _) = input::estimator(&bundle, DeviceKind::Cpu)?;
+    let bundle = reading::bundle(&arguments.model)?;
+    let estimator = reading::estimator(&bundle)?;
     let template = bundle.template();
     let mut bench = Bench {
         fitter: FrameFitter::new(template, FitOptions::default())?,
@@ -111,51 +104,19 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
     let cameras = cameras()?;
     let scenes = Scenes::new(template, &cameras, DISTANCE_MM, arguments.seed)?;
     let mut answers: Vec<[Vec<Answer>; 2]> = cameras.iter().map(|_| Default::default()).collect();
-    let mut drawn = Vec::new();
     let seen_by_all = |vertices: &[DVec3]| cameras.iter().all(|named| holds(&named.camera, vertices));
-    scenes.each(arguments.scenes, seen_by_all, |number, scene| {
-        for (
-            NamedCamera {
-                name,
-                camera,
-                is_upright,
-            },
-            answers,
-        ) in cameras.iter().zip(&mut answers)
-        {
+    scenes.each(arguments.scenes, seen_by_all, |scene| {
+        for (NamedCamera { camera, .. }, answers) in cameras.iter().zip(&mut answers) {
             let canonical = bench.estimator.canonical_camera(camera.size());
             let truth = deepsft_synth::canonical_truth(&scene.world, template.mesh(), &canonical);
             let image = scenes.image(scene, camera)?;
-            let mut panels = vec![panels::plain(name, &resized(&image, camera, &canonical)?)];
             for (is_warped, answers) in [true, false].into_iter().zip(answers) {
                 let believed = if is_warped {
                     *camera
                 } else {
                     taken_for(&canonical, camera)?
                 };
-                let (answer, maps) = bench.answer(&image, camera, &believed, &truth)?;
-                answers.push(answer);
-                let title = if is_warped { "with the warp" } else { "without" };
-                let seen = bench.estimator.canonical_image(&image, &believed)?;
-                panels.push(panels::overlay(
-                    &format!("network, {title}"),
-                    &seen,
-                    &maps,
-                    template.size_mm(),
-                ));
-                let seen_canonically = as_canonical(&maps, &canonical, camera, &believed);
-                panels.push(panels::depth_error(
-                    "depth error",
-                    &seen_canonically,
-                    &truth,
-                    DEPTH_SCALE_MM,
-                ));
-            }
-            if number == 0 && !is_upright {
-                drawn.push(sheet::Row {
-                    caption: String::new(),
-                    panels: panels.into_iter().map(sheet::Panel::halved).collect(),
-                });
+                answers.push(bench.answer(&image, camera, &believed, &truth)?);
             }
         }
         Ok(())
@@ -177,21 +138,12 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
         let report = serde_json::json!({ "cameras": rows, "near": near });
         write_file(path, &serde_json::to_vec_pretty(&report)?)?;
     }
-    if let Some(path) = &arguments.figure {
-        let sheet = sheet::sheet(&drawn).context("there is nothing to draw")?;
-        write_file(path, &encode_png(&sheet)?)?;
-    }
     Ok(())
 }
 
 /// The camera that an image of `camera`'s size is taken for when it is only resized to the canonical size.
 fn taken_for(canonical: &Camera, camera: &Camera) -> Result<Camera> {
     Ok(canonical.resized(camera.size())?)
-}
-
-/// `image` of `camera` at the canonical size.
-fn resized(image: &Picture, camera: &Camera, canonical: &Camera) -> Result<Picture> {
-    Ok(deepsft_geometry::CanonicalWarp::new(&taken_for(canonical, camera)?, canonical).apply(image)?)
 }
 
 /// What images are put through.
@@ -202,8 +154,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// What is made of `image`, which `camera` took, by who takes it for one of `believed`; and the network's maps.
-    fn answer(&mut self, image: &Picture, camera: &Camera, believed: &Camera, truth: &Maps) -> Result<(Answer, Maps)> {
+    /// What is made of `image`, which `camera` took, by who takes it for one of `believed`.
+    fn answer(&mut self, image: &Picture, camera: &Camera, believed: &Camera, truth: &Maps) -> Result<Answer> {
         let canonical = self.estimator.canonical_camera(camera.size());
         let seen = self.estimator.canonical_image(image, believed)?;
         let maps = pollster::block_on(self.estimator.infer(&seen))?;
@@ -217,12 +169,11 @@ impl Bench<'_> {
                 points_mm: metrics.points_rmse_mm,
             })
         };
-        let answer = Answer {
+        Ok(Answer {
             found: fit.as_ref().is_some_and(is_found),
             network: errors(&maps)?,
             fitted: errors(fit.as_ref().map_or(&maps, |fit| &fit.maps))?,
-        };
-        Ok((answer, maps))
+        })
     }
 }
 

@@ -1,32 +1,28 @@
-//! `deepsft-lab study finding`: how often a print is found that nothing was trained for, by our finders and by OpenCV's.
+//! `deepsft-lab study finding`: how often a print is found that nothing was trained for.
 
-mod figures;
+mod canvas;
+mod dice;
 mod finders;
-mod growth;
 mod judging;
 mod line_art;
-mod opencv;
 mod photograph;
 mod prints;
 mod repetitive;
 mod table;
 
+use crate::progress::Progress;
+use crate::reading;
 use anyhow::{Result, ensure};
 use clap::Args;
-use deepsft::{DeviceKind, Estimator, encode_png, start_device};
-use deepsft_cli::input;
-use deepsft_cli::object_choice::DescriptorChoice;
-use deepsft_cli::progress;
+use deepsft::{SharedDescriptorNetwork, encode_png};
 use deepsft_formats::write_file;
-use figures::{Failures, print_sheets};
+use deepsft_geometry::Picture;
 use finders::{FeatureFinding, Finder, NetworkFinding};
-use growth::Growth;
 use judging::{FrameResult, Studied};
-use opencv::{Method, OpenCv};
 use prints::{Kind, Print};
 use serde::Serialize;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Prints after which files are written again: what is measured is kept when a long run is ended.
 const BETWEEN_WRITES: usize = 5;
@@ -39,12 +35,8 @@ degrees, any way up, bent, partly hidden, in images of 960 x 540 pixels. Other f
 its place. Every finder's sheet is taken on by the same fit. Errors are medians over the visible sheet in pixels of the canonical
 image (480 x 270).
 
---opencv names a Python with the packages of crates/xtask/bench/requirements-finding.txt, and adds OpenCV's ORB and SIFT: on the
-same frames, with the same mesh and the same fit.
-
-Example, an hour and a half on two cores:
-  python3 -m venv opencv && opencv/bin/pip install -r crates/xtask/bench/requirements-finding.txt
-  deepsft-lab study finding --seed 424242 --opencv opencv/bin/python --json finding.json --figures finding")]
+Example, about an hour on two cores:
+  deepsft-lab study finding --seed 424242 --json finding.json --failures failures")]
 pub struct FindingStudyArguments {
     /// Kinds of prints, separated by commas
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_values_t = Kind::PAINTED)]
@@ -70,17 +62,15 @@ pub struct FindingStudyArguments {
     /// Seed of prints and frames
     #[arg(long, value_name = "S")]
     seed: u64,
-    #[command(flatten)]
-    descriptors: DescriptorChoice,
-    /// Python with OpenCV: measure its ORB and SIFT too
-    #[arg(long, value_name = "PYTHON")]
-    opencv: Option<PathBuf>,
+    /// Weights of the network that describes any picture (models/any-picture/weights.bpk): a finder too
+    #[arg(long, value_name = "FILE")]
+    descriptors: Option<PathBuf>,
     /// Write the figures of every frame to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write pictures of the prints and of the frames that none of our finders solved into this folder
+    /// Write the frames that no finder solved into this folder, and their prints
     #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
+    failures: Option<PathBuf>,
 }
 
 /// The content of the JSON file.
@@ -88,13 +78,12 @@ pub struct FindingStudyArguments {
 struct Report<'a> {
     prints: usize,
     seed: u64,
-    growth: &'a Growth,
     frames: &'a [FrameResult],
     deepsft_version: &'static str,
 }
 
 pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
-    let model = arguments.model.as_deref().map(input::bundle).transpose()?;
+    let model = arguments.model.as_deref().map(reading::bundle).transpose()?;
     let (prints, count) = match &model {
         Some(bundle) => (prints::prints_of_model(bundle.template(), arguments.seed)?, 1),
         None => {
@@ -107,30 +96,16 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
         prints.len() > 1,
         "at least two prints are needed: one is shown in the other's place"
     );
-    if let Some(folder) = &arguments.figures {
-        fs::create_dir_all(folder)?;
-        for (name, sheet) in print_sheets(&prints) {
-            write_file(&folder.join(name), &encode_png(&sheet)?)?;
-        }
-    }
-    let growth = Growth::measured(&prints, arguments.seed)?;
-    growth.print();
     let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
     if let Some(bundle) = &model {
-        let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-        finders.push(Box::new(NetworkFinding::of_model(Estimator::new(bundle, &device)?)));
+        finders.push(Box::new(NetworkFinding::of_model(reading::estimator(bundle)?)));
     }
-    if let Some(network) = arguments.descriptors.read()? {
+    if let Some(weights) = &arguments.descriptors {
+        let network = SharedDescriptorNetwork::from_bytes(&fs::read(weights)?)?;
         finders.push(Box::new(NetworkFinding::descriptors(network)));
     }
-    if let Some(python) = &arguments.opencv {
-        for method in [Method::Orb, Method::Sift] {
-            finders.push(Box::new(OpenCv::start(python, method)?));
-        }
-    }
-    let bar = progress::counting(count as u64, "prints");
+    let mut progress = Progress::of(count as u64, "prints");
     let mut results = Vec::new();
-    let mut failures = Failures::default();
     for number in 0..count {
         let mut studied = Studied::new(&prints, number, &mut finders)?;
         let seed = arguments.seed.wrapping_add(number as u64);
@@ -138,17 +113,18 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
             for (shown, count) in [(true, arguments.frames), (false, arguments.absent)] {
                 if index < count {
                     let (result, image) = studied.frame(seed, index, shown)?;
-                    failures.note(&result, &image);
+                    if let (Some(folder), true) = (&arguments.failures, result.is_failure()) {
+                        write_failure(folder, &result, &image, prints[number].template.texture())?;
+                    }
                     results.push(result);
                 }
             }
         }
-        bar.inc(1);
+        progress.step();
         if number % BETWEEN_WRITES == BETWEEN_WRITES - 1 || number + 1 == count {
-            write(arguments, &prints, &growth, &results, &failures)?;
+            write(arguments, prints.len(), &results)?;
         }
     }
-    bar.finish_and_clear();
     table::print(&results);
     Ok(())
 }
@@ -165,25 +141,23 @@ fn painted_prints(arguments: &FindingStudyArguments) -> Result<Vec<Print>> {
 }
 
 /// Writes what is known so far.
-fn write(
-    arguments: &FindingStudyArguments,
-    prints: &[Print],
-    growth: &Growth,
-    frames: &[FrameResult],
-    failures: &Failures,
-) -> Result<()> {
-    if let Some(folder) = &arguments.figures {
-        write_file(&folder.join("failures.png"), &encode_png(&failures.sheet(prints))?)?;
-    }
-    if let Some(path) = &arguments.json {
-        let report = Report {
-            prints: prints.len(),
-            seed: arguments.seed,
-            growth,
-            frames,
-            deepsft_version: env!("CARGO_PKG_VERSION"),
-        };
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
-    }
-    Ok(())
+fn write(arguments: &FindingStudyArguments, prints: usize, frames: &[FrameResult]) -> Result<()> {
+    let Some(path) = &arguments.json else { return Ok(()) };
+    let report = Report {
+        prints,
+        seed: arguments.seed,
+        frames,
+        deepsft_version: env!("CARGO_PKG_VERSION"),
+    };
+    Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?)
+}
+
+/// Writes a frame, and once its print.
+fn write_failure(folder: &Path, result: &FrameResult, image: &Picture, print: &Picture) -> Result<()> {
+    fs::create_dir_all(folder)?;
+    let of = format!("{}-{}", result.kind, result.print);
+    let what = if result.shown { "not-fitted" } else { "false-find" };
+    write_file(&folder.join(format!("{of}.png")), &encode_png(print)?)?;
+    let frame = format!("{of}-{}-{what}.png", result.index);
+    Ok(write_file(&folder.join(frame), &encode_png(image)?)?)
 }

@@ -1,11 +1,11 @@
 //! `deepsft-lab study rolls`: how often an object is found, and how exactly, by how it is rolled before a camera that lies across or
 //! stands upright.
 
+use crate::progress::Progress;
+use crate::reading::ObjectChoice;
 use anyhow::Result;
 use clap::Args;
-use deepsft::{DeviceKind, TargetFinder, View};
-use deepsft_cli::object_choice::ObjectChoice;
-use deepsft_cli::progress;
+use deepsft::{TargetFinder, View};
 use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Template, metrics::Summary, training_camera};
@@ -74,7 +74,7 @@ pub fn run(arguments: &RollsArguments) -> Result<()> {
 }
 
 fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
-    let target = arguments.object.target(DeviceKind::Cpu)?.target;
+    let (target, _) = arguments.object.target()?;
     let template = target.template().clone();
     let mut finder = TargetFinder::new(target)?;
     let config = SynthConfig {
@@ -84,7 +84,7 @@ fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
     };
     let synthesizer = Synthesizer::new(&template, config)?;
     let mut said: Vec<Vec<Said>> = (0..arguments.steps).map(|_| Vec::new()).collect();
-    let bar = progress::counting(arguments.steps * arguments.frames, "frames");
+    let mut progress = Progress::of(arguments.steps * arguments.frames, "frames");
     for index in 0.. {
         if said.iter().all(|step| step.len() as u64 >= arguments.frames) {
             break;
@@ -100,9 +100,8 @@ fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
             continue;
         }
         step.push(look(&mut finder, &template, &sample)?);
-        bar.inc(1);
+        progress.step();
     }
-    bar.finish_and_clear();
     let steps = said.iter().enumerate().map(|(k, said)| {
         let roll_deg = Some(k as f64 * 360.0 / arguments.steps as f64);
         Row::of(roll_deg, said.iter().copied())

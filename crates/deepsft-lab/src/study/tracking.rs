@@ -1,31 +1,26 @@
 //! `deepsft-lab study tracking`: clips that are rendered, tracked and compared with the truth.
 
 mod clip_record;
-mod figure;
-mod plot;
 mod seen_vertices;
 mod summary;
 
+use crate::progress::Progress;
+use crate::reading::ObjectChoice;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use clip_record::{FrameRecord, Motion, losses};
 use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
-use deepsft::{DeviceKind, Finder, Target, TargetFinder, View, encode_png};
-use deepsft_cli::object_choice::ObjectChoice;
-use deepsft_cli::output::sheet;
-use deepsft_cli::progress;
+use deepsft::{Finder, Target, TargetFinder, View};
 use deepsft_formats::write_file;
-use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
 use deepsft_geometry::{Camera, Maps, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
-use figure::Worst;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use summary::{ClipRecord, Recoveries, Spread, Summary, TrackedClip};
+use summary::{ClipRecord, Recoveries, Spread, Summary};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [
@@ -60,7 +55,7 @@ The report lists
 It also lists jitter and lag after smoothing (One-Euro filter).
 
 Example:
-  deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json --sheet tracking.png")]
+  deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json")]
 pub struct TrackingStudyArguments {
     #[command(flatten)]
     object: ObjectChoice,
@@ -85,9 +80,6 @@ pub struct TrackingStudyArguments {
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the error over time of the worst clips, and frames of them, to this PNG file
-    #[arg(long, value_name = "FILE")]
-    sheet: Option<PathBuf>,
 }
 
 /// Who looks for the sheet.
@@ -115,12 +107,10 @@ struct Report<'a> {
 }
 
 pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
-    let chosen = arguments.object.target(DeviceKind::Cpu)?;
-    let template = chosen.target.template();
-    let (mut finder, camera) = finder(&chosen.target, arguments.finders)?;
-    let synthesizer = Synthesizer::new(template, SynthConfig::for_clip_stories(camera))?;
-    let bar = progress::counting(arguments.clips, "clips");
-    let mut worst = Worst::default();
+    let (target, name) = arguments.object.target()?;
+    let (mut finder, camera) = finder(&target, arguments.finders)?;
+    let synthesizer = Synthesizer::new(target.template(), SynthConfig::for_clip_stories(camera))?;
+    let mut progress = Progress::of(arguments.clips, "clips");
     let mut clips = Vec::new();
     for number in 0..arguments.clips {
         let event = arguments.event.unwrap_or(EVENTS[number as usize % EVENTS.len()]);
@@ -131,19 +121,14 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
         let story = ClipStory::new(&synthesizer, length, event, arguments.seed + number)?;
         let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
         let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
-        let tracked = track(&mut finder, &story, &samples, arguments)?;
-        if arguments.sheet.is_some() {
-            worst.offer(template, &samples, &tracked);
-        }
-        clips.push(tracked.record);
-        bar.inc(1);
+        clips.push(track(&mut finder, &story, &samples, arguments)?);
+        progress.step();
     }
-    bar.finish_and_clear();
     let (summary, by_event) = (Summary::of(clips.iter()), Summary::by_event(&clips));
     print(&summary, &by_event);
     if let Some(path) = &arguments.json {
         let report = Report {
-            object: &chosen.name,
+            object: &name,
             first_seed: arguments.seed,
             finding_delay_frames: arguments.delay,
             summary: &summary,
@@ -152,10 +137,6 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
         write_file(path, &serde_json::to_vec_pretty(&report)?)?;
-    }
-    if let Some(path) = &arguments.sheet {
-        let sheet = sheet::sheet(&worst.into_rows()).context("a sheet has panels")?;
-        write_file(path, &encode_png(&sheet)?)?;
     }
     Ok(())
 }
@@ -187,7 +168,7 @@ fn track(
     story: &ClipStory<'_>,
     samples: &[Sample],
     arguments: &TrackingStudyArguments,
-) -> Result<TrackedClip> {
+) -> Result<ClipRecord> {
     let (template, camera) = (
         finder.target().template().clone(),
         finder.target().canonical_camera(training_camera().size()),
@@ -239,7 +220,7 @@ fn track(
             let mut vertices = tracked.vertices_camera.clone();
             filter.smooth(time_s, &mut vertices);
             smooth.push(Some(vertices));
-            meshes.push(Some((tracked.vertices_camera, tracked.confidence)));
+            meshes.push(Some(tracked.vertices_camera));
         } else {
             filter.reset();
             smooth.push(None);
@@ -248,10 +229,6 @@ fn track(
     }
     let during = story.event_frames();
     let cut = (story.event() == ClipEvent::JumpCut).then_some(during.start);
-    let as_tracked: Vec<Option<Vec<DVec3>>> = meshes
-        .iter()
-        .map(|mesh| mesh.as_ref().map(|(vertices, _)| vertices.clone()))
-        .collect();
     let motion = |meshes| Motion {
         story,
         template,
@@ -260,7 +237,7 @@ fn track(
         meshes,
     };
     let both = |ask: &dyn Fn(&Motion<'_>) -> Option<f64>| {
-        Some([ask(&motion(as_tracked.as_slice()))?, ask(&motion(smooth.as_slice()))?])
+        Some([ask(&motion(meshes.as_slice()))?, ask(&motion(smooth.as_slice()))?])
     };
     let counts: Vec<bool> = frames.iter().map(|frame| frame.in_view() && !frame.lost()).collect();
     let (jitter_px, lag_frames) = match story.event() {
@@ -281,7 +258,7 @@ fn track(
     };
     let (tracked, in_view) = record.tracked();
     record.tracked_fraction = (in_view > 0).then(|| tracked as f64 / in_view as f64);
-    Ok(TrackedClip { record, meshes })
+    Ok(record)
 }
 
 fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {

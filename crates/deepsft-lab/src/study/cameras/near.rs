@@ -2,9 +2,9 @@
 //! nearest view that holds them.
 
 use super::scenes::{NamedCamera, Scenes, cameras, cut_off, holds};
+use crate::reading;
 use anyhow::Result;
 use deepsft::{Device, Target, TargetEstimate, TargetFinder, View};
-use deepsft_cli::input;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::Summary;
@@ -62,7 +62,7 @@ fn wide_cameras() -> Result<Vec<NamedCamera>> {
 /// Measures `count` scenes of each wide camera in which it sees the whole sheet and the canonical view
 /// misses a fifth of it.
 pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
-    let bundle = input::bundle(model)?;
+    let bundle = reading::bundle(model)?;
     let target = Target::from_model(&bundle, &Device::Cpu)?;
     let mut finder = TargetFinder::new(target.clone())?;
     let mut rows = Vec::new();
@@ -75,7 +75,7 @@ pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
         scenes.each(
             count,
             |vertices| holds(&camera, vertices) && cut_off(&nearest, vertices) >= MIN_CUT,
-            |_, scene| {
+            |scene| {
                 let image = scenes.image(scene, &camera)?;
                 let mut view = View::new(&image, &camera);
                 canonical.add(

@@ -1,7 +1,7 @@
 //! The same scenes through several cameras.
 
+use crate::progress::Progress;
 use anyhow::{Context, Result};
-use deepsft_cli::progress;
 use deepsft_formats::{Sample, decode_picture};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture, Template, training_camera};
@@ -143,9 +143,9 @@ impl Scenes {
         &self,
         count: u64,
         counts: impl Fn(&[DVec3]) -> bool,
-        mut each: impl FnMut(u64, &SharedScene) -> Result<()>,
+        mut each: impl FnMut(&SharedScene) -> Result<()>,
     ) -> Result<()> {
-        let bar = progress::counting(count, "scenes");
+        let mut progress = Progress::of(count, "scenes");
         let mut number = 0;
         for index in 0.. {
             if number == count {
@@ -162,11 +162,10 @@ impl Scenes {
             if (world.truth.area() as f64) < least {
                 continue;
             }
-            each(number, &SharedScene { world, index })?;
+            each(&SharedScene { world, index })?;
             number += 1;
-            bar.inc(1);
+            progress.step();
         }
-        bar.finish_and_clear();
         Ok(())
     }
 

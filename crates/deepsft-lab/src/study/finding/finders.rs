@@ -4,7 +4,6 @@ use crate::measuring::Stopwatch;
 use anyhow::{Context, Result};
 use deepsft::{DescriptorFinder, Estimator, FinderKind, SharedDescriptorNetwork};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
-use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps, Picture, Template};
 
 /// An image with its camera, and the canonical camera, for which maps are wanted.
@@ -22,8 +21,6 @@ pub struct Found {
     pub maps: Option<Maps>,
     /// Whether the maps leave out what hides the print.
     pub is_masked: bool,
-    /// The place on the print, mm, of a pixel of the image, before any mesh: OpenCV's warp.
-    pub warp: Option<Box<dyn Fn(DVec2) -> DVec2>>,
     /// Processor time on one thread: what does not depend on the print, and the rest.
     pub features_ms: f64,
     pub find_ms: f64,
@@ -33,16 +30,8 @@ pub struct Found {
 pub trait Finder {
     fn name(&self) -> &'static str;
 
-    /// Whether it is DeepSfT's: the best of ours is a row too.
-    fn is_ours(&self) -> bool;
-
     /// The print to look for from now on.
     fn take(&mut self, template: &Template) -> Result<()>;
-
-    /// Called before other finders look at the image: a process of its own begins.
-    fn begin(&mut self, _image: &Picture) -> Result<()> {
-        Ok(())
-    }
 
     fn find(&mut self, view: View<'_>) -> Result<Found>;
 }
@@ -56,10 +45,6 @@ pub struct FeatureFinding {
 impl Finder for FeatureFinding {
     fn name(&self) -> &'static str {
         "features"
-    }
-
-    fn is_ours(&self) -> bool {
-        true
     }
 
     fn take(&mut self, template: &Template) -> Result<()> {
@@ -120,10 +105,6 @@ impl NetworkFinding {
 impl Finder for NetworkFinding {
     fn name(&self) -> &'static str {
         self.kind.name()
-    }
-
-    fn is_ours(&self) -> bool {
-        true
     }
 
     fn take(&mut self, template: &Template) -> Result<()> {

@@ -1,12 +1,11 @@
 //! One print with all finders: every frame is searched by each, fitted from what each found, and compared with the truth.
 
-use super::finders::{Finder, Found, View};
+use super::finders::{Finder, View};
 use super::prints::{Kind, Print};
 use crate::measuring::Stopwatch;
 use anyhow::Result;
 use deepsft::is_found;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
-use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
@@ -19,15 +18,12 @@ pub const FITTED_PX: f64 = 2.0;
 #[derive(Clone, Debug, Serialize)]
 pub struct Attempt {
     pub finder: &'static str,
-    #[serde(skip)]
-    pub ours: bool,
     /// Whether there was a sheet to fit.
     pub started: bool,
-    /// Median registration errors of the finder's sheet, of the fitted one, and of OpenCV's warp before there is a mesh. `None`
-    /// where less than half of the visible sheet has a registration.
+    /// Median registration errors of the finder's sheet and of the fitted one. `None` where less than half of the visible sheet
+    /// has a registration.
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
-    pub warp_px: Option<f64>,
     /// Whether the fit counts as found. Its correlation with the image, the fraction of the print that the image confirms, and
     /// its size in pixels; 0 without a fit.
     pub is_found: bool,
@@ -42,10 +38,6 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    pub fn is_found(&self) -> bool {
-        self.is_found
-    }
-
     pub fn is_fitted(&self) -> bool {
         self.fitted_px.is_some_and(|error| error < FITTED_PX)
     }
@@ -67,14 +59,19 @@ pub struct FrameResult {
 }
 
 impl FrameResult {
-    /// The attempt of ours of which the image confirms most.
-    pub fn best_of_ours(&self) -> Option<&Attempt> {
-        let ours = self.attempts.iter().filter(|attempt| attempt.ours);
+    /// The attempt of which the image confirms most.
+    pub fn best(&self) -> Option<&Attempt> {
         let worth = |attempt: &Attempt| attempt.explained * attempt.confirmed_px;
-        ours.max_by(|a, b| {
+        self.attempts.iter().max_by(|a, b| {
             let found = a.is_found.cmp(&b.is_found);
             found.then_with(|| worth(a).total_cmp(&worth(b)))
         })
+    }
+
+    /// Whether the print is shown and not within 2 px of the truth, or is not shown and found.
+    pub fn is_failure(&self) -> bool {
+        let best = self.best();
+        best.is_some_and(|best| if self.shown { !best.is_fitted() } else { best.is_found })
     }
 }
 
@@ -146,18 +143,11 @@ impl<'a> Studied<'a> {
             camera: &self.camera,
             canonical: &self.canonical,
         };
-        for finder in self.finders.iter_mut() {
-            finder.begin(image)?;
-        }
-        let warp = CanonicalWarp::new(&self.camera, &self.canonical);
-        let canonical = warp.apply(image)?;
+        let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
         let mut attempts = Vec::new();
         for finder in self.finders.iter_mut() {
             let found = finder.find(view)?;
-            let error = |maps: &Maps| {
-                let uv = |pixel: usize| maps.inside(pixel).then(|| maps.uv(pixel));
-                error_px(truth?, self.print, &self.canonical, uv)
-            };
+            let error = |maps: &Maps| error_px(maps, truth?, self.print, &self.canonical);
             let start = Stopwatch::start();
             let fit = match &found.maps {
                 Some(maps) if found.is_masked => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
@@ -166,11 +156,9 @@ impl<'a> Studied<'a> {
             };
             attempts.push(Attempt {
                 finder: finder.name(),
-                ours: finder.is_ours(),
                 started: found.maps.is_some(),
                 start_px: found.maps.as_ref().and_then(error),
                 fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
-                warp_px: truth.and_then(|truth| warp_error(&found, &warp, truth, self.print, &self.canonical)),
                 is_found: fit.as_ref().is_some_and(is_found),
                 ambiguity: fit.as_ref().and_then(|fit| fit.ambiguity),
                 correlation: fit.as_ref().map_or(0.0, |fit| fit.correlation),
@@ -186,7 +174,7 @@ impl<'a> Studied<'a> {
 }
 
 /// The camera of the frames, and how they are made.
-pub fn frames_config() -> Result<(Camera, SynthConfig)> {
+fn frames_config() -> Result<(Camera, SynthConfig)> {
     let canonical = training_camera();
     let camera = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
     let default = SynthConfig::default();
@@ -199,23 +187,13 @@ pub fn frames_config() -> Result<(Camera, SynthConfig)> {
     Ok((camera, config))
 }
 
-/// The error of a finder's warp, as that of maps.
-fn warp_error(found: &Found, canonical: &CanonicalWarp, truth: &Maps, print: &Print, camera: &Camera) -> Option<f64> {
-    let place = found.warp.as_ref()?;
-    let uv = |pixel: usize| {
-        let centre = DVec2::new((pixel % truth.width()) as f64, (pixel / truth.width()) as f64) + 0.5;
-        Some(place(canonical.source_from_canonical(centre)?) / print.template.size_mm())
-    };
-    error_px(truth, print, camera, uv)
-}
-
 /// Median distance of a registration from the true one over the visible sheet, pixels; `None` when most of it has none.
-fn error_px(truth: &Maps, print: &Print, camera: &Camera, uv: impl Fn(usize) -> Option<DVec2>) -> Option<f64> {
+fn error_px(maps: &Maps, truth: &Maps, print: &Print, camera: &Camera) -> Option<f64> {
     let error = |pixel: usize| {
-        let Some(uv) = uv(pixel) else {
+        if !maps.inside(pixel) {
             return f64::INFINITY;
-        };
-        let off = ((truth.uv(pixel) - uv) * print.template.size_mm()).length();
+        }
+        let off = ((truth.uv(pixel) - maps.uv(pixel)) * print.template.size_mm()).length();
         off * camera.focal().x / f64::from(truth.depth()[pixel])
     };
     let pixels = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel));

@@ -1,7 +1,7 @@
 //! Line art: contour maps, hatched engravings, floor plans, diagrams, and plants drawn with a pen.
 
-use super::prints::{Dice, print_size, uniform};
-use crate::poster::canvas::{Canvas, Ink, Point, Shape, turned};
+use super::canvas::{Canvas, Ink, Point, Shape, turned};
+use super::dice::{Dice, print_size, uniform};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec2;
 use deepsft_synth::painting::ValueNoise;
@@ -240,7 +240,7 @@ fn diagram(sheet: &mut Sheet, dice: &mut Dice) {
     for at in boxes {
         let (w, h) = (cell.0 * uniform(dice, 0.35, 0.8), cell.1 * uniform(dice, 0.25, 0.6));
         let shape = match dice.random_range(0..4) {
-            0 => Shape::ellipse(at, w / 2.0, h / 2.0, 0.0),
+            0 => Shape::ellipse(at, w / 2.0, h / 2.0),
             1 => Shape::polygon(&[
                 (at.0 - w / 2.0, at.1),
                 (at.0, at.1 - h / 2.0),

@@ -3,13 +3,12 @@
 use super::line_art::line_art;
 use super::photograph::photograph_like;
 use super::repetitive::repetitive;
+use crate::reading;
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft_cli::input;
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::painting::artwork;
-use deepsft_synth::random::{Stream, between, generator, mix};
-use rand::RngExt;
+use deepsft_synth::random::{Stream, generator, mix};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
@@ -17,9 +16,6 @@ use std::path::Path;
 
 /// Longer side of every print, mm.
 const LONG_SIDE_MM: f64 = 297.0;
-
-/// What paints prints.
-pub type Dice = rand_pcg::Pcg64Mcg;
 
 /// The kinds of prints, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
@@ -121,8 +117,8 @@ pub fn prints(counts: &[(Kind, usize)], photographs: Option<&Path>, seed: u64) -
     });
     let mut prints = painted.collect::<Result<Vec<_>>>()?;
     if let Some(folder) = photographs {
-        for file in input::images(folder, "folder of photographs")? {
-            prints.push(Print::new(Kind::Photograph, "photograph", input::picture(&file)?)?);
+        for file in reading::pictures(folder)? {
+            prints.push(Print::new(Kind::Photograph, "photograph", reading::picture(&file)?)?);
         }
     }
     Ok(prints)
@@ -141,21 +137,6 @@ pub fn prints_of_model(template: &Template, seed: u64) -> Result<Vec<Print>> {
         },
     );
     Ok(prints)
-}
-
-/// A uniform number.
-pub fn uniform(dice: &mut Dice, low: f32, high: f32) -> f32 {
-    between([f64::from(low), f64::from(high)], dice) as f32
-}
-
-/// Width and height of a print, pixels: three in five are upright.
-pub fn print_size(long_side: f32, dice: &mut Dice) -> (usize, usize) {
-    let (long, short) = (long_side as usize, (long_side * uniform(dice, 0.6, 1.0)) as usize);
-    if dice.random_bool(0.4) {
-        (long, short)
-    } else {
-        (short, long)
-    }
 }
 
 #[cfg(test)]

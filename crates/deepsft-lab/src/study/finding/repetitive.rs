@@ -1,6 +1,6 @@
 //! Prints that look the same in many places: checks, dots and rows of one motif.
 
-use super::prints::{Dice, print_size, uniform};
+use super::dice::{Dice, print_size, uniform};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec2;
 use rand::RngExt;

@@ -3,20 +3,18 @@
 use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX, median};
 use super::prints::Kind;
 
-/// The row of the best of our finders, when there are several.
-const BEST_OF_OURS: &str = "best of ours";
+/// The row of the best attempts, when there are several finders.
+const BEST: &str = "best of them";
 
 /// Prints by finder and kind: shares of frames, then medians of times.
 pub fn print(results: &[FrameResult]) {
     let Some(first) = results.first() else { return };
     let mut finders: Vec<&str> = first.attempts.iter().map(|attempt| attempt.finder).collect();
-    if first.attempts.iter().filter(|attempt| attempt.ours).count() > 1 {
-        finders.push(BEST_OF_OURS);
+    if finders.len() > 1 {
+        finders.push(BEST);
     }
-    println!("prints          finder       frames    warp   start  fitted   found   right     off   false");
-    println!(
-        "                                    < {START_PX} px  < {START_PX} px  < {FITTED_PX} px                          finds"
-    );
+    println!("prints          finder       frames   start  fitted   found   right     off   false");
+    println!("                                    < {START_PX} px  < {FITTED_PX} px                          finds");
     let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph | Kind::OfModel);
     for &finder in &finders {
         for kind in Kind::ALL {
@@ -24,9 +22,7 @@ pub fn print(results: &[FrameResult]) {
         }
         row("the first three", finder, results.iter().filter(|r| main(r.kind)));
     }
-    println!(
-        "Percent of the frames that show the print; false finds: of those that show another. warp: before there is a mesh."
-    );
+    println!("Percent of the frames that show the print; false finds: of those that show another.");
     println!(
         "found: the image confirms enough of the visible print; right: and it is within {FITTED_PX} px; off: and it is not."
     );
@@ -38,7 +34,7 @@ pub fn print(results: &[FrameResult]) {
             shown.filter_map(move |r| attempt_of(r, finder))
         };
         let time = |of: fn(&Attempt) -> f64| median(attempts().map(of)).unwrap_or_default();
-        if finder != BEST_OF_OURS {
+        if finder != BEST {
             println!(
                 "{finder:14} {:9.0} {:6.0} {:6.0}",
                 time(|a| a.features_ms),
@@ -50,8 +46,8 @@ pub fn print(results: &[FrameResult]) {
 }
 
 fn attempt_of<'a>(result: &'a FrameResult, finder: &str) -> Option<&'a Attempt> {
-    if finder == BEST_OF_OURS {
-        return result.best_of_ours();
+    if finder == BEST {
+        return result.best();
     }
     result.attempts.iter().find(|attempt| attempt.finder == finder)
 }
@@ -69,18 +65,14 @@ fn row<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameRe
         let count = attempts.iter().filter(|attempt| holds(attempt)).count();
         100.0 * count as f64 / attempts.len().max(1) as f64
     };
-    let starts = |error: Option<f64>| error.is_some_and(|error| error < START_PX);
-    let warps = shown.iter().any(|attempt| attempt.warp_px.is_some());
-    let warp = warps.then(|| format!("{:.1}", percent(&shown, &|a| starts(a.warp_px))));
     println!(
-        "{prints:15} {finder:12} {:6} {:>7} {:7.1} {:7.1} {:7.1} {:7.1} {:7.1} {:7.2}",
+        "{prints:15} {finder:12} {:6} {:7.1} {:7.1} {:7.1} {:7.1} {:7.1} {:7.2}",
         shown.len(),
-        warp.as_deref().unwrap_or("-"),
-        percent(&shown, &|a| starts(a.start_px)),
+        percent(&shown, &|a| a.start_px.is_some_and(|error| error < START_PX)),
         percent(&shown, &Attempt::is_fitted),
-        percent(&shown, &Attempt::is_found),
-        percent(&shown, &|a| a.is_found() && a.is_fitted()),
-        percent(&shown, &|a| a.is_found() && !a.is_fitted()),
-        percent(&absent, &Attempt::is_found),
+        percent(&shown, &|a| a.is_found),
+        percent(&shown, &|a| a.is_found && a.is_fitted()),
+        percent(&shown, &|a| a.is_found && !a.is_fitted()),
+        percent(&absent, &|a| a.is_found),
     );
 }

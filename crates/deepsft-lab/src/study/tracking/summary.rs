@@ -2,7 +2,6 @@
 
 use super::clip_record::{Cause, FrameRecord, Loss, waiting};
 use deepsft::video::FrameTimes;
-use deepsft_geometry::glam::DVec3;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -88,13 +87,6 @@ pub struct Times {
     pub follow: Option<Spread>,
     pub catch_up: Option<Spread>,
     pub finding: Option<Spread>,
-}
-
-/// A clip after tracking.
-pub struct TrackedClip {
-    pub record: ClipRecord,
-    /// Vertices (mm, camera frame) and their confidence, where the sheet was found.
-    pub meshes: Vec<Option<(Vec<DVec3>, Vec<f32>)>>,
 }
 
 impl Spread {

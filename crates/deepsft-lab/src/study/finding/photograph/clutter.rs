@@ -1,7 +1,7 @@
 //! Heaps of leaves, flowers and pebbles: thousands of shaded things, each with its shadow, from the lowest to the highest.
 
-use super::{Exposure, natural_color, smooth_step};
-use crate::study::finding::prints::{Dice, uniform};
+use super::exposure::{Exposure, natural_color, smooth_step};
+use crate::study::finding::dice::{Dice, uniform};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_synth::painting::ValueNoise;
 use rand::RngExt;

@@ -1,7 +1,7 @@
 //! Land and cities under a sky: height fields drawn column by column from near to far.
 
-use super::{Exposure, natural_color, of_cell, smooth_step};
-use crate::study::finding::prints::{Dice, uniform};
+use super::exposure::{Exposure, natural_color, of_cell, smooth_step};
+use crate::study::finding::dice::{Dice, uniform};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_synth::painting::ValueNoise;
 use rand::RngExt;

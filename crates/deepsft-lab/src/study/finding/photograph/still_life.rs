@@ -1,7 +1,7 @@
 //! Balls and boxes of stone, wood and cloth on a table, ray-cast with soft shadows.
 
-use super::{Exposure, SolidNoise, natural_color, smooth_step};
-use crate::study::finding::prints::{Dice, uniform};
+use super::exposure::{Exposure, SolidNoise, natural_color, smooth_step};
+use crate::study::finding::dice::{Dice, uniform};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::RngExt;
 
