@@ -23,6 +23,7 @@
 
 mod calibration;
 mod camera;
+mod canonical_views;
 mod completion;
 mod error;
 pub mod fitting;
@@ -35,31 +36,20 @@ pub mod solver;
 mod unrolling;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
-pub use camera::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Lens, canonical_camera, training_camera,
-};
+pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
+pub use canonical_views::CanonicalViews;
 pub use completion::{
     ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
-    VisibleVertices,
+    VertexPoint, VisibleVertices,
 };
-pub use error::GeometryError;
+pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
 pub use glam;
-pub use image::{MipLevel, Picture};
+pub use image::{GreyMipmap, MipLevel, Picture, luma, turned_clockwise};
 pub use maps::{
-    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, photo_consistency_error, raster,
+    ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
     relit_photo_consistency_error, remove_islands, visible_surface,
 };
-pub use mesh::{RigidMotion, Template, Topology, TriangleMesh, Welding};
+pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
 pub use recovery::{MeshRecovery, RecoveredMesh};
 pub use unrolling::{UnrolledSheet, unroll};
-
-// What our other crates share; no stable interface.
-#[doc(hidden)]
-pub use error::check_size;
-#[doc(hidden)]
-pub use image::{GreyLevel, GreyMipmap, luma, turned_clockwise};
-#[doc(hidden)]
-pub use maps::mipmap_level;
-#[doc(hidden)]
-pub use mesh::{DisjointSets, catmull_rom};

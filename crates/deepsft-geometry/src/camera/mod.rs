@@ -1,11 +1,9 @@
 //! Cameras, and the way from any of them to the canonical image.
 
 mod canonical;
-mod canonical_views;
 mod lens;
 mod pinhole;
 
 pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, canonical_camera, training_camera};
-pub use canonical_views::CanonicalViews;
 pub use lens::Lens;
 pub use pinhole::Camera;

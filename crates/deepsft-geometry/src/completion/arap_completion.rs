@@ -6,12 +6,12 @@ use super::quasi_newton::{QuasiNewton, dot};
 use super::report::{Completion, CompletionEnergy, CompletionReport};
 use super::rotation_extension::extended_rotations;
 use super::stiffness::Stiffness;
-use super::visible_points::Visible;
+use super::visible_points::{VertexPoint, Visible};
 use crate::error::{GeometryError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
+use crate::solver::LengthScale;
 use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
-use crate::solver::{LengthScale, VertexPoint};
 use glam::{DQuat, DVec3};
 
 /// Halvings of a step that does not lower the energy before the search is given up.
@@ -45,8 +45,7 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// solved as one ([`Welding`]).
 ///
 /// ```
-/// use deepsft_geometry::solver::VertexPoint;
-/// use deepsft_geometry::{ArapCompletion, CompletionOptions, Picture, Template, glam::DVec3};
+/// use deepsft_geometry::{ArapCompletion, CompletionOptions, Picture, Template, VertexPoint, glam::DVec3};
 /// let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
 /// let mesh = template.mesh();
 /// let mut completion = ArapCompletion::new(mesh, CompletionOptions::default())?;
@@ -124,11 +123,6 @@ impl ArapCompletion {
     /// Changes the limit of iterations, the completion's budget of time, for the frames to come.
     pub fn set_max_iterations(&mut self, max_iterations: usize) {
         self.options.max_iterations = max_iterations;
-    }
-
-    /// Numbers in the factorised matrix: what the memory of a completion grows with.
-    pub fn factor_entries(&self) -> usize {
-        self.matrix.factor_entries()
     }
 
     /// Completes the mesh from the `points` of one frame, in any order; several on one vertex, or on the copies of

@@ -15,4 +15,5 @@ pub use arap_completion::ArapCompletion;
 pub use maps_completion::{CompletedMaps, MapsCompletion};
 pub use options::CompletionOptions;
 pub use report::{Completion, CompletionEnergy, CompletionReport};
+pub use visible_points::VertexPoint;
 pub use visible_vertices::VisibleVertices;

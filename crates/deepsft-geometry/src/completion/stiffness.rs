@@ -42,11 +42,6 @@ impl Stiffness {
         self.laplacian[self.cholesky.column_starts()[i]]
     }
 
-    /// Numbers in the factor.
-    pub(super) fn factor_entries(&self) -> usize {
-        self.cholesky.factor_entries()
-    }
-
     /// Factorises with `holds` on the diagonal, one per vertex.
     pub(super) fn factorize(&mut self, holds: &[f64]) -> Result<(), GeometryError> {
         self.held.copy_from_slice(&self.laplacian);

@@ -2,9 +2,20 @@
 
 use crate::error::GeometryError;
 use crate::mesh::Welding;
-use crate::solver::VertexPoint;
 use crate::solver::checked::{check_weight, vertex_in};
 use glam::DVec3;
+
+/// A vertex seen at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexPoint {
+    /// Index of the template's vertex.
+    pub vertex: usize,
+    /// Where it is seen, camera frame, in the template's unit. A measurement that is not finite (a hole in
+    /// the depth map) counts as not seen.
+    pub p_camera: DVec3,
+    /// Its weight; the paper has 1.
+    pub weight: f64,
+}
 
 /// Visible welded vertices of one frame: weight (0 when hidden) and weighted mean point of each vertex.
 pub(super) struct Visible {

@@ -1,10 +1,10 @@
 //! From maps to the vertices they show.
 
+use super::visible_points::VertexPoint;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::maps::{Maps, erode};
 use crate::mesh::{TextureGrid, TriangleMesh, texture_barycentric};
-use crate::solver::VertexPoint;
 use glam::{DVec2, DVec3};
 
 /// Three neighbouring pixels whose distances on the template and in space differ by more than this factor are not

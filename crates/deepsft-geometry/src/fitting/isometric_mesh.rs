@@ -118,7 +118,6 @@ impl IsometricMesh {
             max_iterations: steps,
             step_tolerance: 1e-3,
             energy_tolerance: 1e-4,
-            judge_rank: false,
             first_damping: FIRST_DAMPING,
             halving: self.halving,
         };

@@ -11,7 +11,7 @@ pub use contrast_normalization::ContrastNormalizedImage;
 pub(crate) use contrast_normalization::ContrastNormalizer;
 pub(crate) use grey_image::GreyImage;
 pub use grey_image::luma;
-pub use mipmap::{GreyLevel, GreyMipmap, MipLevel};
+pub use mipmap::{GreyMipmap, MipLevel};
 pub(crate) use part::Part;
 pub use picture::Picture;
 pub use turn::{turned_anticlockwise, turned_clockwise};

@@ -14,10 +14,6 @@ const MIN_DAMPING: f64 = 1e-9;
 /// Damping beyond which no step is worth trying.
 const MAX_DAMPING: f64 = 1e12;
 
-/// Damping with which rank is judged. Spread over N unknowns, an undetermined direction leaves a pivot of
-/// about N times this fraction of its diagonal.
-const RANK_DAMPING: f64 = 1e-13;
-
 /// Damping up to which a short step or a small decrease means that the minimum is near.
 const TRUSTED_DAMPING: f64 = 1.0;
 
@@ -37,9 +33,6 @@ pub struct SolveOptions {
     pub step_tolerance: f64,
     /// Converged when a step lowers the energy by less than this fraction. Default 1e-9.
     pub energy_tolerance: f64,
-    /// Whether to count the directions that nothing holds. Default true; costs about one iteration, which a
-    /// tracker that does one or two per frame may want to save.
-    pub judge_rank: bool,
     /// First damping, as a fraction of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
     /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it
     /// leaves open: a start that is near its minimum wants much less.
@@ -55,7 +48,6 @@ impl Default for SolveOptions {
             max_iterations: 50,
             step_tolerance: 1e-6,
             energy_tolerance: 1e-9,
-            judge_rank: true,
             first_damping: 1e-3,
             halving: false,
         }
@@ -85,10 +77,6 @@ pub struct SolveReport {
     pub iterations: usize,
     /// Energies of the terms, in the order they were given.
     pub terms: Vec<TermEnergy>,
-    /// Number of directions at the result that no term holds to first order (pivots that vanish in elimination). A
-    /// solve with no measurement has six for each component: its rigid motions. The result keeps
-    /// its start along them. `None` when the options asked not to judge.
-    pub undetermined_directions: Option<usize>,
 }
 
 impl SolveReport {
@@ -156,18 +144,22 @@ impl Damping {
 /// [`solve`](Self::solve) after it only factorises numbers, whatever is measured in that frame.
 ///
 /// ```
-/// use deepsft_geometry::solver::{Isometry, LengthScale, MeshSolver, PointData, SolveOptions, VertexPoint};
+/// use deepsft_geometry::solver::{DepthPrior, Isometry, LengthScale, MeshSolver, PointDepth, Robust, SolveOptions, SurfacePoint};
 /// use deepsft_geometry::{Picture, Template, glam::DVec3};
 /// let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
 /// let mesh = template.mesh();
 /// let scale = LengthScale::of(mesh)?;
 /// let isometry = Isometry::new(mesh, scale, 1.0)?;
 /// let mut solver = MeshSolver::new(mesh, &[&isometry])?;
-/// // Every vertex is seen half a metre in front of the camera.
-/// let seen = |(vertex, p): (usize, &DVec3)| VertexPoint { vertex, p_camera: *p + 500.0 * DVec3::Z, weight: 1.0 };
-/// let points: Vec<_> = mesh.vertices().iter().enumerate().map(seen).collect();
-/// let points = PointData::new(mesh, scale, &points)?;
-/// let solution = solver.solve(&[&points, &isometry], mesh.vertices(), &SolveOptions::default())?;
+/// // Every corner of every face is half a metre in front of the camera.
+/// let corner = |k: usize| PointDepth {
+///     point: SurfacePoint { face: k / 3, barycentric: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][k % 3] },
+///     depth: 500.0,
+///     deviation: 1.0,
+/// };
+/// let depths: Vec<_> = (0..3 * mesh.faces().len()).map(corner).collect();
+/// let depths = DepthPrior::new(mesh, &depths, 1.0, Robust::Squares)?;
+/// let solution = solver.solve(&[&depths, &isometry], mesh.vertices(), &SolveOptions::default())?;
 /// assert!(solution.report.converged);
 /// assert!((solution.vertices[0].z - 500.0).abs() < 1e-6);
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
@@ -247,9 +239,6 @@ impl MeshSolver {
                     final_energy,
                 })
                 .collect(),
-            undetermined_directions: options
-                .judge_rank
-                .then(|| self.undetermined_directions(terms, &vertices)),
         };
         Ok(Solution { vertices, report })
     }
@@ -370,25 +359,5 @@ impl MeshSolver {
             .diagonal()
             .map(|d| DVec3::new(one(d.x), one(d.y), one(d.z)))
             .collect()
-    }
-
-    fn undetermined_directions(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> usize {
-        self.linearize(terms, vertices);
-        let untouched = self
-            .equations
-            .diagonal()
-            .flat_map(|d| d.to_array())
-            .filter(|&d| d <= 0.0)
-            .count();
-        let mut damping = RANK_DAMPING;
-        // Rounding may take a vanishing pivot below zero; each decade more lifts it again.
-        while !self.equations.factorize(&self.added(damping)) {
-            damping *= 10.0;
-            if damping > 1.0 {
-                return self.equations.gradient().len() * 3;
-            }
-        }
-        let unknowns = 3 * self.equations.gradient().len();
-        untouched + self.equations.weak_pivots(10.0 * unknowns as f64 * damping)
     }
 }

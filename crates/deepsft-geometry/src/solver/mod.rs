@@ -5,7 +5,6 @@
 //!
 //! | term | what it holds | residual |
 //! |---|---|---|
-//! | [`PointData`] | visible vertices at 3D points (the paper's E_data) | lengths / mean edge length |
 //! | [`Reprojection`] | registered points at pixels, robust | pixels |
 //! | [`PhotoConsistency`] | the template's texture on the image, robust | local deviations of grey |
 //! | [`DepthPrior`] | depths with their uncertainty, robust | standard deviations |
@@ -32,5 +31,5 @@ pub use length_scale::LengthScale;
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
 pub use terms::{
     Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, PhotoConsistency,
-    PointData, PointDepth, Reprojection, TexturePoint, VertexPoint,
+    PointDepth, Reprojection, TexturePoint,
 };

@@ -141,11 +141,6 @@ impl NormalEquations {
         flat.chunks_exact(3).map(DVec3::from_slice).collect()
     }
 
-    /// Pivots of the last factorisation that are at most `fraction` of their diagonal entries.
-    pub(crate) fn weak_pivots(&self, fraction: f64) -> usize {
-        self.cholesky.weak_pivots(&self.values, fraction)
-    }
-
     /// Blocks of the pairs of a triangle's vertices, in the order of two nested loops; `None` where some are not coupled.
     fn blocks_of(&mut self, triangle: [usize; 3]) -> Option<[usize; 6]> {
         if self.triangle.0 != triangle {

@@ -2,9 +2,9 @@
 
 use crate::shapes::{bent, bent_tube, closed_tube, normals, pose, rmse, sheet};
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::solver::VertexPoint;
 use deepsft_geometry::{
     ArapCompletion, Completion, CompletionEnergy, CompletionOptions, GeometryError, RigidMotion, TriangleMesh,
+    VertexPoint,
 };
 
 /// The vertices that are `visible`, seen where they are.

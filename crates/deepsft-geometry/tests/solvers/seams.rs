@@ -1,10 +1,10 @@
 //! Meshes whose texture has a seam: completion and solver keep together what is one point of the surface.
 
 use crate::arap_completion::{complete, points};
-use crate::shapes::{bent, pose, rmse, sheet};
+use crate::shapes::{PointData, bent, pose, rmse, sheet};
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::solver::{Bending, Isometry, LengthScale, MeshSolver, PointData, SolveOptions, VertexPoint};
-use deepsft_geometry::{ArapCompletion, CompletionOptions, TriangleMesh, Welding};
+use deepsft_geometry::solver::{Bending, Isometry, LengthScale, MeshSolver, SolveOptions};
+use deepsft_geometry::{ArapCompletion, CompletionOptions, TriangleMesh, VertexPoint, Welding};
 
 /// The sheet with its texture cut into two charts along the middle column: vertices there stand twice. The mesh, and
 /// for each of its vertices the one of the sheet.
@@ -94,7 +94,7 @@ fn without_welding_the_mesh_solver_would_tear_what_it_keeps_together_on_the_weld
                 weight: 1.0,
             })
             .collect();
-        let data = PointData::new(mesh, scale, &seen).unwrap();
+        let data = PointData::new(scale, &seen);
         let mut solver = MeshSolver::new(mesh, &[&isometry, &bending]).unwrap();
         solver
             .solve(&[&data, &isometry, &bending], start, &SolveOptions::default())

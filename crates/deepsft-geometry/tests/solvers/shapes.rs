@@ -1,7 +1,45 @@
 //! Sheets and closed meshes with known deformations.
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
-use deepsft_geometry::{Picture, Template, TriangleMesh};
+use deepsft_geometry::solver::{Energy, LengthScale, ResidualSink};
+use deepsft_geometry::{Picture, Template, TriangleMesh, VertexPoint};
+
+/// The paper's E_data: vertices at measured points, lengths divided by the mean edge length.
+pub struct PointData {
+    points: Vec<VertexPoint>,
+    per_length: f64,
+}
+
+impl PointData {
+    pub fn new(scale: LengthScale, points: &[VertexPoint]) -> Self {
+        Self {
+            points: points.to_vec(),
+            per_length: scale.get().recip(),
+        }
+    }
+}
+
+impl Energy for PointData {
+    fn name(&self) -> &'static str {
+        "point data"
+    }
+
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
+        self.points.iter().for_each(|p| visit(&[p.vertex]));
+    }
+
+    fn energy(&self, vertices: &[DVec3]) -> f64 {
+        let square = |p: &VertexPoint| p.weight * vertices[p.vertex].distance_squared(p.p_camera);
+        self.points.iter().map(square).sum::<f64>() * self.per_length * self.per_length
+    }
+
+    fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
+        for p in &self.points {
+            let residual = (vertices[p.vertex] - p.p_camera) * self.per_length;
+            sink.vector(residual, p.weight, &[(p.vertex, self.per_length)]);
+        }
+    }
+}
 
 /// An A4 sheet, mm.
 pub fn sheet() -> TriangleMesh {

@@ -3,7 +3,7 @@
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
     Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, PhotoConsistency,
-    PointData, PointDepth, Reprojection, ResidualSink, Robust, SurfacePoint, TexturePoint, VertexPoint,
+    PointDepth, Reprojection, ResidualSink, Robust, SurfacePoint, TexturePoint,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, Template, TriangleMesh};
 
@@ -161,22 +161,6 @@ fn surface_points(mesh: &TriangleMesh) -> Vec<SurfacePoint> {
 /// 1e-5 of the edge length of 20 mm and of the distance the projection bends over: see the check's
 /// tolerance.
 const STEP_MM: f64 = 2e-3;
-
-#[test]
-fn point_data_has_its_derivatives() {
-    let (mesh, scale) = (small(), LengthScale::of(&small()).unwrap());
-    let vertices = deformed(&mesh);
-    let points: Vec<_> = (0..20)
-        .step_by(3)
-        .map(|vertex| VertexPoint {
-            vertex,
-            p_camera: vertices[vertex] + DVec3::new(1.0, -2.0, 0.1 * vertex as f64),
-            weight: 0.5 + vertex as f64,
-        })
-        .collect();
-    let term = PointData::new(&mesh, scale, &points).unwrap();
-    finite_differences(&term, &vertices, STEP_MM, true);
-}
 
 #[test]
 fn reprojection_through_a_distorting_lens_has_its_derivatives() {

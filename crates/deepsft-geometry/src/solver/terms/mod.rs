@@ -6,7 +6,6 @@ mod bending;
 mod depth_prior;
 mod isometry;
 mod photo_consistency;
-mod point_data;
 mod reprojection;
 
 pub use arap::{Arap, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
@@ -14,5 +13,4 @@ pub use bending::Bending;
 pub use depth_prior::{DepthPrior, PointDepth};
 pub use isometry::Isometry;
 pub use photo_consistency::{PhotoConsistency, TexturePoint};
-pub use point_data::{PointData, VertexPoint};
 pub use reprojection::{ImagePoint, Reprojection};

@@ -1,8 +1,7 @@
 //! How far the canonical view is zoomed out: an object that is too near for the training camera's angle of view, but not for the
 //! camera's own, is looked at by a camera with a shorter focal length.
 
-use super::canonical::canonical_camera;
-use super::pinhole::Camera;
+use crate::camera::{Camera, canonical_camera};
 use crate::maps::Maps;
 use glam::{DVec2, DVec3};
 
@@ -124,11 +123,12 @@ impl CanonicalViews {
             let at = self.source.pixel_from_ray(beyond);
             at.is_some_and(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
         };
-        let on_border = |&(x, y): &(usize, usize)| x == 0 || y == 0 || x + 1 == width || y + 1 == height;
-        let pixels = (0..width * height).map(|pixel| (pixel % width, pixel / width));
-        let cut = pixels
-            .filter(on_border)
-            .filter(|&(x, y)| maps.inside(y * width + x) && goes_on(x, y));
+        let border = (0..height).flat_map(|y| {
+            let is_whole_row = y == 0 || y + 1 == height;
+            let step = if is_whole_row { 1 } else { width.max(2) - 1 };
+            (0..width).step_by(step).map(move |x| (x, y))
+        });
+        let cut = border.filter(|&(x, y)| maps.inside(y * width + x) && goes_on(x, y));
         cut.count() >= CUT_PX
     }
 }
