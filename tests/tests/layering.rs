@@ -241,7 +241,6 @@ const CIRCLES: &[&str] = &[
     "deepsft-finding: grade.rs <-> target.rs",
     "deepsft-formats: scan/gltf.rs <-> scan/mod.rs",
     "deepsft-formats: scan/mod.rs <-> scan/obj.rs",
-    "deepsft-geometry: camera/ <-> maps/",
     "deepsft-geometry: planar_calibration/adjustment.rs <-> planar_calibration/calibrate.rs",
     "deepsft-inference: compact/depths.rs <-> compact/positions.rs",
     "deepsft-inference: cpu/bands.rs <-> cpu/bands/apart.rs",
