@@ -120,11 +120,6 @@ impl ArapCompletion {
         })
     }
 
-    /// Changes the limit of iterations, the completion's budget of time, for the frames to come.
-    pub fn set_max_iterations(&mut self, max_iterations: usize) {
-        self.options.max_iterations = max_iterations;
-    }
-
     /// Completes the mesh from the `points` of one frame, in any order; several on one vertex, or on the copies of
     /// one vertex on a seam, are averaged. `start` is the last frame's mesh, if there is one: its shape is
     /// aligned to the new points.

@@ -59,21 +59,8 @@ pub fn frame_metrics(
     camera: &Camera,
     template_size_mm: DVec2,
 ) -> Result<FrameMetrics, GeometryError> {
-    frame_metrics_between((predicted, camera), (truth, camera), template_size_mm)
-}
-
-/// As [`frame_metrics`], for maps that were made believing in another camera than the true one: each side's 3D points
-/// come from its own camera. Both cameras have one image size, and a pixel is the same pixel of both.
-///
-/// # Errors
-/// [`GeometryError::MapSize`] when maps or the cameras' images are not all of one size.
-pub fn frame_metrics_between(
-    (predicted, believed): (&Maps, &Camera),
-    (truth, camera): (&Maps, &Camera),
-    template_size_mm: DVec2,
-) -> Result<FrameMetrics, GeometryError> {
     let (width, height) = camera.size();
-    for size in [truth.size(), predicted.size(), believed.size()] {
+    for size in [truth.size(), predicted.size()] {
         check_size(size, camera.size())?;
     }
     let (mut depth, mut points, mut pixels, mut millimetres) = (
@@ -93,9 +80,7 @@ pub fn frame_metrics_between(
         let depth_error = f64::from(predicted.depth()[pixel]) - f64::from(truth.depth()[pixel]);
         depth.add(depth_error * depth_error);
         let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-        let point =
-            |camera: &Camera, maps: &Maps| camera.ray_from_pixel(centre).extend(1.0) * f64::from(maps.depth()[pixel]);
-        points.add((point(believed, predicted) - point(camera, truth)).length_squared());
+        points.add((camera.ray_from_pixel(centre).extend(1.0) * depth_error).length_squared());
         let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
         millimetres.add(error_mm.length_squared());
         if let Some(error_px) = registration_error_px(predicted, (truth, camera), pixel, template_size_mm) {
