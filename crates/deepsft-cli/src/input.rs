@@ -84,7 +84,7 @@ pub fn bundle_files(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     Ok(files)
 }
 
-/// Compares the shards with the hashes in the descriptions of their sets. Sets of earlier versions have none.
+/// Compares the shards with the hashes in the descriptions of their sets, where those have any.
 pub fn check_hashes(sets: &[DatasetFolder]) -> Result<()> {
     let shards = sets.iter().map(|set| set.description().shards.len() as u64).sum();
     let bar = progress::counting(shards, "shards checked");

@@ -32,8 +32,8 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
 pub use folder::{
-    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder,
-    remove_unfinished_files, replace_folder, sync_folder, write_file, write_folder,
+    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder, write_file,
+    write_folder,
 };
 pub use glb::mesh_to_glb;
 pub use npy::{bool_npy, f32_npy, f32_npy_header};
@@ -45,7 +45,7 @@ pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
 #[cfg(all(feature = "shards", feature = "fs"))]
 pub use shards::{
-    DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, unfinished_dataset, write_shards,
+    DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, write_shards,
 };
 #[cfg(feature = "shards")]
 pub use shards::{

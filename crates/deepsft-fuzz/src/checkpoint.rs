@@ -29,7 +29,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
         .collect();
     with_folder(&files, |folder| {
         let checkpoint = CheckpointFolder::new(folder.join("checkpoint"));
-        let (_, state) = checkpoint.state()?.context("there is no checkpoint")?;
+        let state = checkpoint.state()?.context("there is no checkpoint")?;
         let config = weights::small_config()?;
         let make = || Ok(Network::new(&config, &Device::flex()));
         let loaded = checkpoint.load(make, OPTIMIZER.init(), &state.fingerprint, state.seed)?;
@@ -63,7 +63,6 @@ fn save() -> Result<[Vec<u8>; 4]> {
             depth_rmse_mm: Some(1.0),
             ..CurvePoint::default()
         }],
-        ..Checkpoint::default()
     };
     CheckpointFolder::new(&place).save(&state, &network, Some(&network), &optimizer)?;
     let [state, network, optimizer, average] = FILES.map(|name| fs::read(place.join(name)));

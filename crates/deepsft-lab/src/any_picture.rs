@@ -11,7 +11,6 @@ use clap::Args;
 use deepsft::DeviceKind;
 use deepsft_formats::{FolderLock, write_file};
 use deepsft_network::start_device;
-use deepsft_train::existing_checkpoints;
 use std::path::PathBuf;
 use training::{Point, Training};
 
@@ -66,9 +65,9 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     let _lock = FolderLock::acquire(&arguments.out)?;
     let (device, _) = pollster::block_on(start_device(arguments.device))?;
     let checkpoint = training::beside(&arguments.out, ".checkpoint");
-    let earlier = existing_checkpoints(&checkpoint);
+    let earlier = checkpoint.exists() || training::beside(&arguments.out, ".checkpoint.old").exists();
     ensure!(
-        arguments.resume || earlier.is_empty(),
+        arguments.resume || !earlier,
         "there is a checkpoint of an earlier training: add --resume to go on with it, or remove {}",
         checkpoint.display()
     );

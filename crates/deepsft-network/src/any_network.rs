@@ -76,9 +76,6 @@ impl Network {
     /// On a device with differentiation batch normalisation that is trained uses the statistics of the batch and
     /// updates its running ones; frozen, validating ([`burn::module::Module::valid`]) or folded it uses the latter.
     ///
-    /// The layers compute in the precision of `images`: images cast to half precision make a forward and backward pass
-    /// in mixed precision, with weights, batch normalisation, maps and gradients in single precision.
-    ///
     /// # Panics
     /// Like all of burn's operations when the shape is another one.
     pub fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {

@@ -5,7 +5,7 @@
 use crate::error::NetworkError;
 use burn::tensor::Device;
 #[cfg(any(feature = "webgpu", feature = "vulkan"))]
-use burn::tensor::{DeviceType, wgpu::WgpuBackend};
+use burn::tensor::wgpu::WgpuBackend;
 use deepsft_inference::{DeviceDescription, DeviceKind};
 
 /// Starts a device, before the first tensor on it. A second call for the same kind gives the same device.
@@ -31,50 +31,10 @@ pub async fn start_device(kind: DeviceKind) -> Result<(Device, DeviceDescription
         #[cfg(feature = "cuda")]
         DeviceKind::Cuda => cuda::start(),
         #[allow(unreachable_patterns)] // In a build with all features.
-        kind => Err(absent(kind)),
-    }
-}
-
-/// Starts the first `count` devices of a kind, for a training that divides its batches among them. One is that of
-/// [`start_device`]; several are discrete GPUs in burn's order, started by their first tensor: integrated and software
-/// adapters beside them would hold every step up.
-///
-/// The processor is one device to burn whatever its cores: `count` of [`DeviceKind::Cpu`] are `count` times that one, and
-/// what is shared is work among threads.
-///
-/// # Errors
-/// As [`start_device`]; [`NetworkError::DevicesTooFew`] when the machine has fewer, with their number.
-pub async fn start_devices(kind: DeviceKind, count: usize) -> Result<(Vec<Device>, DeviceDescription), NetworkError> {
-    if count <= 1 || kind == DeviceKind::Cpu {
-        let (device, description) = start_device(kind).await?;
-        return Ok((vec![device; count.max(1)], description));
-    }
-    let listed: Result<Vec<Device>, _> = match kind {
-        #[cfg(feature = "webgpu")]
-        DeviceKind::WebGpu => Ok(gpu::list(DeviceType::Wgpu, Device::wgpu)),
-        #[cfg(feature = "vulkan")]
-        DeviceKind::Vulkan => Ok(gpu::list(DeviceType::Vulkan, Device::vulkan)),
-        #[cfg(feature = "cuda")]
-        DeviceKind::Cuda => Ok(cuda::list()),
-        kind => Err(absent(kind)),
-    };
-    let mut devices = listed?;
-    if devices.len() < count {
-        return Err(NetworkError::DevicesTooFew {
+        kind => Err(NetworkError::DeviceUnavailable {
             device: kind,
-            asked: count,
-            found: devices.len(),
-        });
-    }
-    devices.truncate(count);
-    Ok((devices, DeviceDescription::new(kind, format!("{count} GPUs"))))
-}
-
-/// This build has nothing for devices of `kind`.
-fn absent(kind: DeviceKind) -> NetworkError {
-    NetworkError::DeviceUnavailable {
-        device: kind,
-        reason: format!("this build has no feature `{kind}`"),
+            reason: format!("this build has no feature `{kind}`"),
+        }),
     }
 }
 
@@ -83,7 +43,6 @@ mod gpu {
     use super::{Device, DeviceDescription, DeviceKind};
     use crate::error::NetworkError;
     use burn::tensor::wgpu::{WgpuBackend, wgpu};
-    use burn::tensor::{DeviceKind as Adapter, DeviceType};
     use std::sync::{Mutex, PoisonError};
 
     /// The GPU devices of this process. burn can start each only once and never gives it up.
@@ -115,13 +74,6 @@ mod gpu {
         Ok((device, description))
     }
 
-    /// All discrete GPUs of `kind`, which `number` makes of their numbers.
-    pub(super) fn list(kind: DeviceType, number: fn(Adapter) -> Device) -> Vec<Device> {
-        let listed = Device::enumerate(kind).into_vec();
-        let gpus = (0..).map(|gpu| number(Adapter::DiscreteGpu(gpu)));
-        gpus.take_while(|gpu| listed.contains(gpu)).collect()
-    }
-
     fn started(kind: DeviceKind) -> Option<(Device, DeviceDescription)> {
         let started = STARTED.lock().unwrap_or_else(PoisonError::into_inner);
         started
@@ -144,12 +96,7 @@ mod cuda {
             device: kind,
             reason: "no CUDA device was found".to_owned(),
         };
-        let device = list().into_iter().next().ok_or_else(none)?;
+        let device = Device::enumerate(DeviceType::Cuda).into_vec().into_iter().next().ok_or_else(none)?;
         Ok((device, DeviceDescription::new(kind, "CUDA device 0")))
-    }
-
-    /// All CUDA devices.
-    pub(super) fn list() -> Vec<Device> {
-        Device::enumerate(DeviceType::Cuda).into_vec()
     }
 }

@@ -33,14 +33,4 @@ pub enum NetworkError {
         /// What the build or the driver says.
         reason: String,
     },
-    /// A machine has fewer devices than were asked for.
-    #[error("{asked} devices {device} were asked for, this machine has {found}")]
-    DevicesTooFew {
-        /// Their kind.
-        device: DeviceKind,
-        /// Number asked for.
-        asked: usize,
-        /// Number there is.
-        found: usize,
-    },
 }

@@ -16,7 +16,6 @@ mod device;
 mod error;
 mod fold;
 mod folding;
-mod half_precision;
 mod layer_table;
 mod maps;
 mod module;
@@ -36,7 +35,7 @@ pub use compact::{
     CompactNetwork, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy,
 };
 pub use description::LayerDescription;
-pub use device::{start_device, start_devices};
+pub use device::start_device;
 pub use error::NetworkError;
 pub use layer_table::layer_table;
 pub use maps::{NetworkMaps, OUTSIDE};

@@ -12,7 +12,6 @@ mod refinement_block;
 use super::block::{Block, train_if_listed};
 use super::description::LayerTable;
 use super::fold::{Fold, folded};
-use super::half_precision::widened;
 use super::maps::NetworkMaps;
 use super::resnet::WeightInit;
 use burn::module::Module;
@@ -52,14 +51,13 @@ impl PaperNetwork {
     /// See [`super::Network::forward_maps`].
     pub(super) fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
         let images = images * 2.0 - 1.0;
-        let main = widened(self.main.forward(images.clone())); // [N, 3, 270, 480]
+        let main = self.main.forward(images.clone()); // [N, 3, 270, 480]
         let [n, _, h, w] = main.dims();
         let main_depth = main.clone().slice([0..n, 0..1, 0..h, 0..w]);
         let main_registration = main.clone().slice([0..n, 1..3, 0..h, 0..w]);
-        let dtype = images.dtype();
-        let seen = Tensor::cat(vec![images, main.cast(dtype)], 1); // [N, 6, 270, 480]
-        let depth = widened(self.depth_refinement.forward(seen.clone()));
-        let registration = main_registration.clone() + widened(self.registration_refinement.forward(seen));
+        let seen = Tensor::cat(vec![images, main], 1); // [N, 6, 270, 480]
+        let depth = self.depth_refinement.forward(seen.clone());
+        let registration = main_registration.clone() + self.registration_refinement.forward(seen);
         NetworkMaps {
             main_depth,
             main_registration,

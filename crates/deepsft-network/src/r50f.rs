@@ -9,7 +9,6 @@
 use super::block::{Block, train_if_listed};
 use super::description::{Cost, LayerTable};
 use super::fold::{Fold, folded};
-use super::half_precision::widened;
 use super::maps::NetworkMaps;
 use super::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool};
 use burn::module::{Module, Param};
@@ -34,10 +33,9 @@ impl Dense {
         }
     }
 
-    /// [N, in] -> [N, out], in the precision of `x`.
+    /// [N, in] -> [N, out].
     fn forward(&self, x: Tensor<2>) -> Tensor<2> {
-        let dtype = x.dtype();
-        x.matmul(self.weight.val().cast(dtype)) + self.bias.val().cast(dtype).unsqueeze()
+        x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
     }
 }
 
@@ -88,7 +86,7 @@ impl R50FNetwork {
         let x = relu(self.neurons.forward(x.reshape([n, c * h * w])));
         let maps: Tensor<4> = self
             .maps
-            .forward(widened(x))
+            .forward(x)
             .reshape([n, MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
         let depth = maps.clone().slice([0..n, 0..1]);
         let registration = maps.slice([0..n, 1..3]);

@@ -18,7 +18,7 @@ pub use clip::{
     CLIP_FILE, ClipConfig, ClipDescription, ClipEvent, ClipFolder, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED,
     TRUTH_FOLDER, frame_name,
 };
-pub use dataset::{DatasetPlan, UnfinishedDataset, tidy_dataset};
+pub use dataset::{DatasetPlan, UnfinishedDataset};
 pub use deepsft_formats::{
     CAMERA_FILE, DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample,
     IndexedShards, Sample, SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg,

@@ -31,8 +31,8 @@ pub enum TrainError {
         /// The file.
         path: PathBuf,
     },
-    /// The loss is no longer a number, or it is and its gradients, which half precision looks at, are not.
-    #[error("{} after {samples} samples; lower the learning rate", no_number(*loss))]
+    /// The loss is no longer a finite number.
+    #[error("loss is {loss} after {samples} samples; lower the learning rate")]
     Diverged {
         /// The loss met.
         loss: f64,
@@ -57,20 +57,6 @@ pub enum TrainError {
         actual: &'static str,
         /// Architecture that is trained so.
         expected: &'static str,
-    },
-    /// A device does not compute in a precision.
-    #[error("this device does not compute in {precision}, only in {there_are}")]
-    Precision {
-        /// Asked for.
-        precision: &'static str,
-        /// What it computes in.
-        there_are: String,
-    },
-    /// A precision's name is none of those there are.
-    #[error("there is no precision {name:?}, only f32, f16 and bf16")]
-    PrecisionUnknown {
-        /// The name met.
-        name: String,
     },
     /// Data sets are too small to hold a part out.
     #[error("{actual} samples are too few to train on: {expected} at least, as the last tenth is held out")]
@@ -122,13 +108,4 @@ pub enum TrainError {
     /// Maps of different sizes were compared.
     #[error(transparent)]
     Geometry(#[from] deepsft_geometry::GeometryError),
-}
-
-/// What is no longer a number when a training diverges with this loss.
-fn no_number(loss: f64) -> String {
-    if loss.is_finite() {
-        format!("the gradients of a loss of {loss} are not finite")
-    } else {
-        format!("loss is {loss}")
-    }
 }

@@ -3,7 +3,6 @@
 
 mod config;
 mod data;
-mod device;
 mod error;
 mod evaluation;
 mod loss;
@@ -18,7 +17,6 @@ pub use burn::tensor::Device;
 
 pub use config::{Budget, LearningRate, Optimizer, Schedule, TrainConfig, TuningSettings, TuningStep};
 pub use data::{BatchShape, SampleSource, StoredSamples};
-pub use device::{LossScale, Precision};
 pub use error::TrainError;
 pub use evaluation::{
     Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitOutcome, FitSummary, FrameReport, FrameResult,
@@ -26,8 +24,8 @@ pub use evaluation::{
 };
 pub use loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
 pub use run::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Progress, TrainingCourse, curve_csv, existing_checkpoints,
-    model_card,
+    CARD_FILE, CURVE_FILE, Checkpoint, CheckpointFolder, CurvePoint, Fingerprint, Progress, Saved, TrainingCourse,
+    curve_csv, model_card,
 };
 pub use supervised::{ACCURACY_SEED, ModelLabel, Trained, export_bundle, train};
 pub use tuning::{
@@ -40,5 +38,3 @@ pub use tuning::{
 pub use data::{Batch, BatchTensors, MapBatch, MapTensors};
 #[doc(hidden)]
 pub use loss::{TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss};
-#[doc(hidden)]
-pub use run::{CheckpointFolder, Fingerprint, Saved};

@@ -6,8 +6,9 @@ mod model_card;
 mod progress;
 mod record_files;
 mod training_run;
+mod weight_average;
 
-pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, Saved, existing_checkpoints};
+pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, Saved};
 pub use fingerprint::Fingerprint;
 pub use model_card::{CARD_FILE, CURVE_FILE, TrainingCourse, curve_csv, model_card};
 pub use progress::Progress;

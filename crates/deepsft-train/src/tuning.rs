@@ -4,9 +4,7 @@
 //! tuning starts from a bundle. The paper does not say what it does. Frozen statistics are the usual choice in fine-tuning:
 //! the six or seven frames of a batch are of one recording, and their statistics are not those of other places.
 
-mod device_loss;
 mod fingerprint;
-mod frame_part;
 mod recorded_frames;
 mod recording_metrics;
 mod report;

@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use deepsft::encode_png;
 use deepsft_formats::{DATASET_FILE, DatasetFolder, DatasetPart, dataset_parts, read_template};
-use deepsft_synth::{DatasetDescription, DatasetPlan, Sample, Synthesizer, UnfinishedDataset, tidy_dataset};
+use deepsft_synth::{DatasetDescription, DatasetPlan, Sample, Synthesizer, UnfinishedDataset};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -104,7 +104,6 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         Ok(there) if plan.is_of(there.description()) => {
             there.check_shards()?;
             input::check_hashes(&[there])?;
-            tidy_dataset(&place)?;
             println!("is there already: {}", place.display());
         }
         _ => make(arguments, &synthesizer, plan, &place)?,

@@ -15,8 +15,8 @@ pub use arguments::TrainArguments;
 use bundle_folder::BUNDLE_FOLDER;
 use data_sets::DataSets;
 use deepsft::ModelBundle;
-use deepsft_network::start_devices;
-use deepsft_train::{Precision, existing_checkpoints};
+use deepsft_formats::recover_folder;
+use deepsft_network::start_device;
 use plan::Plan;
 use std::sync::Arc;
 use training::Training;
@@ -27,12 +27,11 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     // Two trainings would overwrite each other's checkpoints.
     let alone = deepsft_formats::FolderLock::acquire(&arguments.out)?;
     for checkpoint in plan.checkpoints() {
-        let found = existing_checkpoints(&checkpoint);
-        if !arguments.resume && !found.is_empty() {
-            let found: Vec<String> = found.iter().map(|folder| folder.display().to_string()).collect();
+        recover_folder(&checkpoint)?;
+        if !arguments.resume && checkpoint.exists() {
             bail!(
                 "there is a checkpoint of an earlier training: add --resume to go on with it, or remove it: {}",
-                found.join(" and ")
+                checkpoint.display()
             );
         }
     }
@@ -55,23 +54,9 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
             data_sets.held_out
         );
     }
-    let (mut devices, description) = pollster::block_on(start_devices(arguments.device, arguments.devices.into()))?;
-    devices
-        .iter()
-        .try_for_each(|device| arguments.precision.check(device))?;
-    let device = devices.remove(0);
-    plan.config.more_devices = devices;
+    let (device, description) = pollster::block_on(start_device(arguments.device))?;
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
-    let sharing = match arguments.devices {
-        1 => String::new(),
-        count => format!(", each batch in at most {count} parts"),
-    };
-    let precision = match arguments.precision {
-        Precision::F32 => String::new(),
-        precision => format!(", in {precision}"),
-    };
-    let (kind, name) = (description.kind, &description.adapter_name);
-    println!("training on {kind} ({name}){sharing}{precision}");
+    println!("training on {} ({})", description.kind, description.adapter_name);
     let training = Training {
         arguments,
         plan: &plan,

@@ -99,7 +99,7 @@ fn data_sets_that_cannot_be_trained_on_are_told_before_the_training_begins() {
     empty_after_the_first[second.unwrap()..].fill(0);
     fs::write(&shard, empty_after_the_first).unwrap();
     fails("set", &["shard-000001.tar", "its SHA-256 differs"]);
-    // A set of an earlier version has no hashes.
+    // A set without hashes.
     let description = folder.join("set/dataset.json");
     let mut json: Value = serde_json::from_slice(&fs::read(&description).unwrap()).unwrap();
     json.as_object_mut().unwrap().remove("shard_sha256").unwrap();

@@ -1,5 +1,6 @@
 //! One process per folder.
 
+use super::file::parent;
 use crate::error::FormatError;
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -34,7 +35,7 @@ impl FolderLock {
             reason: format!("it cannot be locked: {error}"),
             path: folder.to_path_buf(),
         };
-        fs::create_dir_all(above(folder)).map_err(unwritten)?;
+        fs::create_dir_all(parent(folder)).map_err(unwritten)?;
         let (folder, path) = folder_and_lock(folder);
         loop {
             let file = File::options()
@@ -56,25 +57,13 @@ impl FolderLock {
             }
         }
     }
-
-    /// Whether the file of a lock lies beside the folder: of a process at work on it, or of one that was killed.
-    pub fn lies_beside(folder: &Path) -> bool {
-        folder_and_lock(folder).1.is_file()
-    }
-}
-
-fn above(folder: &Path) -> &Path {
-    match folder.parent() {
-        Some(above) if above != Path::new("") => above,
-        _ => Path::new("."),
-    }
 }
 
 /// The folder by its own name, `.` and links to it are one folder, and the file of its lock.
 fn folder_and_lock(folder: &Path) -> (PathBuf, PathBuf) {
     let folder = match fs::canonicalize(folder) {
         Ok(folder) => folder,
-        Err(_) => above(folder).join(folder.file_name().unwrap_or_default()),
+        Err(_) => parent(folder).join(folder.file_name().unwrap_or_default()),
     };
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let path = folder.with_file_name(format!(".{name}.lock"));

@@ -1,20 +1,24 @@
 //! Files and folders of the disk.
 
-mod atomic;
 mod camera;
+mod file;
 mod kind;
 mod lock;
 #[cfg(feature = "scan")]
 mod scan;
+mod staged_folder;
+mod steps;
 mod template;
+#[cfg(test)]
+mod tests;
 
-pub use atomic::{
-    StagedFolder, check_folder, recover_folder, remove_unfinished_files, replace_folder, sync_folder, write_file,
-    write_folder,
-};
 pub use camera::read_camera;
+pub use file::write_file;
 pub use kind::FolderKind;
 pub use lock::FolderLock;
 #[cfg(feature = "scan")]
 pub use scan::read_scan_file;
+#[cfg(feature = "shards")]
+pub(crate) use staged_folder::unfinished_folder;
+pub use staged_folder::{StagedFolder, check_folder, recover_folder, write_folder};
 pub use template::read_template;

@@ -6,9 +6,9 @@ use super::{
 };
 use crate::error::FormatError;
 use crate::fingerprint::sha256_file;
+use crate::folder::unfinished_folder;
 use deepsft_geometry::Camera;
 use std::error::Error;
-use std::ffi::OsString;
 use std::fs;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
@@ -46,8 +46,8 @@ impl DatasetFolder {
         let unusable = |reason: Reason| FormatError::unusable(DATA_SET, folder, reason);
         let description = match (folder.join(DATASET_FILE).exists(), dataset_parts(folder)) {
             (false, Some(of)) => merged(folder, of).map_err(unusable)?,
-            (false, None) if unfinished_dataset(folder).is_dir() => {
-                let what_there_is = unfinished_dataset(folder);
+            (false, None) if unfinished_folder(folder).is_dir() => {
+                let what_there_is = unfinished_folder(folder);
                 let reason = format!(
                     "it is not finished, what there is of it is in {}: give `deepsft synth` the same command again",
                     what_there_is.display()
@@ -159,13 +159,6 @@ pub fn write_shards(
         shards.push(name);
     }
     Ok(shards)
-}
-
-/// The folder beside `folder` in which a data set is made that is to stand there.
-pub fn unfinished_dataset(folder: &Path) -> PathBuf {
-    let mut name = folder.file_name().map_or_else(OsString::new, OsString::from);
-    name.push(".partial");
-    folder.with_file_name(name)
 }
 
 /// The number of parts of which there is any in `folder`; of several numbers the largest.

@@ -35,8 +35,7 @@ pub struct DatasetDescription {
     pub shard_sha256: Vec<String>,
     /// Width and height of the template, mm.
     pub template_size_mm: [f64; 2],
-    /// [`template_fingerprint`] of the template; empty in sets of earlier versions, which had another.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    /// [`template_fingerprint`] of the template.
     pub template_sha256: String,
     /// Unit of the depth files, mm.
     pub depth_unit_mm: f64,
@@ -129,8 +128,7 @@ impl DatasetDescription {
         }
     }
 
-    /// Checks that the set is of `template`, as far as it says: its size, and its mesh and texture unless an earlier version
-    /// wrote it.
+    /// Checks that the set is of `template`: its size, its mesh and its texture.
     ///
     /// # Errors
     /// [`FormatError::OtherTemplate`].
@@ -139,7 +137,7 @@ impl DatasetDescription {
         let size = template.size_mm();
         let difference = if [width, height] != size.to_array() {
             format!("{width} x {height} mm, not {} x {} mm", size.x, size.y)
-        } else if ![String::new(), template_fingerprint(template)].contains(&self.template_sha256) {
+        } else if template_fingerprint(template) != self.template_sha256 {
             "one of this size, with another texture or mesh".to_owned()
         } else {
             return Ok(());

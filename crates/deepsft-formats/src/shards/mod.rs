@@ -24,7 +24,7 @@ mod sample;
 mod writer;
 
 #[cfg(feature = "fs")]
-pub use dataset_folder::{DATASET_FILE, DatasetFolder, dataset_parts, unfinished_dataset, write_shards};
+pub use dataset_folder::{DATASET_FILE, DatasetFolder, dataset_parts, write_shards};
 pub use description::{DatasetDescription, EdgeLengthSummary, ShapeCounts};
 pub use edge_lengths::{EdgeLengthChange, EdgeLengthHistogram};
 #[cfg(feature = "fs")]

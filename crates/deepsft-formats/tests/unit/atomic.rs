@@ -1,9 +1,6 @@
 //! Files and folders that are there whole or not at all.
 
-use deepsft_formats::{
-    FolderKind, FolderLock, FormatError, StagedFolder, recover_folder, remove_unfinished_files, replace_folder,
-    sync_folder, write_file, write_folder,
-};
+use deepsft_formats::{FolderKind, FolderLock, FormatError, StagedFolder, recover_folder, write_file, write_folder};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -79,14 +76,15 @@ fn files_that_are_not_ours_stay_in_a_folder_that_is_replaced() {
 #[test]
 fn the_newest_file_that_is_not_ours_is_kept() {
     let above = tempfile::tempdir().unwrap();
-    let (beside, place) = (above.path().join("set.partial"), above.path().join("set"));
+    let place = above.path().join("set");
+    let staged = StagedFolder::resume(&place, &KIND, &["state"]).unwrap();
     // A replacement that was killed has left an older version of the notes beside.
-    for (folder, notes) in [(&beside, "old"), (&place, "new")] {
-        fs::create_dir(folder).unwrap();
+    fs::create_dir(&place).unwrap();
+    for (folder, notes) in [(staged.path(), "old"), (&place, "new")] {
         fs::write(folder.join("mark"), notes).unwrap();
         fs::write(folder.join("notes.txt"), notes).unwrap();
     }
-    replace_folder(&beside, &place, &KIND).unwrap();
+    staged.commit().unwrap();
     assert_eq!(fs::read_to_string(place.join("notes.txt")).unwrap(), "new");
     assert_eq!(fs::read_to_string(place.join("mark")).unwrap(), "old");
 }
@@ -98,6 +96,22 @@ fn a_folder_that_is_not_finished_leaves_nothing() {
     fs::write(staged.path().join("half"), "half").unwrap();
     drop(staged);
     assert_eq!(fs::read_dir(above.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_beginning_of_a_folder_that_can_be_resumed_stays_and_a_foreign_one_is_left_alone() {
+    let above = tempfile::tempdir().unwrap();
+    let place = above.path().join("set");
+    let resume = || StagedFolder::resume(&place, &KIND, &["state"]);
+    let staged = resume().unwrap();
+    assert!(matches!(resume(), Err(FormatError::Locked { .. })));
+    staged.write("state", b"state").unwrap();
+    drop(staged);
+    assert_eq!(read_folder(resume().unwrap().path()), files(&["state"]));
+    fs::rename(above.path().join("set.partial/state"), above.path().join("set.partial/thesis")).unwrap();
+    let error = resume().unwrap_err().to_string();
+    assert!(error.contains("set.partial") && error.contains("holds no state"), "{error}");
+    assert_eq!(read_folder(&above.path().join("set.partial")), files(&["thesis"]));
 }
 
 #[test]
@@ -170,17 +184,6 @@ fn a_folder_that_is_replaced_is_there_at_every_moment() {
 }
 
 #[test]
-fn files_that_were_being_written_are_removed_and_no_others() {
-    let folder = tempfile::tempdir().unwrap();
-    for name in [".unfinished-aB3xZ9", "unfinished-", "report.json"] {
-        fs::write(folder.path().join(name), name).unwrap();
-    }
-    remove_unfinished_files(folder.path()).unwrap();
-    assert_eq!(read_folder(folder.path()), files(&["report.json", "unfinished-"]));
-    remove_unfinished_files(&folder.path().join("none")).unwrap();
-}
-
-#[test]
 fn a_file_is_replaced_and_leaves_nothing_beside_it() {
     let above = tempfile::tempdir().unwrap();
     let path = above.path().join("a/report.json");
@@ -189,20 +192,4 @@ fn a_file_is_replaced_and_leaves_nothing_beside_it() {
         assert_eq!(fs::read(&path).unwrap(), content);
     }
     assert_eq!(fs::read_dir(above.path().join("a")).unwrap().count(), 1);
-}
-
-#[test]
-fn a_folder_is_synced_by_any_of_its_names_and_one_that_is_not_there_is_an_error() {
-    let above = tempfile::tempdir().unwrap();
-    for folder in [above.path(), Path::new(""), Path::new(".")] {
-        sync_folder(folder).unwrap();
-    }
-    assert_eq!(sync_folder(&above.path().join("none")).is_err(), cfg!(unix));
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_file_system_that_does_not_sync_folders_is_no_error() {
-    // It says EINVAL.
-    sync_folder(Path::new("/proc")).unwrap();
 }

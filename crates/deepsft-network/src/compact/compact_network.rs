@@ -13,7 +13,6 @@ use super::seams::upsample_across_seams;
 use crate::block::{Block, train_if_listed};
 use crate::description::LayerTable;
 use crate::fold::{Fold, folded};
-use crate::half_precision::widened;
 use crate::maps::NetworkMaps;
 use crate::upsampling::upsample_nearest;
 use burn::module::Module;
@@ -92,7 +91,7 @@ impl CompactNetwork {
         let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2);
         let mask = coarse + self.mask_fine.forward_rectified(main.patches);
         let mask = mask.clone() + self.mask_mix.forward_rectified(mask);
-        let mask = self.mask.forward(widened(scaled_relu(mask))); // [N, 16, H / 4, W / 4]
+        let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
 
         let registration = main.coordinates.clone().slice([0..n, 0..2]);
         let depth = main.coordinates.clone().slice([0..n, 2..3]);
@@ -246,16 +245,13 @@ impl CompactNetwork {
 fn pad(images: Tensor<4>, multiple: usize) -> Tensor<4> {
     let [n, c, height, width] = images.dims();
     let (h, w) = (height.next_multiple_of(multiple), width.next_multiple_of(multiple));
-    let (device, dtype) = (images.device(), images.dtype());
+    let device = images.device();
     let mut padded = images;
     if h > height {
-        padded = Tensor::cat(
-            vec![padded, Tensor::zeros([n, c, h - height, width], (&device, dtype))],
-            2,
-        );
+        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h - height, width], &device)], 2);
     }
     if w > width {
-        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h, w - width], (&device, dtype))], 3);
+        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h, w - width], &device)], 3);
     }
     padded
 }

@@ -78,7 +78,7 @@ impl Convolution {
         (centred * (scale * gain)).reshape([outputs, inputs, height, width])
     }
 
-    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)], in the precision of `x`.
+    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)].
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         self.convolve(x, None)
     }
@@ -89,8 +89,8 @@ impl Convolution {
     }
 
     fn convolve(&self, x: Tensor<4>, rectified: Option<f32>) -> Tensor<4> {
-        let weight = self.effective_weight().cast(x.dtype());
-        let bias = self.bias.val().cast(x.dtype());
+        let weight = self.effective_weight();
+        let bias = self.bias.val();
         let stride = self.stride;
         convolve(x, weight, bias, Convolved { stride, rectified })
     }

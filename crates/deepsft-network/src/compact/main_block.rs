@@ -5,7 +5,6 @@ use super::cells::PATCH;
 use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
 use crate::description::{Cost, LayerTable};
 use crate::fold::{Fold, folded};
-use crate::half_precision::widened;
 use crate::upsampling::upsample_nearest;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
@@ -94,13 +93,13 @@ impl MainBlock {
     /// Normalised image [N, 3, H, W] with H and W multiples of 16 -> [`MainBlockOutput`].
     pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
         let Features { patches, at16, at8 } = self.features(image);
-        let read = widened(scaled_relu(at16));
+        let read = scaled_relu(at16);
         let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
         let coarse = Tensor::cat(
             bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
             1,
         );
-        let read = widened(scaled_relu(at8.clone()));
+        let read = scaled_relu(at8.clone());
         let coordinates = upsample_bilinear(coarse, 2) + self.offset.forward(read);
         MainBlockOutput {
             patches,

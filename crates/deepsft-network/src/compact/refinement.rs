@@ -14,7 +14,6 @@ use super::layers::{Convolution, scaled_relu};
 use super::planar::{PLANAR_CUES, normalise_depth};
 use crate::description::LayerTable;
 use crate::fold::{Fold, folded};
-use crate::half_precision::widened;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, activation};
 use deepsft_inference::{CompactConfig, NetworkConfig};
@@ -52,12 +51,11 @@ impl RefinementBlock {
     }
 
     /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7, h, w] -> [N, outputs,
-    /// h, w], computed in the precision of the features, returned in single precision.
+    /// h, w].
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
-        let cues = cues.cast(features.dtype());
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward_rectified(x);
-        self.correction.forward(widened(scaled_relu(x)))
+        self.correction.forward(scaled_relu(x))
     }
 
     /// Writes its layers into `table`.

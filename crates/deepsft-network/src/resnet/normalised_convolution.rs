@@ -4,7 +4,6 @@ use super::weight_init::WeightInit;
 use crate::convolution::{Convolved, convolve};
 use crate::description::{Cost, LayerTable};
 use crate::fold::Fold;
-use crate::half_precision::widened;
 use burn::module::{Module, Param};
 use burn::nn::{BatchNorm, BatchNormConfig};
 use burn::tensor::Tensor;
@@ -50,22 +49,17 @@ impl NormalisedConvolution {
         }
     }
 
-    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)], in the precision of `x`; batch normalisation in
-    /// single precision.
+    /// [N, in, H, W] -> [N, out, ceil(H / stride), ceil(W / stride)].
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let y = self.convolve(x);
         match &self.normalisation {
-            Some(normalisation) => {
-                let dtype = y.dtype();
-                normalisation.forward(widened(y)).cast(dtype)
-            }
+            Some(normalisation) => normalisation.forward(y),
             None => y,
         }
     }
 
     fn convolve(&self, x: Tensor<4>) -> Tensor<4> {
-        let weight = self.weight.val().cast(x.dtype());
-        let bias = self.bias.val().cast(x.dtype());
+        let (weight, bias) = (self.weight.val(), self.bias.val());
         let stride = self.stride;
         let rectified = None;
         convolve(x, weight, bias, Convolved { stride, rectified })

@@ -1,8 +1,8 @@
-//! Devices by name and by number.
+//! Devices by name.
 
 use burn::tensor::Tensor;
 use deepsft_inference::DeviceKind;
-use deepsft_network::{start_device, start_devices};
+use deepsft_network::start_device;
 use pollster::block_on;
 
 #[test]
@@ -16,21 +16,11 @@ fn the_cpu_starts_and_adds() {
 }
 
 #[test]
-fn the_cpu_is_as_many_devices_as_are_asked_for() {
-    for count in [1, 3] {
-        let (devices, description) = block_on(start_devices(DeviceKind::Cpu, count)).unwrap();
-        assert_eq!((devices.len(), description.kind), (count, DeviceKind::Cpu));
-    }
-}
-
-#[test]
 #[cfg(not(any(feature = "webgpu", feature = "vulkan", feature = "cuda")))]
 fn a_gpu_that_the_build_lacks_is_refused_with_the_features_name() {
     for kind in [DeviceKind::WebGpu, DeviceKind::Vulkan, DeviceKind::Cuda] {
-        for count in [1, 2] {
-            let error = block_on(start_devices(kind, count)).unwrap_err().to_string();
-            assert!(error.contains(&format!("feature `{kind}`")), "{error}");
-        }
+        let error = block_on(start_device(kind)).unwrap_err().to_string();
+        assert!(error.contains(&format!("feature `{kind}`")), "{error}");
     }
 }
 

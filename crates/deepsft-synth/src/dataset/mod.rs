@@ -2,4 +2,4 @@
 
 mod unfinished;
 
-pub use unfinished::{DatasetPlan, UnfinishedDataset, tidy_dataset};
+pub use unfinished::{DatasetPlan, UnfinishedDataset};

@@ -2,33 +2,26 @@
 //!
 //! `DIR.partial` holds whole shards and `state.json`, which says what they are the beginning of. A shard is written
 //! under another name, brought to the disk and renamed; then the state is replaced in the same way. Whatever moment the
-//! process is killed at, what the state lists is whole. At the end the folder is renamed to its place.
+//! process is killed at, what the state lists is whole. At the end the folder comes to its place.
 
 use crate::error::SynthError;
 use crate::in_order::in_order;
 use crate::scene::Synthesizer;
 use deepsft_formats::{
     DATASET_FILE, DatasetDescription, DatasetPart, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, FolderKind,
-    FolderLock, FormatError, SampleRecord, ShapeCounts, ShardWriter, check_folder, recover_folder,
-    remove_unfinished_files, replace_folder, sha256_file, unfinished_dataset, write_file,
+    FormatError, SampleRecord, ShapeCounts, ShardWriter, StagedFolder, sha256_file,
 };
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::{self, BufWriter};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What is made, in the folder.
 const STATE_FILE: &str = "state.json";
 
 /// The shard that is being written.
 const OPEN_SHARD: &str = "shard.tmp";
-
-/// A folder in which a data set was begun and nothing finished.
-const UNFINISHED: FolderKind = FolderKind {
-    known_by: &[OPEN_SHARD],
-    files: FolderKind::DATASET.files,
-};
 
 /// Everything that the shards' bytes depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,14 +71,10 @@ struct State {
 struct FinishedShard {
     name: String,
     bytes: u64,
-    /// Not known of shards of earlier versions.
-    #[serde(default)]
     sha256: String,
     samples: u64,
     edge_lengths: EdgeLengthHistogram,
-    /// Not known of shards of programs that did not count them.
-    #[serde(default)]
-    handle_shapes: Option<ShapeCounts>,
+    handle_shapes: ShapeCounts,
 }
 
 /// A sample for a shard, and what is counted of it.
@@ -97,21 +86,11 @@ struct CountedSample {
     handle_strength: Option<f64>,
 }
 
-/// The folder beside the place, and what is in it.
+/// A data set in the making, and the folder beside its place that holds what there is of it.
+#[derive(Debug)]
 pub struct UnfinishedDataset {
-    place: PathBuf,
-    folder: PathBuf,
+    folder: StagedFolder,
     state: State,
-    /// Nobody else works on it.
-    _alone: FolderLock,
-}
-
-impl std::fmt::Debug for UnfinishedDataset {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("UnfinishedDataset")
-            .field("place", &self.place)
-            .finish_non_exhaustive()
-    }
 }
 
 impl UnfinishedDataset {
@@ -121,13 +100,8 @@ impl UnfinishedDataset {
     /// [`SynthError::OtherDataset`] when the beginning of another one is there; of the folders [`FormatError::Locked`] when
     /// another process makes it, [`FormatError::ForeignFolder`], [`FormatError::File`] and [`FormatError::Write`].
     pub fn open(place: &Path, plan: DatasetPlan) -> Result<Self, SynthError> {
-        check_folder(place, &FolderKind::DATASET)?;
-        let alone = FolderLock::acquire(place)?;
-        recover_folder(place)?;
-        tidy(place)?;
-        let folder = unfinished_dataset(place);
-        remove_unfinished_files(&folder)?;
-        let path = folder.join(STATE_FILE);
+        let folder = StagedFolder::resume(place, &FolderKind::DATASET, &[STATE_FILE])?;
+        let path = folder.path().join(STATE_FILE);
         let mut shards = Vec::new();
         if path.exists() {
             let read = || -> io::Result<State> { Ok(serde_json::from_slice(&fs::read(&path)?)?) };
@@ -137,23 +111,18 @@ impl UnfinishedDataset {
             })?;
             if found.plan != plan {
                 let difference = difference(&found.plan, &plan);
+                let folder = folder.path().to_path_buf();
                 return Err(SynthError::OtherDataset { difference, folder });
             }
             let whole = |shard: &FinishedShard| {
-                fs::metadata(folder.join(&shard.name)).is_ok_and(|file| file.is_file() && file.len() == shard.bytes)
+                let file = fs::metadata(folder.path().join(&shard.name));
+                file.is_ok_and(|file| file.is_file() && file.len() == shard.bytes)
             };
             // A shard somebody took away is made again, and all after it.
             shards = found.shards.into_iter().take_while(whole).collect();
-        } else {
-            check_folder(&folder, &UNFINISHED)?;
-            fs::create_dir_all(&folder).map_err(|error| unwritten(&folder, &error))?;
         }
-        let unfinished = Self {
-            place: place.to_path_buf(),
-            folder,
-            state: State { plan, shards },
-            _alone: alone,
-        };
+        let state = State { plan, shards };
+        let unfinished = Self { folder, state };
         unfinished.save()?;
         Ok(unfinished)
     }
@@ -184,13 +153,14 @@ impl UnfinishedDataset {
             self.state.shards.iter().map(|shard| shard.name.clone()).collect(),
         );
         description.shard_bytes = self.state.shards.iter().map(|shard| shard.bytes).collect();
-        description.shard_sha256 = self.shard_sha256();
+        description.shard_sha256 = self.state.shards.iter().map(|shard| shard.sha256.clone()).collect();
         description.first = plan.first;
         description.part = part.map(|part| (part.number(), part.of()));
         description.fingerprint = plan.fingerprint;
         description.edge_length_change = Some(EdgeLengthSummary::new(self.edge_lengths()));
         description.handle_shapes = self.handle_shapes();
-        self.finish(&description)
+        self.folder.write(DATASET_FILE, description.to_json()?.as_bytes())?;
+        Ok(self.folder.commit()?)
     }
 
     /// Samples in finished shards.
@@ -205,12 +175,10 @@ impl UnfinishedDataset {
         sum
     }
 
-    /// How strong the shapes of the finished shards are; `None` where control points made none, or a shard does not say.
+    /// How strong the shapes of the finished shards are; `None` where control points made none.
     fn handle_shapes(&self) -> Option<ShapeCounts> {
         let mut sum = ShapeCounts::default();
-        for shard in &self.state.shards {
-            sum.add(shard.handle_shapes.as_ref()?);
-        }
+        self.state.shards.iter().for_each(|shard| sum.add(&shard.handle_shapes));
         (sum.shapes > 0).then_some(sum)
     }
 
@@ -221,7 +189,7 @@ impl UnfinishedDataset {
     ) -> Result<(), SynthError> {
         let written = self.write_next_shard(samples);
         if written.is_err() {
-            let _ = fs::remove_file(self.folder.join(OPEN_SHARD));
+            let _ = fs::remove_file(self.folder.path().join(OPEN_SHARD));
         }
         written
     }
@@ -231,7 +199,7 @@ impl UnfinishedDataset {
         samples: impl Iterator<Item = Result<CountedSample, SynthError>>,
     ) -> Result<(), SynthError> {
         let name = format!("shard-{:06}.tar", self.state.shards.len());
-        let (beside, path) = (self.folder.join(OPEN_SHARD), self.folder.join(&name));
+        let (beside, path) = (self.folder.path().join(OPEN_SHARD), self.folder.path().join(&name));
         let failed = |error: io::Error| unwritten(&path, &error);
         let failed_in_shard = |error: FormatError| match error {
             FormatError::Io(error) => failed(error),
@@ -262,72 +230,16 @@ impl UnfinishedDataset {
             sha256,
             samples,
             edge_lengths,
-            handle_shapes: Some(handle_shapes),
+            handle_shapes,
         });
         self.save()
     }
 
-    /// SHA-256 of the finished shards; none when it is not known of all.
-    fn shard_sha256(&self) -> Vec<String> {
-        let all: Vec<String> = self.state.shards.iter().map(|shard| shard.sha256.clone()).collect();
-        if all.iter().any(String::is_empty) {
-            Vec::new()
-        } else {
-            all
-        }
-    }
-
-    /// Puts the data set in its place.
-    fn finish(self, description: &DatasetDescription) -> Result<(), SynthError> {
-        write_file(&self.folder.join(DATASET_FILE), description.to_json()?.as_bytes())?;
-        replace_folder(&self.folder, &self.place, &FolderKind::DATASET)?;
-        tidy(&self.place)
-    }
-
     fn save(&self) -> Result<(), SynthError> {
-        let path = self.folder.join(STATE_FILE);
-        let text = serde_json::to_vec(&self.state).map_err(|error| unwritten(&path, &error.into()))?;
-        Ok(write_file(&path, &text)?)
+        let text = serde_json::to_vec(&self.state);
+        let text = text.map_err(|error| unwritten(&self.folder.path().join(STATE_FILE), &error.into()))?;
+        Ok(self.folder.write(STATE_FILE, &text)?)
     }
-}
-
-/// Puts the last touches to a finished data set at `place` that a kill may have kept from it, and removes the file of a lock that a
-/// killed process has left. It does nothing while another process works on the set.
-///
-/// # Errors
-/// [`FormatError::Write`].
-pub fn tidy_dataset(place: &Path) -> Result<(), SynthError> {
-    let has_state = place.join(STATE_FILE).is_file();
-    // With neither there is nothing to do, and the place may be one that nobody may write to.
-    if !has_state && !FolderLock::lies_beside(place) {
-        return Ok(());
-    }
-    match FolderLock::acquire(place) {
-        Ok(_alone) => {
-            recover_folder(place)?;
-            tidy(place)
-        }
-        Err(FormatError::Locked { .. }) => Ok(()),
-        Err(error) if has_state => Err(error.into()),
-        // The file of a lock does no harm.
-        Err(_) => Ok(()),
-    }
-}
-
-/// A state in the place of a finished data set says that it has just come there: what is beside it without a state is the older
-/// set that stood there before.
-fn tidy(place: &Path) -> Result<(), SynthError> {
-    let (state, older) = (place.join(STATE_FILE), unfinished_dataset(place));
-    if !state.is_file() {
-        return Ok(());
-    }
-    let tidy = || -> io::Result<()> {
-        if older.is_dir() && !older.join(STATE_FILE).exists() {
-            fs::remove_dir_all(&older)?;
-        }
-        fs::remove_file(&state)
-    };
-    Ok(tidy().map_err(|error| unwritten(&state, &error))?)
 }
 
 /// A sample as it stands in a shard, and what is counted of it.
@@ -413,74 +325,6 @@ mod tests {
         fs::write(folder.join("shard-000000.tar"), "cut").unwrap();
         assert_eq!(UnfinishedDataset::open(&place, plan(3)).unwrap().finished(), 0);
         assert!(!place.exists());
-    }
-
-    #[test]
-    fn a_set_that_was_killed_while_it_first_saved_its_state_is_begun_again() {
-        let above = tempfile::tempdir().unwrap();
-        let place = above.path().join("set");
-        let folder = above.path().join("set.partial");
-        fs::create_dir(&folder).unwrap();
-        fs::write(folder.join(".unfinished-x"), "{").unwrap();
-        drop(UnfinishedDataset::open(&place, plan(1)).unwrap());
-        let names: Vec<_> = fs::read_dir(&folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name())
-            .collect();
-        assert_eq!(names, [STATE_FILE]);
-    }
-
-    #[test]
-    fn a_set_that_was_killed_as_it_came_to_its_place_is_finished_and_the_older_one_goes() {
-        let above = tempfile::tempdir().unwrap();
-        let (place, beside) = (above.path().join("set"), above.path().join("set.partial"));
-        let write = |folder: &Path, names: &[&str]| {
-            fs::create_dir_all(folder).unwrap();
-            names
-                .iter()
-                .for_each(|name| fs::write(folder.join(name), "{}").unwrap());
-        };
-        // After the folders were exchanged, or the one was put aside, and before the older one was removed.
-        for older in [&beside, &above.path().join(".set.replaced")] {
-            write(&place, &[DATASET_FILE, STATE_FILE]);
-            write(older, &[DATASET_FILE]);
-            tidy_dataset(&place).unwrap();
-            assert!(place.join(DATASET_FILE).exists() && !place.join(STATE_FILE).exists() && !older.exists());
-        }
-        // Another set in the making is not touched, nor is anything beside a set without a state.
-        write(&place, &[STATE_FILE]);
-        write(&beside, &[DATASET_FILE, STATE_FILE]);
-        tidy_dataset(&place).unwrap();
-        assert!(!place.join(STATE_FILE).exists() && beside.join(STATE_FILE).exists());
-        fs::remove_file(beside.join(STATE_FILE)).unwrap();
-        tidy_dataset(&place).unwrap();
-        assert!(beside.join(DATASET_FILE).exists());
-        // After the state was removed, and before the file of the lock was.
-        let lock = above.path().join(".set.lock");
-        fs::write(&lock, "").unwrap();
-        tidy_dataset(&place).unwrap();
-        assert!(!lock.exists() && place.join(DATASET_FILE).exists());
-        // Who works on it keeps the lock.
-        let _work = FolderLock::acquire(&place).unwrap();
-        tidy_dataset(&place).unwrap();
-        assert!(lock.exists());
-    }
-
-    #[test]
-    fn shapes_that_an_older_program_did_not_count_are_not_taken_for_none() {
-        let above = tempfile::tempdir().unwrap();
-        let place = above.path().join("set");
-        let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
-        set.write_shard([sample(0)].into_iter()).unwrap();
-        assert!(set.handle_shapes().is_some());
-        let path = above.path().join("set.partial").join(STATE_FILE);
-        let mut state: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-        state["shards"][0].as_object_mut().unwrap().remove("handle_shapes");
-        fs::write(&path, state.to_string()).unwrap();
-        drop(set);
-        let mut set = UnfinishedDataset::open(&place, plan(3)).unwrap();
-        set.write_shard([sample(1)].into_iter()).unwrap();
-        assert_eq!((set.finished(), set.handle_shapes()), (2, None));
     }
 
     #[test]

@@ -3,9 +3,7 @@
 use super::optimizer::{LearningRate, Optimizer};
 use super::schedule::Schedule;
 use super::tuning_step::TuningStep;
-use crate::device::Precision;
 use crate::loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
-use burn::tensor::Device;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -61,15 +59,6 @@ pub struct TrainConfig {
     pub checkpoint: PathBuf,
     /// Go on from the checkpoint if there is one.
     pub resume: bool,
-    /// Plain devices beside the one that a training is given, each with a part of every batch; none by default.
-    ///
-    /// The losses of the parts sum to the loss of the batch, so that gradients are those of one device but for the order
-    /// of sums. Batch normalisation alone sees its own part: there the mean and variance of a batch are each device's
-    /// own, as everywhere, and running statistics are the devices' mean. The processor is one device to burn;
-    /// to list it again gives a thread of its own to each part.
-    pub more_devices: Vec<Device>,
-    /// What the network computes in while it is trained, beyond the paper: [`Precision::F32`] by default.
-    pub precision: Precision,
     /// Step 1: folder with a file `weights.bpk` whose trunk the network begins with ([`deepsft_network::Network::with_trunk`]): of the
     /// network that describes any picture, or a model bundle. `None` for random weights. A training that is resumed was
     /// begun already; it must name the same weights.
@@ -192,8 +181,6 @@ impl TrainConfig {
             seed: 1,
             checkpoint: PathBuf::from("runs/checkpoint"),
             resume: false,
-            more_devices: Vec::new(),
-            precision: Precision::F32,
             from: None,
             budget: Budget::Seconds(3600.0),
             held_out_seed: 0x7e57,

@@ -139,7 +139,7 @@ fn make_batch<S: SampleSource + ?Sized>(
             let mut batch = Batch::new(request.shape, targets);
             let mut made: Option<(u64, Sample)> = None;
             for window in asked {
-                let index = sample_index(window / request.shape.windows_per_frame(), epoch_samples);
+                let index = sample_index(window / request.shape.windows_per_frame(), epoch_samples, seed);
                 let sample = match made.take() {
                     Some((made_index, sample)) if made_index == index => sample,
                     _ => source.sample(seed, index)?,
@@ -153,20 +153,20 @@ fn make_batch<S: SampleSource + ?Sized>(
         Targets::Maps(range) => {
             let mut batch = MapBatch::new(request.shape.frames, range);
             for position in asked {
-                batch.push(&source.sample(seed, sample_index(position, epoch_samples))?);
+                batch.push(&source.sample(seed, sample_index(position, epoch_samples, seed))?);
             }
             Ok(TrainingBatch::Maps(batch))
         }
     }
 }
 
-/// Number of the sample that comes as number `position`. In epochs every sample comes once per epoch, from a start and in
+/// Number of the sample that comes as number `position` of a training with `seed`. In epochs every sample comes once per epoch, from a start and in
 /// strides of the epoch's own, so that other samples share a batch each time.
-fn sample_index(position: u64, epoch_samples: Option<u64>) -> u64 {
+fn sample_index(position: u64, epoch_samples: Option<u64>, seed: u64) -> u64 {
     let Some(samples) = epoch_samples else { return position };
     let samples = samples.max(1);
     let (epoch, place) = (position / samples, position % samples);
-    let mut rng = Pcg64Mcg::seed_from_u64(epoch);
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ (epoch + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let start = rng.random_range(0..samples);
     // Strides that share no divisor with the number of samples step through all of them.
     let stride = loop {
@@ -347,7 +347,7 @@ mod tests {
         for samples in [1, 10, 47, 1000] {
             let epoch = |number: u64| -> Vec<u64> {
                 (number * samples..(number + 1) * samples)
-                    .map(|position| sample_index(position, Some(samples)))
+                    .map(|position| sample_index(position, Some(samples), SEED))
                     .collect()
             };
             for number in [0, 1, 7] {
@@ -363,6 +363,13 @@ mod tests {
             };
             assert!(samples < 47 || after_zero(0) != after_zero(1), "{samples}");
         }
-        assert_eq!(sample_index(123, None), 123);
+        assert_eq!(sample_index(123, None, SEED), 123);
+    }
+
+    #[test]
+    fn the_order_of_an_epoch_depends_on_the_seed() {
+        let order = |seed| -> Vec<u64> { (0..47).map(|position| sample_index(position, Some(47), seed)).collect() };
+        assert_eq!(order(1), order(1));
+        assert!((2..10).all(|seed| order(seed) != order(1)));
     }
 }

@@ -73,16 +73,6 @@ impl MapBatch {
         self.frames.len()
     }
 
-    /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
-    pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
-        let mut frames = self.frames.into_iter();
-        let part = |&size: &usize| Self {
-            range: self.range,
-            frames: frames.by_ref().take(size).collect(),
-        };
-        sizes.iter().map(part).collect()
-    }
-
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> MapTensors {
         let tensor = |part: fn(&Frame) -> &[f32], channels: usize| -> Tensor<4> {

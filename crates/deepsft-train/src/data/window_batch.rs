@@ -189,31 +189,6 @@ impl Batch {
         self.windows.len()
     }
 
-    /// What [`crate::step_one_loss`] divides its sums over cells, over bins and over the mask's pixels by.
-    pub(crate) fn loss_divisors(&self) -> [f64; 3] {
-        let sum = |weights: fn(&Window) -> &Vec<f32>| {
-            let weights = self.windows.iter().flat_map(weights);
-            weights.map(|&weight| f64::from(weight)).sum::<f64>()
-        };
-        let pixels = self.frames() * self.shape.width * self.shape.height;
-        [
-            sum(|window| &window.cell_weight) + 1.0,
-            sum(|window| &window.bin_weight) + 1.0,
-            pixels as f64,
-        ]
-    }
-
-    /// Batches of the first `sizes[0]` frames, the next `sizes[1]` and so on.
-    pub(crate) fn split(self, sizes: &[usize]) -> Vec<Self> {
-        let mut windows = self.windows.into_iter();
-        let part = |&frames: &usize| Self {
-            shape: BatchShape { frames, ..self.shape },
-            targets: self.targets,
-            windows: windows.by_ref().take(frames).collect(),
-        };
-        sizes.iter().map(part).collect()
-    }
-
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> BatchTensors {
         let BatchShape { width, height, .. } = self.shape;

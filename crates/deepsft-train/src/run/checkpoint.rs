@@ -2,12 +2,12 @@
 
 use super::fingerprint::Fingerprint;
 use super::record_files;
-use crate::device::LossScale;
 use crate::error::TrainError;
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
 use burn::tensor::Bytes;
+use deepsft_formats::{FolderKind, StagedFolder, recover_folder};
 use deepsft_network::Network;
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -21,8 +21,8 @@ pub struct CurvePoint {
     pub samples: u64,
     /// Seconds of training.
     pub seconds: f64,
-    /// Mean training loss since the last point; not a number where no step since then had a finite one (before the first
-    /// step, or when all overflowed in half precision). JSON, which knows finite numbers only, has null there.
+    /// Mean training loss since the last point; not a number before the first step. JSON, which knows finite numbers
+    /// only, has null there.
     #[serde(with = "finite_or_null")]
     pub loss: f64,
     /// Learning rate.
@@ -66,9 +66,6 @@ pub struct Checkpoint {
     pub seed: u64,
     /// The curve so far.
     pub curve: Vec<CurvePoint>,
-    /// Scale of the loss in half precision; none in single precision.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub loss_scale: Option<LossScale>,
 }
 
 /// A checkpoint that was read.
@@ -96,8 +93,13 @@ const NETWORK: &str = "network.bpk";
 const AVERAGE: &str = "average.bpk";
 const OPTIMIZER: &str = "optimizer.bpk";
 
-/// A folder that holds one checkpoint. A new one is written beside it and renamed, so that a kill at
-/// any moment leaves a whole one.
+/// The folder of a checkpoint.
+const CHECKPOINT_FOLDER: FolderKind = FolderKind {
+    known_by: &[STATE],
+    files: &[STATE, NETWORK, AVERAGE, OPTIMIZER],
+};
+
+/// A folder that holds one checkpoint, whole at any moment (see [`StagedFolder`]). One training at a time may use it.
 #[derive(Debug)]
 pub struct CheckpointFolder {
     folder: PathBuf,
@@ -109,67 +111,47 @@ impl CheckpointFolder {
         Self { folder: folder.into() }
     }
 
-    fn beside(&self, suffix: &str) -> PathBuf {
-        let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
-        name.push(suffix);
-        self.folder.with_file_name(name)
-    }
-
-    /// Where a checkpoint is looked for: its place, and the one before it, which a kill may leave alone.
-    fn places(&self) -> [PathBuf; 2] {
-        [self.folder.clone(), self.beside(".old")]
-    }
-
-    /// Where the newest whole checkpoint is, and where its training stands; `None` when there is none. A state that cannot
-    /// be read does not hide the checkpoint before it.
+    /// Reads where the training of the checkpoint stands; `None` when there is none.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when there are checkpoints and no state of one can be read.
-    pub fn state(&self) -> Result<Option<(PathBuf, Checkpoint)>, TrainError> {
-        let mut unreadable = None;
-        for folder in self.places() {
-            let path = folder.join(STATE);
-            if !path.is_file() {
-                continue;
-            }
-            let bytes = fs::read(&path).map_err(cannot("read", &path));
-            match bytes.and_then(|bytes| serde_json::from_slice(&bytes).map_err(at(&path))) {
-                Ok(state) => return Ok(Some((folder, state))),
-                Err(error) => unreadable = unreadable.or(Some(error)),
-            }
+    /// [`TrainError::Checkpoint`] when its state cannot be read.
+    pub fn state(&self) -> Result<Option<Checkpoint>, TrainError> {
+        recover_folder(&self.folder)?;
+        let path = self.folder.join(STATE);
+        match fs::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            bytes => Ok(Some(
+                serde_json::from_slice(&bytes.map_err(cannot("read", &path))?).map_err(at(&path))?,
+            )),
         }
-        unreadable.map_or(Ok(None), Err)
     }
 
-    /// Puts the newest whole checkpoint aside, under a name that is free, so that the training it belongs to begins
-    /// anew. What else stands in its places is outdated or broken, and goes. Returns where the checkpoint is kept; `None`
-    /// when there is none.
+    /// Puts the checkpoint aside, under a name that is free, so that the training it belongs to begins anew. Returns where
+    /// it is kept.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] names the file.
-    pub fn set_aside(&self) -> Result<Option<PathBuf>, TrainError> {
-        let Some((newest, _)) = self.state()? else {
-            return Ok(None);
+    /// [`TrainError::Checkpoint`] when there is none or it cannot be renamed.
+    pub fn set_aside(&self) -> Result<PathBuf, TrainError> {
+        let named = |ending: String| {
+            let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
+            name.push(ending);
+            self.folder.with_file_name(name)
         };
-        let mut aside = self.beside(".outdated");
+        let mut aside = named(".outdated".to_owned());
         let mut number = 1;
         while aside.exists() {
             number += 1;
-            aside = self.beside(&format!(".outdated-{number}"));
+            aside = named(format!(".outdated-{number}"));
         }
-        fs::rename(&newest, &aside).map_err(cannot("rename", &newest))?;
-        for place in self.places() {
-            remove_if_there(&place)?;
-        }
-        Ok(Some(aside))
+        fs::rename(&self.folder, &aside).map_err(cannot("rename", &self.folder))?;
+        Ok(aside)
     }
 
-    /// Saves a checkpoint; `average` is the average of the weights where there is one. Everything is on the disk before the
-    /// checkpoint takes its place, so that neither a kill nor a power cut leaves half of one.
+    /// Saves a checkpoint; `average` is the average of the weights where there is one.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] names the file; [`TrainError::WeightsNotFinite`] when a weight is no finite number: then
-    /// the checkpoint before stays.
+    /// [`FormatError`](deepsft_formats::FormatError) names the file that cannot be written;
+    /// [`TrainError::WeightsNotFinite`] when a weight is no finite number. The checkpoint before stays then.
     pub fn save(
         &self,
         state: &Checkpoint,
@@ -183,54 +165,21 @@ impl CheckpointFolder {
                 path: self.folder.clone(),
             });
         }
-        let fresh = self.beside(".new");
-        let saved = self.write(&fresh, state, network, average, optimizer);
-        if saved.is_err() {
-            // It may be the disk that is full.
-            let _ = fs::remove_dir_all(&fresh);
+        let staged = StagedFolder::new(&self.folder, &CHECKPOINT_FOLDER)?;
+        for (name, network) in [(NETWORK, Some(network)), (AVERAGE, average)] {
+            if let Some(network) = network {
+                let record = network.clone().into_record().into_bytes();
+                staged.write(name, &record.map_err(at(&self.folder.join(name)))?)?;
+            }
         }
-        saved
+        let optimizer = optimizer.into_bytes();
+        staged.write(OPTIMIZER, &optimizer.map_err(at(&self.folder.join(OPTIMIZER)))?)?;
+        let state = serde_json::to_vec_pretty(state);
+        staged.write(STATE, &state.map_err(at(&self.folder.join(STATE)))?)?;
+        Ok(staged.commit()?)
     }
 
-    /// Writes a checkpoint to `fresh` and puts it in its place.
-    fn write(
-        &self,
-        fresh: &Path,
-        state: &Checkpoint,
-        network: &Network,
-        average: Option<&Network>,
-        optimizer: &ModuleOptimizer,
-    ) -> Result<(), TrainError> {
-        let old = self.beside(".old");
-        remove_if_there(fresh)?;
-        fs::create_dir_all(fresh).map_err(cannot("make", fresh))?;
-        let write = |path: &Path, bytes: &[u8]| deepsft_formats::write_file(path, bytes).map_err(at(path));
-        let record = |network: &Network| network.clone().into_record().into_bytes().map_err(|e| e.to_string());
-        let mut files = vec![
-            (NETWORK, record(network)),
-            (OPTIMIZER, optimizer.into_bytes().map_err(|e| e.to_string())),
-        ];
-        files.extend(average.map(|average| (AVERAGE, record(average))));
-        for (name, bytes) in files {
-            let path = fresh.join(name);
-            write(&path, &bytes.map_err(at(&path))?)?;
-        }
-        // Last: a folder without a state is not a checkpoint.
-        let path = fresh.join(STATE);
-        write(&path, &serde_json::to_vec_pretty(state).map_err(at(&path))?)?;
-        sync(fresh)?;
-        if is_whole(&self.folder) {
-            remove_if_there(&old)?;
-            fs::rename(&self.folder, &old).map_err(cannot("rename", &self.folder))?;
-        } else {
-            // The one before it is the newest whole one, and stays until this one is in its place.
-            remove_if_there(&self.folder)?;
-        }
-        fs::rename(fresh, &self.folder).map_err(cannot("rename", fresh))?;
-        sync(self.folder.parent().unwrap_or(Path::new("")))
-    }
-
-    /// Loads the newest whole checkpoint into networks of `make_network` (not clones of one: they would share the
+    /// Loads the checkpoint into networks of `make_network` (not clones of one: they would share the
     /// running statistics of batch normalisation) and `optimizer`; `None` when there is none. Returned are the state,
     /// the network, its average and the optimiser.
     ///
@@ -244,16 +193,20 @@ impl CheckpointFolder {
         fingerprint: &Fingerprint,
         seed: u64,
     ) -> Result<Option<Saved>, TrainError> {
-        let Some((folder, state)) = self.state()? else {
+        let Some(state) = self.state()? else {
             return Ok(None);
         };
+        let folder = &self.folder;
         let bytes = |name: &str| {
             let path = folder.join(name);
             fs::read(&path).map_err(cannot("read", &path))
         };
         let seeds = (state.seed != seed).then(|| "seed".to_owned());
         if let Some(what) = fingerprint.difference(&state.fingerprint).or(seeds) {
-            return Err(TrainError::CheckpointMismatch { what, path: folder });
+            return Err(TrainError::CheckpointMismatch {
+                what,
+                path: folder.clone(),
+            });
         }
         let load = |name: &str| -> Result<Network, TrainError> {
             let path = folder.join(name);
@@ -280,34 +233,10 @@ impl CheckpointFolder {
     }
 }
 
-/// What there is of a checkpoint at `folder`: the folder itself, and the checkpoint before it, which is the only one where
-/// a training was killed while it saved. A training that does not go on from them overwrites both.
-pub fn existing_checkpoints(folder: &Path) -> Vec<PathBuf> {
-    let places = CheckpointFolder::new(folder).places();
-    places.into_iter().filter(|place| place.exists()).collect()
-}
-
-/// Whether the state in `folder` can be read.
-fn is_whole(folder: &Path) -> bool {
-    fs::read(folder.join(STATE)).is_ok_and(|bytes| serde_json::from_slice::<Checkpoint>(&bytes).is_ok())
-}
-
-fn remove_if_there(folder: &Path) -> Result<(), TrainError> {
-    if !folder.exists() {
-        return Ok(());
-    }
-    fs::remove_dir_all(folder).map_err(cannot("remove", folder))
-}
-
 fn has_finite_weights(network: &Network) -> bool {
     let mut finite = true;
     network.each_weight(|_, values| finite &= values.convert::<f32>().iter::<f32>().all(f32::is_finite));
     finite
-}
-
-/// Waits until the names of the files in `folder` are on the disk.
-fn sync(folder: &Path) -> Result<(), TrainError> {
-    deepsft_formats::sync_folder(folder).map_err(cannot("write", folder))
 }
 
 /// Blames what failed on the file at `path`.
@@ -332,34 +261,19 @@ mod tests {
     #[test]
     fn a_checkpoint_that_is_set_aside_is_kept_and_none_is_left_to_go_on_from() {
         let folder = tempfile::tempdir().unwrap();
-        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
-        assert_eq!(checkpoint.set_aside().unwrap(), None);
-        let write = |name: &str, text: &str| {
-            let place = folder.path().join(name);
-            fs::create_dir_all(&place).unwrap();
-            fs::write(place.join(STATE), text).unwrap();
-        };
-        // Beside the newest lies the one before, or that one alone after a kill.
-        for (names, kept, ending) in [
-            (
-                &["model.checkpoint", "model.checkpoint.old"][..],
-                "model.checkpoint",
-                "",
-            ),
-            (&["model.checkpoint.old"], "model.checkpoint.old", "-2"),
-            (&["model.checkpoint"], "model.checkpoint", "-3"),
-        ] {
-            for name in names {
-                let state = Checkpoint {
-                    seed: name.len() as u64,
-                    ..Checkpoint::default()
-                };
-                write(name, &serde_json::to_string(&state).unwrap());
-            }
-            let aside = checkpoint.set_aside().unwrap().unwrap();
+        let place = folder.path().join("model.checkpoint");
+        let checkpoint = CheckpointFolder::new(&place);
+        assert!(checkpoint.set_aside().is_err());
+        for (seed, ending) in [(1, ""), (2, "-2"), (3, "-3")] {
+            let state = Checkpoint {
+                seed,
+                ..Checkpoint::default()
+            };
+            fs::create_dir(&place).unwrap();
+            fs::write(place.join(STATE), serde_json::to_string(&state).unwrap()).unwrap();
+            let aside = checkpoint.set_aside().unwrap();
             assert_eq!(aside, folder.path().join(format!("model.checkpoint.outdated{ending}")));
-            let text = fs::read_to_string(aside.join(STATE)).unwrap();
-            assert!(text.contains(&format!("\"seed\":{}", kept.len())), "{text}");
+            assert_eq!(CheckpointFolder::new(aside).state().unwrap(), Some(state));
             assert_eq!(checkpoint.state().unwrap(), None);
         }
     }
@@ -392,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_state_does_not_hide_the_checkpoint_before_it() {
+    fn a_checkpoint_is_replaced_and_one_that_cannot_be_read_is_an_error_that_names_its_file() {
         let folder = tempfile::tempdir().unwrap();
         let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
         let optimizer = || burn::optim::SgdConfig::new().init();
@@ -405,26 +319,17 @@ mod tests {
         };
         save(7);
         save(14);
-        let state = folder.path().join("model.checkpoint").join(STATE);
-        // As a power cut leaves a file that was renamed before it was written.
-        fs::write(&state, "").unwrap();
         let load = || checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
-        assert_eq!(load().unwrap().unwrap().state.samples, 7);
-        // The next one takes the place of the broken one, not of the good one.
-        save(21);
-        let old = folder.path().join("model.checkpoint.old");
-        let samples = |folder: &Path| {
-            let bytes = fs::read(folder.join(STATE)).unwrap();
-            serde_json::from_slice::<Checkpoint>(&bytes).unwrap().samples
-        };
-        assert_eq!((samples(&old), load().unwrap().unwrap().state.samples), (7, 21));
-        fs::write(&state, "").unwrap();
-        let aside = checkpoint.set_aside().unwrap().unwrap();
-        assert_eq!(samples(&aside), 7);
-        assert_eq!(checkpoint.state().unwrap(), None);
-        save(28);
-        fs::write(&state, "").unwrap();
+        assert_eq!(load().unwrap().unwrap().state.samples, 14);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        // Killed between two renames, where folders cannot be exchanged.
+        let place = |name: &str| folder.path().join(name);
+        fs::rename(place("model.checkpoint"), place(".model.checkpoint.replaced")).unwrap();
+        assert_eq!(load().unwrap().unwrap().state.samples, 14);
+        fs::write(place("model.checkpoint").join(STATE), "").unwrap();
         assert!(load().err().unwrap().to_string().contains("state.json"));
+        save(21);
+        assert_eq!(load().unwrap().unwrap().state.samples, 21);
     }
 
     #[test]
@@ -451,6 +356,6 @@ mod tests {
                 "{error}"
             );
         }
-        assert_eq!(checkpoint.state().unwrap().unwrap().1.samples, 7);
+        assert_eq!(checkpoint.state().unwrap().unwrap().samples, 7);
     }
 }

@@ -1,7 +1,6 @@
 //! What a training reports while it runs.
 
 use super::checkpoint::CurvePoint;
-use crate::device::LossScale;
 
 /// A report of a training that runs.
 #[derive(Clone, Debug)]
@@ -24,13 +23,6 @@ pub enum Progress {
         seconds: f64,
         /// Loss of the batch.
         loss: f64,
-    },
-    /// An update in half precision was left out: its gradients were not finite.
-    Skipped {
-        /// Samples seen.
-        samples: u64,
-        /// The scale after it, and the number of such updates.
-        scale: LossScale,
     },
     /// The held-out frames were measured; apart from the first time a checkpoint was saved.
     Evaluated(CurvePoint),

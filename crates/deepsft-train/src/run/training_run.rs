@@ -3,18 +3,19 @@
 use super::checkpoint::{Checkpoint, CheckpointFolder, CurvePoint};
 use super::fingerprint::Fingerprint;
 use super::progress::Progress;
+use super::weight_average::WeightAverage;
 use crate::config::{Optimizer, TrainConfig};
-use crate::device::{Step, Stepper, WeightAverage};
 use crate::error::TrainError;
 use burn::module::Module;
+use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use deepsft_network::Network;
 use std::time::Instant;
 
 /// What one of the paper's training steps brings to the loop.
-pub(crate) trait TrainingStep: Sync {
-    /// A part of a batch, for one device.
-    type Part: Send;
+pub(crate) trait TrainingStep {
+    /// What one update learns from.
+    type Batch;
     /// What a measurement finds.
     type Metrics;
 
@@ -31,9 +32,8 @@ pub(crate) trait TrainingStep: Sync {
     /// Whether to measure and save now, `seconds` of training after the last time.
     fn is_measurement_due(&self, state: &Checkpoint, seconds: f64) -> bool;
 
-    /// What is minimised, [1], of `part`, by a copy of the network on the device number `device`. The losses of the parts
-    /// sum to that of the batch.
-    fn loss(&self, network: &Network, part: Self::Part, device: usize) -> Result<Tensor<1>, TrainError>;
+    /// What is minimised, [1], of `batch`.
+    fn loss(&self, network: &Network, batch: Self::Batch) -> Result<Tensor<1>, TrainError>;
 
     /// Measures `network`, which is on the plain device, on the held-out frames.
     fn measure(&self, network: &Network) -> Result<Self::Metrics, TrainError>;
@@ -62,8 +62,8 @@ pub(crate) struct Finished<M> {
 }
 
 /// Runs `step` to its end from the beginning or from its checkpoint. `before` is a measurement of the first weights that
-/// is known already. `batches` gives the next batch, in at most `stepper.devices().len()` parts, and its number of frames,
-/// from where the training stands and the fraction of it that is done; it is first called after a checkpoint was read.
+/// is known already. `batches` gives the next batch and its number of frames from where the training stands; it is first
+/// called after a checkpoint was read.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss or weights that are no longer finite,
@@ -71,9 +71,8 @@ pub(crate) struct Finished<M> {
 pub(crate) fn run<T: TrainingStep>(
     step: &T,
     settings: RunSettings<'_>,
-    mut stepper: Stepper,
     before: Option<T::Metrics>,
-    mut batches: impl FnMut(&Checkpoint, f64) -> Result<(u64, Vec<T::Part>), TrainError>,
+    mut batches: impl FnMut(&Checkpoint) -> Result<(u64, T::Batch), TrainError>,
     mut report: impl FnMut(Progress),
 ) -> Result<Finished<T::Metrics>, TrainError> {
     let RunSettings {
@@ -97,7 +96,6 @@ pub(crate) fn run<T: TrainingStep>(
         let averaged = saved.average.as_ref().unwrap_or(&saved.network);
         average = WeightAverage::resume(averaged, average_decay, saved.state.step);
         (network, optimizer, state) = (saved.network, saved.optimizer, saved.state);
-        stepper.resume(state.loss_scale);
         report(Progress::Resumed {
             samples: state.samples,
             seconds: state.seconds,
@@ -139,7 +137,6 @@ pub(crate) fn run<T: TrainingStep>(
             // Not a number where nothing was summed.
             let measured_point = point(&state, loss_sum / loss_count as f64, progress, &measured);
             state.curve.push(measured_point);
-            state.loss_scale = stepper.scale();
             let averaged = (average_decay > 0.0).then_some(&averaged);
             folder.save(&state, &network.valid(), averaged, &optimizer)?;
             report(Progress::Evaluated(measured_point));
@@ -151,39 +148,26 @@ pub(crate) fn run<T: TrainingStep>(
         if finished {
             break;
         }
-        let (frames, parts) = batches(&state, progress)?;
-        let Step {
-            network: next,
-            loss,
-            made,
-        } = stepper.step(
-            network,
-            &mut optimizer,
-            step.learning_rate(state.step, progress),
-            parts,
-            state.samples,
-            |network, part, device| step.loss(network, part, device),
-        )?;
-        network = next;
-        if made {
-            average.update(&network);
-            state.step += 1;
+        let (frames, batch) = batches(&state)?;
+        let loss = step.loss(&network, batch)?;
+        let value = f64::from(loss.clone().into_scalar::<f32>());
+        if !value.is_finite() {
+            let samples = state.samples;
+            return Err(TrainError::Diverged { loss: value, samples });
         }
+        let gradients = GradientsParams::from_grads(loss.backward(), &network);
+        network = optimizer.step(step.learning_rate(state.step, progress), network, gradients);
+        average.update(&network);
+        state.step += 1;
         state.samples += frames;
         state.seconds = seconds_before + clock.elapsed().as_secs_f64() - paused;
-        if loss.is_finite() {
-            (loss_sum, loss_count) = (loss_sum + loss, loss_count + 1);
-        }
-        let samples = state.samples;
-        report(match stepper.scale() {
-            Some(scale) if !made => Progress::Skipped { samples, scale },
-            _ => Progress::Step {
-                // The last batch may go beyond the end.
-                fraction: step.progress(&state).min(1.0),
-                samples,
-                seconds: state.seconds,
-                loss,
-            },
+        (loss_sum, loss_count) = (loss_sum + value, loss_count + 1);
+        report(Progress::Step {
+            // The last batch may go beyond the end.
+            fraction: step.progress(&state).min(1.0),
+            samples: state.samples,
+            seconds: state.seconds,
+            loss: value,
         });
     }
     Ok(Finished {

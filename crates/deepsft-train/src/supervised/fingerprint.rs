@@ -1,6 +1,6 @@
 //! What a checkpoint of step 1 belongs to.
 
-use super::training::Trunk;
+use super::trunk::Trunk;
 use crate::config::TrainConfig;
 use crate::data::SampleSource;
 use crate::run::Fingerprint;
@@ -14,7 +14,7 @@ const SETTINGS: &str = "preset (optimiser, learning rates, batches, loss, averag
 const BEGINNING: &str = "beginning (--from)";
 
 /// What must be equal for a checkpoint to be continued: the samples, the network and the settings. Of the budget only
-/// fractions count; devices and precision change no more than rounding. `epoch_samples` are those of an epoch of `source`.
+/// fractions count. `epoch_samples` are those of an epoch of `source`.
 pub(crate) fn fingerprint(
     source: &(impl SampleSource + ?Sized),
     network: &NetworkConfig,
@@ -42,7 +42,7 @@ pub(crate) fn fingerprint(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Budget, Precision};
+    use crate::Budget;
     use deepsft::Weights;
     use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{SynthConfig, Synthesizer};
@@ -66,7 +66,6 @@ mod tests {
             budget: Budget::Samples(7),
             evaluate_every: 1.0,
             workers: 5,
-            precision: Precision::BF16,
             ..ours.clone()
         };
         assert_eq!(of(&here, 200.0, &longer, None), None);

@@ -1,20 +1,17 @@
 //! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly or read from data sets.
 
-use super::batch_part::BatchPart;
 use super::fingerprint::fingerprint;
+use super::trunk::Trunk;
 use crate::config::TrainConfig;
-use crate::data::{Loader, SampleSource, Targets};
-use crate::device::Stepper;
+use crate::data::{Loader, SampleSource, Targets, TrainingBatch};
 use crate::error::TrainError;
+use crate::loss::{step_one_loss, supervised_maps_loss};
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
-use burn::tensor::{Device, FloatDType, Tensor};
-use deepsft::{NetworkConfig, WEIGHTS_FILE, Weights, weights_from_burnpack};
-use deepsft_formats::sha256;
+use burn::tensor::{Device, Tensor};
+use deepsft::NetworkConfig;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
-use deepsft_network::{Network, NetworkError};
+use deepsft_network::Network;
 use deepsft_synth::Sample;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A finished training.
@@ -28,12 +25,12 @@ pub struct Trained {
 
 /// Trains a network of `network_config` on the samples of `source` (a [`Synthesizer`](deepsft_synth::Synthesizer), or
 /// [`StoredSamples`](crate::StoredSamples), all of which are an epoch) and on `device` (a plain one; differentiation is
-/// switched on here) and [`TrainConfig::more_devices`], and reports through `report`. The compact network learns cells and
+/// switched on here), and reports through `report`. The compact network learns cells and
 /// bins of windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, samples that are too few or cannot be read, a
-/// loss or weights that are no longer finite, a device that fails or does not compute in the precision asked for.
+/// loss or weights that are no longer finite, or a device that fails.
 pub fn train<S: SampleSource + ?Sized + 'static>(
     source: &Arc<S>,
     network_config: &NetworkConfig,
@@ -42,7 +39,6 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     report: impl FnMut(Progress),
 ) -> Result<Trained, TrainError> {
     let trunk = config.from.as_deref().map(Trunk::read).transpose()?;
-    let stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let epoch_samples = source
         .training_samples(config.held_out_frames)?
         .or(config.epoch_samples);
@@ -51,9 +47,8 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
         network_config,
         config,
         trunk: trunk.as_ref(),
-        device: device.clone(),
-        differentiable: stepper.devices().to_vec(),
-        dtype: stepper.dtype(),
+        device,
+        differentiable: device.clone().autodiff(),
         held_out: source.held_out(config.held_out_seed, config.held_out_frames)?,
     };
     let settings = RunSettings {
@@ -63,10 +58,9 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
         average_decay: config.average_decay,
     };
     let targets = Targets::of(network_config);
-    let devices = step.differentiable.len();
     let mut loader = Loader::start(source, targets, config.seed, epoch_samples, config.workers);
     let mut asked = 0;
-    let batches = |state: &Checkpoint, _: f64| {
+    let batches = |state: &Checkpoint| {
         asked = asked.max(state.samples);
         while loader.wanted() > 0 {
             let shape = match targets {
@@ -79,42 +73,13 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
             asked += shape.frames as u64;
         }
         let batch = loader.take()?;
-        let frames = batch.frames() as u64;
-        Ok((frames, BatchPart::of(batch, devices, &config.loss)))
+        Ok((batch.frames() as u64, batch))
     };
-    let Finished { network, state, .. } = run(&step, settings, stepper, None, batches, report)?;
+    let Finished { network, state, .. } = run(&step, settings, None, batches, report)?;
     Ok(Trained {
         network: network.fold(),
         state,
     })
-}
-
-/// The file whose trunk a network begins with.
-pub(super) struct Trunk {
-    pub path: PathBuf,
-    /// Of the file's bytes.
-    pub sha256: String,
-    pub weights: Weights,
-}
-
-impl Trunk {
-    fn read(folder: &Path) -> Result<Self, TrainError> {
-        let path = folder.join(WEIGHTS_FILE);
-        match fs::read(&path) {
-            Ok(file) => Ok(Self {
-                sha256: sha256(&file),
-                weights: weights_from_burnpack(&file).map_err(|error| NetworkError::Weights {
-                    file: path.display().to_string(),
-                    reason: error.to_string(),
-                })?,
-                path,
-            }),
-            Err(error) => Err(TrainError::From {
-                reason: error.to_string(),
-                path,
-            }),
-        }
-    }
 }
 
 /// Step 1, as the loop sees it.
@@ -123,20 +88,18 @@ struct StepOne<'a> {
     config: &'a TrainConfig,
     trunk: Option<&'a Trunk>,
     /// Plain.
-    device: Device,
-    differentiable: Vec<Device>,
-    /// What images are cast to.
-    dtype: FloatDType,
+    device: &'a Device,
+    differentiable: Device,
     held_out: Vec<Sample>,
 }
 
 impl TrainingStep for StepOne<'_> {
-    type Part = BatchPart;
+    type Batch = TrainingBatch;
     /// Of each held-out frame that shows the template.
     type Metrics = Vec<FrameMetrics>;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let network = Network::new(self.network_config, &self.device.clone().autodiff());
+        let network = Network::new(self.network_config, &self.differentiable);
         match self.trunk {
             Some(Trunk { path, weights, .. }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
             None => Ok(network),
@@ -155,15 +118,31 @@ impl TrainingStep for StepOne<'_> {
         seconds >= self.config.evaluate_every
     }
 
-    fn loss(&self, network: &Network, part: BatchPart, device: usize) -> Result<Tensor<1>, TrainError> {
-        part.loss(network, &self.differentiable[device], self.dtype)
+    /// Ours for the compact network, the paper's for those that say full-resolution maps.
+    fn loss(&self, network: &Network, batch: TrainingBatch) -> Result<Tensor<1>, TrainError> {
+        match batch {
+            TrainingBatch::Cells(batch) => {
+                let compact = network.as_compact().ok_or_else(|| TrainError::Architecture {
+                    actual: network.config().architecture.name(),
+                    expected: "compact",
+                })?;
+                let tensors = batch.into_tensors(&self.differentiable);
+                let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
+                Ok(step_one_loss(output, &tensors, &self.config.loss))
+            }
+            TrainingBatch::Maps(batch) => {
+                let tensors = batch.into_tensors(&self.differentiable);
+                let maps = network.forward_maps(tensors.images);
+                Ok(supervised_maps_loss(&maps, &tensors.depth, &tensors.registration))
+            }
+        }
     }
 
     fn measure(&self, network: &Network) -> Result<Vec<FrameMetrics>, TrainError> {
         let [width, height] = network.config().template_size_mm;
         let mut frames = Vec::new();
         for sample in self.held_out.iter().filter(|sample| sample.has_template) {
-            for maps in pollster::block_on(network.infer(&[&sample.image], &self.device))? {
+            for maps in pollster::block_on(network.infer(&[&sample.image], self.device))? {
                 frames.push(frame_metrics(
                     &maps,
                     &sample.truth,

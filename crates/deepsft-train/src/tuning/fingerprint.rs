@@ -56,13 +56,13 @@ pub fn set_aside_outdated(
     config: &TrainConfig,
 ) -> Result<Option<PathBuf>, TrainError> {
     let folder = CheckpointFolder::new(&config.checkpoint);
-    let Some((_, saved)) = folder.state()? else {
+    let Some(saved) = folder.state()? else {
         return Ok(None);
     };
     let now = fingerprint(network, step, &set, config);
     let outdated = now.agrees_in(&saved.fingerprint, SETTINGS) && !now.agrees_in(&saved.fingerprint, START);
     if saved.seed == config.seed && outdated {
-        return folder.set_aside();
+        return folder.set_aside().map(Some);
     }
     Ok(None)
 }

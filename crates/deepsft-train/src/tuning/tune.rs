@@ -1,20 +1,17 @@
 //! Training steps 2 and 3: one refinement block, on a recording, everything else frozen.
 
-use super::device_loss::{DeviceLoss, parts};
 use super::fingerprint::fingerprint;
-use super::frame_part::FramePart;
 use super::recorded_frames::TuningSet;
 use super::recording_metrics::{MeanMedian, RecordingMetrics};
-use super::training_frame::TrainingFrame;
+use super::training_frame::{FrameTensors, TrainingFrame};
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
-use crate::device::Stepper;
 use crate::error::TrainError;
-use crate::loss::Light;
+use crate::loss::{Light, TexturePyramid};
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
-use deepsft_network::Network;
+use deepsft_network::{Network, NetworkMaps};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -34,7 +31,7 @@ pub struct Tuned {
 }
 
 /// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched
-/// on here) and [`TrainConfig::more_devices`], and reports through `report`. After every epoch the held-out frames are
+/// on here), and reports through `report`. After every epoch the held-out frames are
 /// measured and a checkpoint is saved, from which a training that was stopped goes on exactly as it would have.
 ///
 /// # Errors
@@ -48,22 +45,20 @@ pub fn tune(
     device: &Device,
     report: impl FnMut(Progress),
 ) -> Result<Tuned, TrainError> {
-    let stepper = Stepper::new(device, &config.more_devices, config.precision)?;
     let start = network.clone().fork(device);
     let texture = match config.photo_consistency.light {
         Light::Recorded => set.texture_as_recorded(),
         Light::Ignored | Light::Fitted => set.template.texture().clone(),
     };
-    let devices = stepper.devices().iter();
+    let differentiable = device.clone().autodiff();
     let tuning = Tuning {
         step,
         settings: config.tuning(step),
         set,
         config,
         device,
-        losses: devices
-            .map(|device| DeviceLoss::new(&texture, device, stepper.dtype()))
-            .collect(),
+        texture: TexturePyramid::new(&texture, &differentiable),
+        differentiable,
         start: &start,
     };
     let before = tuning.measure(&start)?;
@@ -73,12 +68,11 @@ pub fn tune(
         optimizer: tuning.settings.optimizer,
         average_decay: tuning.settings.average_decay,
     };
-    let batches = |state: &Checkpoint, _: f64| {
+    let batches = |state: &Checkpoint| {
         let batch = tuning.batch(state.samples);
-        let parts = parts(step, &batch, tuning.losses.len(), config, start.says_outside());
-        Ok((batch.len() as u64, parts))
+        Ok((batch.len() as u64, batch))
     };
-    let finished = run(&tuning, settings, stepper, Some(before), batches, report)?;
+    let finished = run(&tuning, settings, Some(before), batches, report)?;
     let Finished {
         network,
         state,
@@ -105,8 +99,9 @@ struct Tuning<'a> {
     config: &'a TrainConfig,
     /// Plain.
     device: &'a Device,
-    /// One per device.
-    losses: Vec<DeviceLoss>,
+    differentiable: Device,
+    /// Of the template, in the colours that [`Light`] asks for.
+    texture: TexturePyramid,
     /// The network that the step starts from, on the plain device.
     start: &'a Network,
 }
@@ -131,11 +126,11 @@ impl<'a> Tuning<'a> {
 }
 
 impl<'a> TrainingStep for Tuning<'a> {
-    type Part = FramePart<'a>;
+    type Batch = Vec<&'a TrainingFrame>;
     type Metrics = RecordingMetrics;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let copy = copy_of(self.start, &self.device.clone().autodiff())?;
+        let copy = copy_of(self.start, &self.differentiable)?;
         Ok(copy.train_only(&[self.step.block()]))
     }
 
@@ -154,8 +149,26 @@ impl<'a> TrainingStep for Tuning<'a> {
         state.samples.is_multiple_of(self.frames_per_epoch())
     }
 
-    fn loss(&self, network: &Network, part: FramePart<'a>, device: usize) -> Result<Tensor<1>, TrainError> {
-        Ok(self.losses[device].of(network, self.step, &part, self.config))
+    fn loss(&self, network: &Network, frames: Vec<&'a TrainingFrame>) -> Result<Tensor<1>, TrainError> {
+        let tensors = FrameTensors::new(&frames, &self.differentiable);
+        let NetworkMaps {
+            depth, registration, ..
+        } = network.forward_maps(tensors.images.clone());
+        Ok(match self.step {
+            TuningStep::Depth => {
+                let range = network.config().depth_range;
+                // The mask of these networks is read from the depth: it has to stay -1 outside.
+                let outside = network.says_outside().then(|| tensors.outside(&frames));
+                let measured = (tensors.depth_mm - range.near_mm) / range.span_mm();
+                let loss = &self.config.depth_loss;
+                loss.apply(depth, measured, tensors.depth_counts, outside, range)
+            }
+            TuningStep::Registration => {
+                let levels: Vec<usize> = frames.iter().map(|frame| frame.level).collect();
+                let loss = &self.config.photo_consistency;
+                loss.apply(registration, &tensors.images, &tensors.inside, &self.texture, &levels)
+            }
+        })
     }
 
     fn measure(&self, network: &Network) -> Result<RecordingMetrics, TrainError> {

@@ -1,4 +1,4 @@
-//! Trainings: where they are resumed, on several devices, in half precision, from data sets, until a sample is learnt by heart.
+//! Trainings: where they are resumed, from data sets, until a sample is learnt by heart.
 //! They run one at a time: burn has one stream of random numbers for all threads. `tuning` is a program of its own, whose
 //! tests run side by side.
 
@@ -7,9 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod devices;
 mod overfit_step_one;
-mod precision;
 mod resume;
 mod stored_samples;
 mod warm_start;

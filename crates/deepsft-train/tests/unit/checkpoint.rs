@@ -1,9 +1,9 @@
-//! What a checkpoint holds, and what there is of one.
+//! What a checkpoint holds.
 
-use deepsft_train::{Checkpoint, CurvePoint, existing_checkpoints};
+use deepsft_train::{Checkpoint, CurvePoint};
 
 #[test]
-fn a_loss_that_was_not_measured_is_null_in_a_checkpoint_and_those_of_older_ones_are_numbers() {
+fn a_loss_that_was_not_measured_is_null_in_a_checkpoint() {
     let point = |loss| CurvePoint {
         samples: 6,
         loss,
@@ -22,16 +22,4 @@ fn a_loss_that_was_not_measured_is_null_in_a_checkpoint_and_those_of_older_ones_
     let read: Checkpoint = serde_json::from_str(&text).unwrap();
     assert!(read.curve[0].loss.is_nan());
     assert_eq!(read.curve[1], state.curve[1]);
-}
-
-#[test]
-fn what_a_kill_leaves_of_a_checkpoint_is_found() {
-    let above = tempfile::tempdir().unwrap();
-    let folder = above.path().join("model.checkpoint");
-    let old = above.path().join("model.checkpoint.old");
-    assert!(existing_checkpoints(&folder).is_empty());
-    std::fs::create_dir(&old).unwrap();
-    assert_eq!(existing_checkpoints(&folder), std::slice::from_ref(&old));
-    std::fs::create_dir(&folder).unwrap();
-    assert_eq!(existing_checkpoints(&folder), [folder, old]);
 }

@@ -14,7 +14,6 @@ mod gradients;
 mod model_card;
 mod optimizer;
 mod photo_consistency_loss;
-mod precision;
 mod stored_samples;
 mod supervised_maps_loss;
 mod total_variation;

@@ -6,7 +6,7 @@ use crate::synthesis::SynthesisOptions;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, ValueEnum};
 use deepsft::DeviceKind;
-use deepsft_train::{Light, Precision, TrainConfig};
+use deepsft_train::{Light, TrainConfig};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -31,8 +31,7 @@ Files in BUNDLE that belong to no bundle (a poster to print) stay.
 
 --resume continues a training that was stopped in any way. With a larger budget it continues one that has ended. A step
 that continues changes the network that later steps of the same command had started from. Those steps begin anew, and their
-old checkpoints get the ending .outdated, .outdated-2 and so on. You may resume with another --devices or --precision; the
-result then differs a little.
+old checkpoints get the ending .outdated, .outdated-2 and so on.
 
 --from DIR reads DIR/weights.bpk and takes the trunk of the network over: the layers that see edges and shapes, of
 models/any-picture or of any model bundle with the compact network. What reads positions of your template off them starts
@@ -54,12 +53,6 @@ network in the time of a CPU.
 --network paper and r50f learn by the paper's loss, as a mean, on full-resolution maps of whole frames. In full width they
 are for a large GPU: `deepsft network describe paper` lists what they cost. --width-divisor 8 or 16 makes narrow ones (ours,
 not the paper's). A CPU can train those to see that everything works.
-
---devices N gives each of N devices a part of every batch; the first device sums the gradients. The loss is that of the
-whole batch, but batch normalisation (paper, r50f) sees each part alone. On the cpu a device is a thread.
---precision f16 or bf16 is mixed precision: the layers compute in half precision, all else (weights, optimiser, batch
-normalisation, loss) in single precision. With f16 the command scales the loss. It reports and skips updates that overflow,
-and halves the scale. On the cpu both cost time; prefer bf16 there.
 
 Examples:
   deepsft train --template cover --out cover-model --minutes 60
@@ -139,12 +132,6 @@ pub struct TrainArguments {
     /// What computes: cpu, or vulkan or cuda if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     pub device: DeviceKind,
-    /// Devices of that kind among which each batch is divided; on the cpu threads
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
-    pub devices: u16,
-    /// What the network's layers compute in (beyond the paper): f32, f16 or bf16 where the device has it
-    #[arg(long, value_name = "PRECISION", default_value_t = Precision::F32)]
-    pub precision: Precision,
     #[command(flatten)]
     pub images: SynthesisOptions,
     /// Name of the model for people [default: the name of BUNDLE]

@@ -134,7 +134,6 @@ fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
         accuracy_frames: arguments.accuracy_frames,
         checkpoint: beside(&arguments.out, ".checkpoint"),
         held_out_fraction: arguments.held_out,
-        precision: arguments.precision,
         ..defaults
     };
     if let Some(epochs) = arguments.epochs {

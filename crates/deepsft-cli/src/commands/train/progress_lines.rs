@@ -25,12 +25,6 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
                 duration(left)
             ));
         }
-        Progress::Skipped { samples, scale } => bar.suspend(|| {
-            println!(
-                "{samples:22} samples  an update overflowed in {} and was left out ({} so far); loss scale now {}",
-                scale.precision, scale.skipped_steps, scale.scale
-            );
-        }),
         Progress::Evaluated(point) => bar.suspend(|| println!("{}", line(&point))),
         _ => {}
     }

@@ -7,7 +7,7 @@ use deepsft_network::Network;
 /// The average of the weights over the last iterations: what is evaluated and shipped. In the first
 /// ones it forgets faster, so that it leaves the start behind: iteration k keeps (1 + k) / (10 + k) at most.
 #[derive(Clone)]
-pub struct WeightAverage {
+pub(super) struct WeightAverage {
     decay: f64,
     steps: u64,
     /// All weights in the module's order, on the device of the network.

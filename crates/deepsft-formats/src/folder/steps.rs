@@ -1,0 +1,39 @@
+//! Steps on the disk, before each of which a test can end the process.
+
+use std::io;
+
+/// Takes a step that changes the disk.
+pub(super) fn step<T>(step: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    #[cfg(test)]
+    kill::before_step()?;
+    step()
+}
+
+/// A kill: from the chosen step on nothing changes the disk any more.
+#[cfg(test)]
+pub(super) mod kill {
+    use std::cell::Cell;
+    use std::io;
+
+    thread_local! {
+        /// Steps until the process of this thread is killed.
+        static LEFT: Cell<usize> = const { Cell::new(usize::MAX) };
+    }
+
+    /// Runs `process` and kills it before step number `step`; returns whether it came that far.
+    pub fn at_step(step: usize, process: impl FnOnce()) -> bool {
+        LEFT.set(step);
+        process();
+        LEFT.replace(usize::MAX) == 0
+    }
+
+    pub fn before_step() -> io::Result<()> {
+        match LEFT.get() {
+            0 => Err(io::Error::other("killed")),
+            left => {
+                LEFT.set(left - 1);
+                Ok(())
+            }
+        }
+    }
+}

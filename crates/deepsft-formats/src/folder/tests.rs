@@ -1,0 +1,101 @@
+//! A process that is killed before any of its steps on the disk.
+
+use super::steps::kill;
+use super::{FolderKind, StagedFolder, recover_folder, write_folder};
+use crate::error::FormatError;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+thread_local! {
+    /// Whether this thread's file system cannot exchange two folders.
+    pub static CANNOT_EXCHANGE: Cell<bool> = const { Cell::new(false) };
+}
+
+const KIND: FolderKind = FolderKind {
+    known_by: &["mark"],
+    files: &["mark", "first", "second", "state"],
+};
+
+/// Removes a file of `folder`, as a kill may leave a folder that is being removed.
+pub fn remove_one_file(folder: &Path) -> io::Result<()> {
+    let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.find(|entry| entry.path().is_file()).map_or(Ok(()), |entry| fs::remove_file(entry.path()))
+}
+
+/// The files of a folder; `None` where there is none.
+fn read(folder: &Path) -> Option<BTreeMap<String, String>> {
+    let entries = fs::read_dir(folder).ok()?.map(|entry| entry.unwrap().path());
+    let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
+    Some(entries.map(|path| (name(&path), fs::read_to_string(&path).unwrap())).collect())
+}
+
+/// Kills `process` before each of its steps over an older folder with a file of somebody's own, and runs it again. The
+/// older folder or the new one is whole after the kill, the new one after the second run, with nothing beside it.
+fn holds_at_every_step(process: impl Fn(&Path, bool) -> Result<(), FormatError>) {
+    let files = |pairs: &[(&str, &str)]| pairs.iter().map(|&(name, text)| (name.to_owned(), text.to_owned())).collect();
+    let older: BTreeMap<_, _> = files(&[("mark", "old"), ("first", "old"), ("notes.txt", "mine")]);
+    let newer = files(&[("mark", "new"), ("first", "new"), ("second", "new"), ("notes.txt", "mine")]);
+    for cannot_exchange in [false, true] {
+        CANNOT_EXCHANGE.set(cannot_exchange);
+        let mut steps = 0;
+        loop {
+            let above = tempfile::tempdir().unwrap();
+            let place = above.path().join("cover");
+            fs::create_dir(&place).unwrap();
+            older.iter().for_each(|(name, text)| fs::write(place.join(name), text).unwrap());
+            let killed = kill::at_step(steps, || drop(process(&place, false)));
+            let found = |what: &str| format!("{what}, killed before step {steps}, {:?}", read(&place));
+            recover_folder(&place).unwrap();
+            let mut there = read(&place).unwrap();
+            there.remove("state");
+            assert!(there == older || there == newer, "{}", found("half of a folder"));
+            process(&place, true).unwrap();
+            assert_eq!(read(&place).unwrap(), newer, "{}", found("not the new one"));
+            let names = fs::read_dir(above.path()).unwrap().count();
+            assert_eq!(names, 1, "{}", found("something beside it"));
+            if !killed {
+                break;
+            }
+            steps += 1;
+        }
+        assert!(steps > 12, "{steps}");
+    }
+    CANNOT_EXCHANGE.set(false);
+}
+
+#[test]
+fn a_folder_is_old_or_new_at_whatever_step_its_process_is_killed() {
+    let files = ["mark", "first", "second"].map(|name| (name.to_owned(), b"new".to_vec()));
+    let files = BTreeMap::from(files);
+    holds_at_every_step(|place, _| write_folder(place, &KIND, &files));
+}
+
+#[test]
+fn a_folder_that_can_be_resumed_keeps_what_was_made_at_whatever_step_its_process_is_killed() {
+    let made = Cell::new(0);
+    holds_at_every_step(|place, again| {
+        let there = |name: &str| fs::read_to_string(place.join(name)).is_ok_and(|text| text == "new");
+        if again && there("mark") {
+            // The first process ended too late to be killed; what it left goes with the next folder.
+            return StagedFolder::resume(place, &KIND, &["state"]).map(|staged| {
+                fs::remove_dir_all(staged.path()).unwrap();
+            });
+        }
+        if !again {
+            made.set(0);
+        }
+        let staged = StagedFolder::resume(place, &KIND, &["state"])?;
+        let whole = |name: &str| staged.path().join(name).is_file();
+        assert!((0..made.get()).all(|file| whole(["state", "first", "second"][file])), "made anew");
+        for (number, name) in ["state", "first", "second", "mark"].into_iter().enumerate() {
+            if !whole(name) {
+                staged.write(name, b"new")?;
+                made.set(number + 1);
+            }
+        }
+        staged.commit()
+    });
+}
