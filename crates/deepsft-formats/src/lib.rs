@@ -44,9 +44,7 @@ pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
 #[cfg(all(feature = "shards", feature = "fs"))]
-pub use shards::{
-    DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, write_shards,
-};
+pub use shards::{DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, write_shards};
 #[cfg(feature = "shards")]
 pub use shards::{
     DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, Sample, SampleRecord,

@@ -96,7 +96,11 @@ mod cuda {
             device: kind,
             reason: "no CUDA device was found".to_owned(),
         };
-        let device = Device::enumerate(DeviceType::Cuda).into_vec().into_iter().next().ok_or_else(none)?;
+        let device = Device::enumerate(DeviceType::Cuda)
+            .into_vec()
+            .into_iter()
+            .next()
+            .ok_or_else(none)?;
         Ok((device, DeviceDescription::new(kind, "CUDA device 0")))
     }
 }

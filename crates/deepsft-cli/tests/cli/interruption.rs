@@ -137,7 +137,11 @@ fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_go
 
     // Killed between the two renames of a save, where folders cannot be exchanged.
     let place = |name: &str| folder.join(name);
-    fs::rename(place("tuned.step-3.checkpoint"), place(".tuned.step-3.checkpoint.replaced")).unwrap();
+    fs::rename(
+        place("tuned.step-3.checkpoint"),
+        place(".tuned.step-3.checkpoint.replaced"),
+    )
+    .unwrap();
     deepsft(folder, &train("2,3", "1", &[])).fails(1, &["add --resume", "tuned.step-2.checkpoint"]);
     deepsft(folder, &train("3", "1", &[])).fails(1, &["add --resume", "tuned.step-3.checkpoint"]);
     // By itself, step 3 would start from another model than it did.

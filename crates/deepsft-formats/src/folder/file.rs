@@ -96,7 +96,9 @@ mod tests {
             fs::write(folder.path().join(name), name).unwrap();
         }
         remove_unfinished(folder.path()).unwrap();
-        let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        let names = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name());
         let mut names: Vec<_> = names.collect();
         names.sort();
         assert_eq!(names, ["report.json", "unfinished-"]);

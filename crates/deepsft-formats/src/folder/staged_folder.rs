@@ -88,11 +88,7 @@ impl StagedFolder {
     ///
     /// # Errors
     /// Those of [`StagedFolder::new`]; [`FormatError::ForeignFolder`] also when `NAME.partial` is somebody's own.
-    pub fn resume(
-        place: &Path,
-        kind: &FolderKind,
-        resumed_by: &'static [&'static str],
-    ) -> Result<Self, FormatError> {
+    pub fn resume(place: &Path, kind: &FolderKind, resumed_by: &'static [&'static str]) -> Result<Self, FormatError> {
         check_folder(place, kind)?;
         let alone = FolderLock::acquire(place)?;
         recover_folder(place)?;
@@ -104,7 +100,10 @@ impl StagedFolder {
             true => step(|| fs::rename(&leaving, &beside)),
             false => remove_folder(&leaving),
         };
-        recover().and_then(|()| remove_unfinished(&beside)).map_err(unwritten)?;
+        remove_files(place, resumed_by)
+            .and_then(|()| recover())
+            .and_then(|()| remove_unfinished(&beside))
+            .map_err(unwritten)?;
         let known_by = resumed_by;
         check_folder(&beside, &FolderKind { known_by, ..*kind })?;
         step(|| fs::create_dir_all(&beside)).map_err(unwritten)?;
@@ -167,10 +166,8 @@ impl StagedFolder {
                 let _ = step(|| fs::rename(&leaving, &beside));
                 return Err(error);
             }
-            // One that stays does no harm.
-            for name in resumed_by {
-                let _ = step(|| fs::remove_file(self.place.join(name)));
-            }
+            // What stays is in nobody's way, and goes the next time.
+            let _ = remove_files(&self.place, resumed_by);
             Ok(())
         };
         put().map_err(|error| {
@@ -186,9 +183,9 @@ impl StagedFolder {
 
 /// Renames a folder to a name that is free and that nobody removes; returns it.
 fn keep(folder: &Path) -> io::Result<PathBuf> {
-    let kept = tempfile::Builder::new().prefix(".kept-").tempdir_in(parent(folder))?;
+    let kept = step(|| tempfile::Builder::new().prefix(".kept-").tempdir_in(parent(folder)))?;
     let place = kept.path().join("folder");
-    fs::rename(folder, &place)?;
+    step(|| fs::rename(folder, &place))?;
     let _ = kept.keep();
     Ok(place)
 }
@@ -234,6 +231,11 @@ pub fn recover_folder(place: &Path) -> Result<(), FormatError> {
         false => step(|| fs::rename(&old, place)),
     };
     recover().map_err(|error| FormatError::unwritten(place, error))
+}
+
+fn remove_files(folder: &Path, names: &[&str]) -> io::Result<()> {
+    let mut files = names.iter().map(|name| folder.join(name));
+    files.try_for_each(|file| or_absent(step(|| fs::remove_file(file))))
 }
 
 fn remove_folder(folder: &Path) -> io::Result<()> {

@@ -108,9 +108,16 @@ fn the_beginning_of_a_folder_that_can_be_resumed_stays_and_a_foreign_one_is_left
     staged.write("state", b"state").unwrap();
     drop(staged);
     assert_eq!(read_folder(resume().unwrap().path()), files(&["state"]));
-    fs::rename(above.path().join("set.partial/state"), above.path().join("set.partial/thesis")).unwrap();
+    fs::rename(
+        above.path().join("set.partial/state"),
+        above.path().join("set.partial/thesis"),
+    )
+    .unwrap();
     let error = resume().unwrap_err().to_string();
-    assert!(error.contains("set.partial") && error.contains("holds no state"), "{error}");
+    assert!(
+        error.contains("set.partial") && error.contains("holds no state"),
+        "{error}"
+    );
     assert_eq!(read_folder(&above.path().join("set.partial")), files(&["thesis"]));
 }
 

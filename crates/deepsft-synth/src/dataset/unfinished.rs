@@ -61,13 +61,13 @@ impl DatasetPlan {
     }
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct State {
     plan: DatasetPlan,
     shards: Vec<FinishedShard>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct FinishedShard {
     name: String,
     bytes: u64,
