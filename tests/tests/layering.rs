@@ -253,7 +253,6 @@ const CIRCLES: &[&str] = &[
     "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/still_life.rs",
     "deepsft-lab: study/finding/photograph.rs <-> study/finding/prints.rs",
     "deepsft-lab: study/finding/prints.rs <-> study/finding/repetitive.rs",
-    "deepsft-train: supervised/fingerprint.rs <-> supervised/training.rs",
     "deepsft-web: estimate.rs <-> mesh.rs",
 ];
 

@@ -1,6 +1,8 @@
 //! Folders that are there whole or not at all: filled beside their place, then exchanged with what stands there.
 
 use super::file::{let_all_read, or_absent, parent, remove_unfinished, sync_names, write};
+#[cfg(test)]
+use super::steps::kill;
 use super::steps::step;
 use super::{FolderKind, FolderLock};
 use crate::error::FormatError;
@@ -241,7 +243,7 @@ fn remove_files(folder: &Path, names: &[&str]) -> io::Result<()> {
 fn remove_folder(folder: &Path) -> io::Result<()> {
     // A kill may leave a part of it.
     #[cfg(test)]
-    step(|| super::tests::remove_one_file(folder))?;
+    step(|| kill::remove_one_file(folder))?;
     or_absent(step(|| fs::remove_dir_all(folder)))
 }
 
@@ -250,7 +252,7 @@ fn remove_folder(folder: &Path) -> io::Result<()> {
 fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     #[cfg(test)]
-    if super::tests::CANNOT_EXCHANGE.get() {
+    if kill::CANNOT_EXCHANGE.get() {
         return Err(ErrorKind::Unsupported.into());
     }
     Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)

@@ -13,11 +13,22 @@ pub(super) fn step<T>(step: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
 #[cfg(test)]
 pub(super) mod kill {
     use std::cell::Cell;
-    use std::io;
+    use std::path::Path;
+    use std::{fs, io};
 
     thread_local! {
         /// Steps until the process of this thread is killed.
         static LEFT: Cell<usize> = const { Cell::new(usize::MAX) };
+        /// Whether this thread's file system cannot exchange two folders.
+        pub static CANNOT_EXCHANGE: Cell<bool> = const { Cell::new(false) };
+    }
+
+    /// Removes a file of `folder`, as a kill may leave a folder that is being removed.
+    pub fn remove_one_file(folder: &Path) -> io::Result<()> {
+        let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        entries
+            .find(|entry| entry.path().is_file())
+            .map_or(Ok(()), |entry| fs::remove_file(entry.path()))
     }
 
     /// Runs `process` and kills it before step number `step`; returns whether it came that far.

@@ -1,31 +1,17 @@
 //! A process that is killed before any of its steps on the disk.
 
-use super::steps::kill;
+use super::steps::kill::{self, CANNOT_EXCHANGE};
 use super::{FolderKind, StagedFolder, recover_folder, write_folder};
 use crate::error::FormatError;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
 use std::path::Path;
-
-thread_local! {
-    /// Whether this thread's file system cannot exchange two folders.
-    pub static CANNOT_EXCHANGE: Cell<bool> = const { Cell::new(false) };
-}
 
 const KIND: FolderKind = FolderKind {
     known_by: &["mark"],
     files: &["mark", "first", "second", "state"],
 };
-
-/// Removes a file of `folder`, as a kill may leave a folder that is being removed.
-pub fn remove_one_file(folder: &Path) -> io::Result<()> {
-    let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries
-        .find(|entry| entry.path().is_file())
-        .map_or(Ok(()), |entry| fs::remove_file(entry.path()))
-}
 
 /// The files of a folder; `None` where there is none.
 fn read(folder: &Path) -> Option<BTreeMap<String, String>> {
