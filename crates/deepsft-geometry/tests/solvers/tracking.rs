@@ -211,6 +211,28 @@ fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
 }
 
 #[test]
+fn a_track_ends_after_so_many_seconds_whatever_the_frame_rate() {
+    let noise = |x: usize, y: usize| (x * 7919 + y * 104_729) % 251;
+    let covered = Picture::from_fn(480, 270, |x, y| [noise(x / 3, y / 3) as u8; 3]);
+    // Misses that the track survives: 0.09 s, and one in any case.
+    for (frame_s, survived) in [(1.0 / 60.0, 5), (1.0 / 30.0, 2), (1.0 / 10.0, 1)] {
+        let mut video = Video::new();
+        let picture = video.picture(0);
+        video.tracker.follow(0, 0.0, &picture, &video.camera).unwrap();
+        video.tracker.update(0, Some(&video.truth(0))).unwrap();
+        let mut found = Vec::new();
+        while found.last() != Some(&false) {
+            let frame = found.len() as u64 + 1;
+            let time_s = frame as f64 * frame_s;
+            let tracked = video.tracker.follow(frame, time_s, &covered, &video.camera).unwrap();
+            assert_eq!(tracked.held, tracked.found);
+            found.push(tracked.found);
+        }
+        assert_eq!(found.len() - 1, survived, "at {frame_s} s a frame");
+    }
+}
+
+#[test]
 fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
     // 42 mm a frame are 37 pixels: no speed is known yet, and the widest blur reaches a third of that.
     let Video {

@@ -24,8 +24,8 @@ pub struct TrackingOptions {
     /// Correlation below which a frame counts as missed. After a search, until the network's next maps, it is
     /// `start_correlation` instead.
     pub min_correlation: f64,
-    /// Missed frames in a row after which the track is lost.
-    pub patience: usize,
+    /// Seconds of the video without a confirmed frame after which the track is lost, if at least two frames in a row were missed.
+    pub patience_s: f64,
     /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
     pub min_points: usize,
     /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
@@ -46,7 +46,7 @@ impl Default for TrackingOptions {
             persistence: 0.8,
             start_correlation: 0.5,
             min_correlation: 0.35,
-            patience: 3,
+            patience_s: 0.09,
             min_points: 100,
             disagreement_px: 5.0,
             memory: 32,

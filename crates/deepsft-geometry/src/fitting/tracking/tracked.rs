@@ -10,6 +10,8 @@ pub struct Tracked {
     pub frame: u64,
     /// Whether the object is followed. Stays so through a few missed frames, in which the mesh stands still.
     pub found: bool,
+    /// Whether the frame does not confirm the mesh, which then stands where it was.
+    pub held: bool,
     /// The mesh's vertices, camera frame, mm; empty unless found.
     pub vertices_camera: Vec<DVec3>,
     /// How well the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the

@@ -454,8 +454,10 @@ impl Tracker {
             return;
         }
         self.missed += 1;
+        let confirmed_s = self.frames[newest.saturating_sub(self.missed)].time_s;
+        let is_over = self.frames[newest].time_s - confirmed_s >= self.options.patience_s;
         // What has left the view has nothing to come back with: no patience.
-        if self.missed >= self.options.patience || !in_view {
+        if (is_over && self.missed >= MIN_MISSED) || !in_view {
             let iterations = mesh.iterations;
             self.lose();
             self.current.frame = self.frames[newest].frame;
@@ -477,6 +479,7 @@ impl Tracker {
         self.current = Tracked {
             frame: self.frames[index].frame,
             found: true,
+            held: mesh.held,
             vertices_camera: fit.fine_vertices(&mesh.vertices),
             confidence: fit.fine_confidence(&mesh.confidence),
             correlation: mesh.correlation,
@@ -506,6 +509,9 @@ const WIDE_STEPS: usize = 2;
 
 /// Blur from which rounds look at the image at half the size.
 const HALVED_BLUR_PX: f32 = 3.0;
+
+/// Missed frames in a row that end a track at the earliest: one alone may be a flash.
+const MIN_MISSED: usize = 2;
 
 /// Confidence around a point below which it is taken as hidden.
 const HIDDEN: f64 = 0.25;
