@@ -1,7 +1,7 @@
 //! A video that goes on and on takes no more and more memory. Alone in its program: it counts what is allocated.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use deepsft::video::{FindingPace, VideoOptions, VideoTracker};
+use deepsft::session::{Asking, SessionOptions, VideoFollower, VideoOptions};
 use deepsft::{Target, TargetFinder, View};
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::training_camera;
@@ -40,19 +40,23 @@ fn a_loop_of_losses_and_returns_leaves_no_memory_behind() {
     let images: Vec<_> = clips.iter().flat_map(there_and_back).collect();
     let mut finder = TargetFinder::new(Target::from_template(template)).unwrap();
     let options = VideoOptions {
-        // Every fourth frame: a loop begins as the one before.
-        pace: FindingPace::Delayed(3),
-        smoothing: Some(OneEuroOptions::default()),
+        session: SessionOptions {
+            smoothing: Some(OneEuroOptions::default()),
+            // A loop begins as the one before.
+            asking: Asking::Every(4),
+            ..SessionOptions::default()
+        },
+        delay: 3,
         ..VideoOptions::default()
     };
-    let mut tracker = VideoTracker::new(&mut finder, options, || 0.0).unwrap();
+    let mut tracker = VideoFollower::new(&mut finder, options, || 0.0).unwrap();
     let (mut number, mut found) = (0, 0);
     let mut a_loop = || {
         for image in &images {
             let mut view = View::new(image, &camera);
             let frame = pollster::block_on(tracker.follow(f64::from(number) / 30.0, &mut view)).unwrap();
             number += 1;
-            found += usize::from(frame.tracked.found);
+            found += usize::from(frame.followed.found);
         }
     };
     // Everything that is made once, and the frames that are remembered.

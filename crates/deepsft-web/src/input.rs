@@ -45,10 +45,8 @@ pub fn camera_from(size: (usize, usize), numbers: &[f64]) -> Result<Camera, Fail
 /// The view of focal length `focal` (pixels) for images of `size`: the canonical camera, or one that is zoomed out.
 pub fn view_from(canonical: &Camera, focal: f64) -> Result<Camera, Failure> {
     let own = canonical.focal();
-    if focal == own.x {
-        return Ok(*canonical);
-    }
-    let zoomed = focal / own.x * own;
+    // To the bit: an image of that view is then taken as it is.
+    let zoomed = DVec2::new(focal, focal * (own.y / own.x));
     Ok(Camera::pinhole(canonical.size(), zoomed, canonical.principal_point())?)
 }
 

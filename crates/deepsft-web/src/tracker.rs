@@ -1,7 +1,7 @@
-//! The tracker: targets, frames of a video in, their meshes in each of them out.
+//! The tracker: a session of one video, its arguments and results as JavaScript has them.
 
 use crate::{
-    clock::Stopwatch,
+    clock::{Stopwatch, now_ms},
     estimate::object,
     failure::{Code, Failure},
     input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from, view_from},
@@ -10,14 +10,11 @@ use crate::{
 };
 use deepsft::{
     DeepSftError, ModelBundle, View,
-    geometry::{
-        CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Template, canonical_camera,
-        tracking::{OneEuro, OneEuroOptions, TrackUpdate, Tracked, Tracker, TrackerImage, TrackingOptions},
-        training_camera,
-    },
+    geometry::{CalibratedCamera, Camera, Template, canonical_camera, tracking::OneEuroOptions, training_camera},
+    session::{Answer, AnswerTimes, Change, Effect, Followed, Next, Question, Session, SessionOptions, Source},
 };
 use js_sys::{Array, Float32Array, Object, Promise};
-use std::{cell::RefCell, collections::BTreeMap, hint::black_box, rc::Rc};
+use std::{cell::RefCell, hint::black_box, rc::Rc};
 use wasm_bindgen::prelude::*;
 
 /// Follows the meshes of targets through one video, beside an [`crate::Engine`] in another instance of this module that
@@ -28,30 +25,35 @@ pub struct MeshTracker {
 }
 
 struct Core {
-    /// Of the meshes; none when absent.
-    smoothing: Option<OneEuroOptions>,
-    tracks: BTreeMap<u32, Track>,
+    session: Session,
+    /// The camera of the last frame.
+    source: Option<Camera>,
 }
 
-struct Track {
-    tracker: Tracker,
-    /// Started afresh with each track.
-    smoothing: Option<OneEuro>,
-    /// The camera of canonical images that lie across.
-    training: Camera,
-    template: Template,
-    /// Made when the camera is to be found.
-    calibration: Option<SelfCalibration>,
-}
+#[wasm_bindgen]
+extern "C" {
+    /// What finders see of one target.
+    #[wasm_bindgen(
+        typescript_type = "{ id: number, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }"
+    )]
+    pub type RawAnswer;
+    #[wasm_bindgen(method, getter)]
+    fn id(this: &RawAnswer) -> u32;
+    #[wasm_bindgen(method, getter)]
+    fn sightings(this: &RawAnswer) -> Vec<RawSighting>;
 
-/// Frames between two steps of the search for the camera; each takes about as long as following a frame.
-const CALIBRATION_INTERVAL: u32 = 2;
+    /// Where they see it.
+    pub type RawSighting;
+    #[wasm_bindgen(method, getter)]
+    fn width(this: &RawSighting) -> u32;
+    #[wasm_bindgen(method, getter)]
+    fn depth(this: &RawSighting) -> Vec<f32>;
+    #[wasm_bindgen(method, getter)]
+    fn registration(this: &RawSighting) -> Vec<f32>;
+}
 
 /// What following a sheet takes for a moment where it fills the view, for each pixel: half as much of an A4 sheet 400 mm away.
 const ROOM_BYTES: usize = 56;
-
-/// Correlation from which a mesh is good enough to tell of the camera.
-const TELLING_CORRELATION: f64 = 0.6;
 
 #[wasm_bindgen]
 impl MeshTracker {
@@ -61,16 +63,18 @@ impl MeshTracker {
     #[wasm_bindgen(constructor)]
     pub fn new(smooth: bool, min_cutoff: Option<f64>, beta: Option<f64>) -> Self {
         let defaults = OneEuroOptions::default();
-        let options = OneEuroOptions {
+        let smoothing = OneEuroOptions {
             min_cutoff_hz: min_cutoff.unwrap_or(defaults.min_cutoff_hz),
             speed_coefficient: beta.unwrap_or(defaults.speed_coefficient),
             ..defaults
         };
+        let options = SessionOptions {
+            smoothing: smooth.then_some(smoothing),
+            ..SessionOptions::default()
+        };
+        let session = Session::new(options);
         Self {
-            core: Rc::new(RefCell::new(Core {
-                smoothing: smooth.then_some(options),
-                tracks: BTreeMap::new(),
-            })),
+            core: Rc::new(RefCell::new(Core { session, source: None })),
         }
     }
 
@@ -84,7 +88,7 @@ impl MeshTracker {
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
-        self.adding(id, move || {
+        self.adding((id, true), move || {
             ModelBundle::template_from_files(&files_from(&files)?).map_err(|error| Failure::of_model(&error))
         })
     }
@@ -98,7 +102,7 @@ impl MeshTracker {
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
-        self.adding(id, move || {
+        self.adding((id, false), move || {
             Ok((template_from(&files_from(&files)?)?, training_camera()))
         })
     }
@@ -116,7 +120,7 @@ impl MeshTracker {
         width_mm: f64,
         height_mm: f64,
     ) -> Promise {
-        self.adding(id, move || {
+        self.adding((id, false), move || {
             let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
             Ok((template, training_camera()))
         })
@@ -125,57 +129,78 @@ impl MeshTracker {
     /// Follows a target no longer.
     #[wasm_bindgen(js_name = removeTarget)]
     pub fn remove_target(&self, id: u32) {
-        self.core.borrow_mut().tracks.remove(&id);
+        self.core.borrow_mut().session.remove(id);
     }
 
-    /// The next frame of the video, as for [`crate::Engine::estimate`]; `number` and `time_s` ascend: a time that does
-    /// not starts the tracker afresh, as for another camera or file. `focal` is the focal length of the
-    /// canonical image that it is followed in, pixels: the training camera's, or a shorter one that sees more.
+    /// The next frame of the video, as for [`crate::Engine::estimate`], at `time_s`, ascending; `afresh`: the first of another camera or
+    /// file. `source` is the camera that took it, `[width, height, fx, ...]`, and `focal_deviation` how sure its focal length is, a fraction:
+    /// infinite for a guess, 0 where nobody wants it better. `focal` is the focal length, pixels, of the canonical image that it is followed
+    /// in, and `asked` the targets that finders look for in it.
     ///
-    /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found),
-    /// `confidence` (of each vertex, 0 to 1), `correlation` (of the whole visible print), solver `iterations`. With `calibrate` the
-    /// meshes also tell of the camera: `focal` is there in frames in which it was found, the true focal length as a multiple of the
-    /// given one with its standard deviation, a fraction of it. Rejects with an `Error` whose `code` is `camera-intrinsics`,
-    /// `image-unreadable` or `internal`.
+    /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found), `confidence` (of each
+    /// vertex, 0 to 1), `correlation` (of the whole visible print), solver `iterations`; whether all began `afresh` with it; the focal length
+    /// where it is told, a multiple of the given one with its standard deviation, a fraction of it; and what the next frame is for. Rejects
+    /// with an `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], focal: { ratio: number, deviation: number } | null, warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, change: \"found\" | \"lost\" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
-        number: u32,
         time_s: f64,
+        afresh: bool,
         #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
         width: usize,
         height: usize,
         camera: Vec<f64>,
+        source: Vec<f64>,
+        focal_deviation: f64,
         focal: f64,
-        calibrate: bool,
+        asked: Option<Vec<u32>>,
+        only_confirms: bool,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let camera = camera_from((width, height), &camera)?;
             let picture = picture_from(&rgba, (width, height))?;
-            core.borrow_mut()
-                .follow((number, time_s), &mut View::new(&picture, &camera), focal, calibrate)
+            let source = Source {
+                camera: source_from(&source)?,
+                focal_deviation,
+            };
+            let core = &mut *core.borrow_mut();
+            if afresh {
+                core.session.restart();
+            }
+            if let Some(targets) = asked {
+                core.session.ask(Question { targets, only_confirms }, now_ms() / 1000.0);
+            }
+            core.follow((time_s, focal), &source, &mut View::new(&picture, &camera))
         })
     }
 
-    /// Where a finder sees target `id` in frame `number`, in a canonical image of `width` columns; depth and registration both empty: it
-    /// is not there.
+    /// Where finders see the targets in the frame that they were asked about. It took them `took_ms`, and the page last missed a frame
+    /// `since_missed_ms` ago.
     ///
-    /// Resolves to what the tracker makes of it. Rejects with an `Error` whose `code` is `image-unreadable`,
-    /// `target-unknown` or `internal`.
+    /// Resolves to what the tracker makes of it, and what the next frame is for. Rejects with an `Error` whose `code` is `image-unreadable`
+    /// or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<\"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\">"
+        unchecked_return_type = "Promise<{ effects: { id: number, effect: \"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\" }[], next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null } | null }>"
     )]
-    pub fn answer(&self, id: u32, number: u32, width: u32, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
+    pub fn answer(&self, answers: Vec<RawAnswer>, took_ms: f64, since_missed_ms: f64) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let maps = match depth.is_empty() {
-                true => None,
-                false => Some(maps_from(width, depth, &registration)?),
+            let answers = answers.iter().map(answer_from).collect::<Result<Vec<_>, Failure>>()?;
+            let times = AnswerTimes {
+                now_s: now_ms() / 1000.0,
+                took_s: took_ms / 1000.0,
+                since_missed_s: since_missed_ms / 1000.0,
             };
-            core.borrow_mut().track(id)?.answer(number, maps.as_ref())
+            let core = &mut *core.borrow_mut();
+            let effects = core.session.answer(&answers, times).map_err(|error| Failure::of_frame(&error, false))?;
+            let effect = |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);
+            Ok(object([
+                ("effects", effects.iter().map(effect).collect::<Array>().into()),
+                ("next", core.next()),
+            ]))
         })
     }
 
@@ -188,10 +213,8 @@ impl MeshTracker {
     pub fn maps(&self, id: u32) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let mut core = core.borrow_mut();
-            let track = core.track(id)?;
-            let maps = track.tracker.maps();
-            let camera = track.tracker.camera().unwrap_or(track.training);
+            let unknown = || Failure::new(Code::TargetUnknown, "The target is not followed.");
+            let (camera, maps) = core.borrow_mut().session.maps(id).ok_or_else(unknown)?;
             let registration = Float32Array::from(maps.registration().as_flattened());
             Ok(object([
                 ("width", (maps.width() as u32).into()),
@@ -202,129 +225,80 @@ impl MeshTracker {
         })
     }
 
-    fn adding(&self, id: u32, template: impl FnOnce() -> Result<(Template, Camera), Failure> + 'static) -> Promise {
+    fn adding(
+        &self,
+        (id, can_deny): (u32, bool),
+        template: impl FnOnce() -> Result<(Template, Camera), Failure> + 'static,
+    ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let (template, training) = template()?;
-            core.borrow_mut().add(id, &template, training)?;
+            let added = core.borrow_mut().session.add(id, &template, training, can_deny);
+            added.map_err(|error| Failure::of_target(&error))?;
             Ok(JsValue::UNDEFINED)
         })
     }
 }
 
 impl Core {
-    fn add(&mut self, id: u32, template: &Template, training: Camera) -> Result<(), Failure> {
-        let tracker = Tracker::new(template, TrackingOptions::default());
-        let track = Track {
-            tracker: tracker.map_err(|error| Failure::of_target(&error.into()))?,
-            smoothing: self.smoothing.clone().map(OneEuro::new),
-            training,
-            template: template.clone(),
-            calibration: None,
-        };
-        self.tracks.insert(id, track);
-        Ok(())
-    }
-
-    fn track(&mut self, id: u32) -> Result<&mut Track, Failure> {
-        let unknown = || Failure::new(Code::TargetUnknown, "The target is not followed.");
-        self.tracks.get_mut(&id).ok_or_else(unknown)
-    }
-
-    fn follow(
-        &mut self,
-        (number, time_s): (u32, f64),
-        view: &mut View<'_>,
-        focal: f64,
-        calibrate: bool,
-    ) -> Result<Object, Failure> {
-        let (mut whole, mut stopwatch) = (Stopwatch::start(), Stopwatch::start());
+    fn follow(&mut self, (time_s, focal): (f64, f64), source: &Source, image: &mut View<'_>) -> Result<Object, Failure> {
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
-        // Targets share the canonical image.
-        let mut shared: Option<(Camera, TrackerImage)> = None;
-        // All have forgotten it; the others drop it.
-        let mut spare = self
-            .tracks
-            .values_mut()
-            .filter_map(|track| track.tracker.spare_image())
-            .last();
-        let mut warp_ms = 0.0;
-        let targets = Array::new();
-        let mut calibrated: Option<CalibratedCamera> = None;
-        for (&id, track) in &mut self.tracks {
-            let nearest = canonical_camera(&track.training, view.size());
-            let canonical = view_from(&nearest, focal)?;
-            let image = match shared.take().filter(|(camera, _)| *camera == canonical) {
-                Some((_, image)) => image,
-                None => {
-                    stopwatch.lap_ms();
-                    let image = TrackerImage::of_into(view.canonical(&canonical).map_err(failed)?, spare.take());
-                    make_room(canonical.size());
-                    warp_ms += stopwatch.lap_ms();
-                    image
-                }
-            };
-            let tracked = track
-                .tracker
-                .follow_shared(u64::from(number), time_s, &image, &canonical)?;
-            targets.push(&tracked_target(id, tracked, &mut track.smoothing, time_s));
-            if calibrate {
-                // All of one camera's images.
-                let picture = view.canonical(&nearest).map_err(failed)?;
-                if let Some(found) = track.calibrated(picture, &nearest, number)?
-                    && calibrated
-                        .as_ref()
-                        .is_none_or(|best| found.focal_deviation < best.focal_deviation)
-                {
-                    calibrated = Some(found);
-                }
-            } else if let Some(calibration) = &mut track.calibration {
-                // Made anew at each change of the camera it would tear the memory to pieces, which then grows.
-                calibration.reset();
-            }
-            shared = Some((canonical, image));
-        }
+        let mut stopwatch = Stopwatch::start();
+        let view = view_from(&canonical_camera(&training_camera(), image.size()), focal)?;
+        make_room(view.size());
+        image.canonical(&view).map_err(failed)?;
+        let warp_ms = stopwatch.lap_ms();
+        let frame = self.session.frame(time_s, source, &view, image).map_err(failed)?;
+        let track_ms = stopwatch.lap_ms();
+        self.source = Some(source.camera);
+        let focal = frame.calibrated.as_ref().map_or(JsValue::NULL, |found| focal_ratio(found).into());
         Ok(object([
-            ("targets", targets.into()),
-            (
-                "focal",
-                calibrated.map_or(JsValue::NULL, |found| focal_ratio(&found).into()),
-            ),
+            ("targets", frame.targets.iter().map(target_object).collect::<Array>().into()),
+            ("afresh", frame.afresh.into()),
+            ("focal", focal),
+            ("next", self.next()),
             ("warpMs", warp_ms.into()),
-            ("trackMs", (whole.lap_ms() - warp_ms).into()),
+            ("trackMs", track_ms.into()),
         ]))
+    }
+
+    /// What the next frame is for, if the camera stays the same; null before the first.
+    fn next(&self) -> JsValue {
+        let Some(source) = &self.source else {
+            return JsValue::NULL;
+        };
+        let Next {
+            view,
+            question,
+            interval_s,
+        } = self.session.next(source, now_ms() / 1000.0);
+        let question = question.map_or(JsValue::NULL, |Question { targets, only_confirms }| {
+            let ids = Array::from_iter(targets.into_iter().map(JsValue::from));
+            object([("ids", ids.into()), ("onlyConfirms", only_confirms.into())]).into()
+        });
+        let next = object([
+            ("focal", view.focal().x.into()),
+            ("intervalMs", (1000.0 * interval_s).into()),
+            ("question", question),
+        ]);
+        next.into()
     }
 }
 
-impl Track {
-    /// Lets the mesh in the newest frame, whose canonical image is `picture`, tell of the camera.
-    fn calibrated(
-        &mut self,
-        picture: &Picture,
-        canonical: &Camera,
-        number: u32,
-    ) -> Result<Option<CalibratedCamera>, Failure> {
-        let calibration = match &mut self.calibration {
-            Some(calibration) => calibration,
-            none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),
-        };
-        let tracked = self.tracker.current();
-        if tracked.found && tracked.correlation >= TELLING_CORRELATION {
-            calibration.offer(picture, canonical, &tracked.vertices_camera)?;
-        }
-        if !number.is_multiple_of(CALIBRATION_INTERVAL) {
-            return Ok(None);
-        }
-        Ok(calibration.step()?)
+/// The camera of `[width, height, fx, ...]`.
+fn source_from(numbers: &[f64]) -> Result<Camera, Failure> {
+    match numbers {
+        [width, height, intrinsics @ ..] => camera_from((*width as usize, *height as usize), intrinsics),
+        short => camera_from((0, 0), short),
     }
+}
 
-    fn answer(&mut self, number: u32, maps: Option<&Maps>) -> Result<&'static str, Failure> {
-        let update = self.tracker.update(u64::from(number), maps)?;
-        if let (TrackUpdate::Started | TrackUpdate::Restarted, Some(filter)) = (update, &mut self.smoothing) {
-            filter.reset();
-        }
-        Ok(update.name())
-    }
+fn answer_from(answer: &RawAnswer) -> Result<Answer, Failure> {
+    let starts = answer.sightings().into_iter().map(|seen| maps_from(seen.width(), seen.depth(), &seen.registration()));
+    Ok(Answer {
+        target: answer.id(),
+        starts: starts.collect::<Result<_, _>>()?,
+    })
 }
 
 /// Makes room for what a frame takes for a moment where the sheet fills the view, without touching it. Memory of WebAssembly never
@@ -341,22 +315,20 @@ fn focal_ratio(found: &CalibratedCamera) -> Object {
     ])
 }
 
-/// The mesh of a target in one frame: a plain object, whose arrays belong to JavaScript.
-fn tracked_target(id: u32, tracked: &Tracked, smoothing: &mut Option<OneEuro>, time_s: f64) -> Object {
-    let vertices = match smoothing {
-        Some(filter) if tracked.found => {
-            let mut vertices = tracked.vertices_camera.clone();
-            filter.smooth(time_s, &mut vertices);
-            positions(&vertices)
-        }
-        _ => positions(&tracked.vertices_camera),
-    };
+/// A target in one frame: a plain object, whose arrays belong to JavaScript.
+fn target_object(followed: &Followed) -> Object {
+    let change = followed.change.map_or(JsValue::NULL, |change| match change {
+        Change::Found => "found".into(),
+        Change::Lost => "lost".into(),
+    });
     object([
-        ("id", id.into()),
-        ("found", tracked.found.into()),
-        ("vertices", vertices.into()),
-        ("confidence", Float32Array::from(tracked.confidence.as_slice()).into()),
-        ("correlation", tracked.correlation.into()),
-        ("iterations", (tracked.iterations as u32).into()),
+        ("id", followed.target.into()),
+        ("found", followed.found.into()),
+        ("held", followed.held.into()),
+        ("change", change),
+        ("vertices", positions(&followed.vertices_camera).into()),
+        ("confidence", Float32Array::from(followed.confidence.as_slice()).into()),
+        ("correlation", followed.correlation.into()),
+        ("iterations", (followed.iterations as u32).into()),
     ])
 }

@@ -2,7 +2,7 @@
 //!
 //! # Where to begin
 //!
-//! A [`Target`] is what is looked for, a [`TargetFinder`] looks for it in images, and [`video`] runs finders beside the tracker.
+//! A [`Target`] is what is looked for, a [`TargetFinder`] looks for it in images, and a [`session`] runs finders beside trackers.
 //! A [`ModelBundle`] is a trained network with its template; [`Estimator`] runs it alone. Devices are started by
 //! [`start_device`]. Nothing here reads a clock or fetches.
 
@@ -14,7 +14,7 @@ mod error;
 mod estimator;
 mod finding;
 mod photo_consistency;
-pub mod video;
+pub mod session;
 mod weights_file;
 
 pub use bundle::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance, WEIGHTS_FILE};

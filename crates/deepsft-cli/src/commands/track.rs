@@ -12,12 +12,12 @@ use crate::video::Video;
 use crate::{interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
-use deepsft::video::{FindingPace, TrackedFrame, VideoOptions, VideoTracker};
+use deepsft::session::{Asking, SessionOptions, TrackedFrame, VideoFollower, VideoOptions};
 use deepsft::{DeviceKind, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
-use deepsft_geometry::{Camera, Picture, SelfCalibration, SelfCalibrationOptions, Template};
+use deepsft_geometry::{CalibratedCamera, Camera, Picture, Template};
 use deepsft_synth::{CAMERA_FILE, ClipFolder, Sample};
 use deepsft_train::tracking_errors::{self, TRACKED_PX};
 use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
@@ -25,8 +25,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use track_folder::{TRACK_FOLDER, TrackFolder};
 
-/// Correlation from which a mesh is good enough to tell of the camera.
-const TELLING_CORRELATION: f64 = 0.6;
 /// Updates of the camera after which it counts as not found.
 const MAX_CAMERA_UPDATES: usize = 30;
 /// Standard deviation of the focal length, a fraction of it, from which its user is warned.
@@ -39,8 +37,8 @@ fits it to the next image. A model has its own network as finder; a picture's co
 finder runs beside the tracker. Its detections start the track, confirm it, and start it again when it is lost.
 
 The command writes
-  DIR/track.json     for every frame: found or not, correlation of image and template (0 to 1), solver iterations, the
-                     finder's detection, milliseconds per stage; the cameras; medians
+  DIR/track.json     for every frame: found or not, held or not, correlation of image and template (0 to 1), solver
+                     iterations, the finder's detection, milliseconds per stage; the cameras; medians
   DIR/track.csv      the same as a table
   DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found
   DIR/pictures/      with --pictures: every frame with the mesh drawn over it, green where the image confirms it
@@ -58,8 +56,11 @@ that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, o
 A video that cannot be read to its end leaves the frames before: \"ended_early\" in track.json says why, and the exit code
 is 3. Ctrl-C does the same (exit code 130), and so does a full disk if it has room for the report (exit code 1). An older track in DIR that is whole stays; the frames are then in DIR.partial.
 
-By default a detection arrives 4 frames after its frame, as on a device that follows a camera. Where time does not
-matter, --find-every 1 shows every frame to the finder and waits.
+By default a detection arrives 4 frames after its frame, as on a device that follows a camera. The finder then looks for what is
+missing; a picture that is followed well is confirmed every 2 seconds. Where time does not matter, --find-every 1 shows every frame to
+the finder and waits.
+
+The object is found when three frames in a row confirm its mesh, or one clearly, and lost when none has for 0.4 seconds.
 
 A folder that `deepsft clip` wrote holds the truth too: the command then also reports the errors.
 
@@ -109,11 +110,22 @@ pub struct TrackArguments {
 }
 
 impl TrackArguments {
-    fn pace(&self) -> FindingPace {
-        match (self.delay, self.find_every) {
-            (_, Some(frames)) => FindingPace::Every(frames),
-            (Some(frames), None) => FindingPace::Delayed(frames),
-            (None, None) => FindingPace::default(),
+    fn options(&self) -> VideoOptions {
+        let defaults = VideoOptions::default();
+        VideoOptions {
+            session: SessionOptions {
+                smoothing: self.smooth.then(OneEuroOptions::default),
+                asking: self.find_every.map_or(Asking::AsNeeded, Asking::Every),
+                ..SessionOptions::default()
+            },
+            delay: match self.find_every {
+                Some(_) => 0,
+                None => self.delay.unwrap_or(defaults.delay),
+            },
+            focal_deviation: match self.write_camera {
+                Some(_) => f64::INFINITY,
+                None => defaults.focal_deviation,
+            },
         }
     }
 }
@@ -136,28 +148,20 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         .blame("video", &arguments.video)?;
     let (camera, source) = camera(arguments, &first.0)?;
     let canonical_camera = finder.target().canonical_camera(camera.size());
-    let pace = arguments.pace();
-    let options = VideoOptions {
-        pace,
-        smoothing: arguments.smooth.then(OneEuroOptions::default),
-        ..VideoOptions::default()
-    };
+    let options = arguments.options();
+    let delay = arguments.find_every.is_none().then_some(options.delay);
     let began = Instant::now();
     let mut track = Track {
         template,
         canonical_camera,
         camera,
         frames_per_s: video.frames_per_s,
-        tracker: VideoTracker::new(&mut finder, options, || milliseconds(began))?,
+        tracker: VideoFollower::new(&mut finder, options, || milliseconds(began))?,
         truth: clip
             .as_ref()
             .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
         texture_png: arguments.meshes.then(|| encode_png(template.texture())).transpose()?,
         pictures: arguments.pictures,
-        calibration: match &arguments.write_camera {
-            Some(_) => Some(SelfCalibration::new(template, SelfCalibrationOptions::default())?),
-            None => None,
-        },
         folder: TrackFolder::new(&arguments.out, template.mesh().vertices().len())?,
         frames: Vec::new(),
     };
@@ -175,17 +179,16 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     let failure = follow().err();
     bar.finish_and_clear();
-    let calibration = track.calibration.take();
-    let (folder, frames) = (track.folder, track.frames);
+    let Track {
+        mut tracker,
+        folder,
+        frames,
+        ..
+    } = track;
     // A video whose very first frame fails leaves nothing worth keeping.
     let failure = match failure {
         Some(error) if frames.is_empty() => return Err(error),
         failure => failure,
-    };
-    let (delay, every) = match pace {
-        FindingPace::Delayed(frames) => (Some(frames), None),
-        FindingPace::Every(frames) => (None, Some(frames)),
-        _ => (None, None),
     };
     let report = Report {
         video: arguments.video.display().to_string(),
@@ -195,7 +198,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         frames_per_s: video.frames_per_s,
         found: frames.iter().filter(|frame| frame.found).count(),
         finding_delay_frames: delay,
-        finding_every_frames: every,
+        finding_every_frames: arguments.find_every,
         smoothed: arguments.smooth,
         camera: CameraReport::new(&camera, source),
         canonical_camera: CameraReport::new(&canonical_camera, "model"),
@@ -208,8 +211,8 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let committed = folder.commit(&report);
     let Some(failure) = failure else {
         print(&report, &committed?);
-        if let (Some(path), Some(calibration)) = (&arguments.write_camera, calibration) {
-            write_camera(path, calibration, &camera)?;
+        if let Some(path) = &arguments.write_camera {
+            write_camera(path, tracker.solve_camera(MAX_CAMERA_UPDATES)?, &camera)?;
         }
         return Ok(());
     };
@@ -237,9 +240,9 @@ fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
     Ok(frame.map(|frame| (frame, milliseconds(start))))
 }
 
-/// Writes the camera that `calibration` has found for images of the `assumed` one.
-fn write_camera(path: &Path, mut calibration: SelfCalibration, assumed: &Camera) -> Result<()> {
-    let found = calibration.solve(MAX_CAMERA_UPDATES)?.ok_or_else(|| {
+/// Writes the camera that was `found` for images of the `assumed` one.
+fn write_camera(path: &Path, found: Option<CalibratedCamera>, assumed: &Camera) -> Result<()> {
+    let found = found.ok_or_else(|| {
         anyhow!(
             "{}: the video does not tell what its camera is: the sheet has to be found in views that differ, tilted or bent",
             path.display()
@@ -289,13 +292,11 @@ struct Track<'a> {
     canonical_camera: Camera,
     camera: Camera,
     frames_per_s: f64,
-    tracker: VideoTracker<'a>,
+    tracker: VideoFollower<'a>,
     truth: Option<Box<dyn Iterator<Item = Result<Sample, FormatError>>>>,
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
     pictures: bool,
-    /// If the camera is to be found.
-    calibration: Option<SelfCalibration>,
     folder: TrackFolder,
     frames: Vec<FrameReport>,
 }
@@ -306,48 +307,42 @@ impl Track<'_> {
         let time_s = number as f64 / self.frames_per_s;
         let mut view = View::new(image, &self.camera);
         let TrackedFrame {
-            tracked,
-            canonical_camera,
+            followed,
+            view: seen_by,
             detection,
             times,
             ..
         } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
-        if let Some(calibration) = &mut self.calibration {
-            if tracked.found && tracked.correlation >= TELLING_CORRELATION {
-                let image = view.canonical(&self.canonical_camera)?;
-                calibration.offer(image, &self.canonical_camera, &tracked.vertices_camera)?;
-            }
-            calibration.step()?;
-        }
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {
-                Some(sample) => Some(self.compare(&sample, &canonical_camera, &tracked.vertices_camera)?),
+                Some(sample) => Some(self.compare(&sample, &seen_by, &followed.vertices_camera)?),
                 None => None,
             },
             None => None,
         };
         if self.pictures {
-            let (vertices, confidence) = (&tracked.vertices_camera, &tracked.confidence);
+            let (vertices, confidence) = (&followed.vertices_camera, &followed.confidence);
             let drawn = wireframe::wireframe(image, &self.camera, self.template, vertices, confidence);
             self.folder.write("pictures", number, "png", &encode_png(&drawn)?)?;
         }
-        if let Some(texture) = self.texture_png.as_ref().filter(|_| tracked.found) {
-            let mesh = self.template.mesh().with_vertices(tracked.vertices_camera.clone())?;
+        if let Some(texture) = self.texture_png.as_ref().filter(|_| followed.found) {
+            let mesh = self.template.mesh().with_vertices(followed.vertices_camera.clone())?;
             self.folder
                 .write("meshes", number, "glb", &deepsft_formats::mesh_to_glb(&mesh, texture))?;
         }
         let report = FrameReport {
             frame: number,
             time_s,
-            found: tracked.found,
-            correlation: tracked.correlation,
-            iterations: tracked.iterations,
+            found: followed.found,
+            held: followed.held,
+            correlation: followed.correlation,
+            iterations: followed.iterations,
             detection,
             ms: StageTimes::new(decode_ms, &times),
             truth,
         };
-        let vertices = tracked.found.then_some(tracked.vertices_camera.as_slice());
+        let vertices = followed.found.then_some(followed.vertices_camera.as_slice());
         self.folder.add(&report, vertices)?;
         self.frames.push(report);
         Ok(())

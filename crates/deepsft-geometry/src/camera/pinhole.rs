@@ -147,7 +147,7 @@ impl Camera {
     }
 
     /// The same camera with other focal lengths, `scale` times its own: below 1 it sees more.
-    pub(crate) fn zoomed(&self, scale: f64) -> Self {
+    pub fn zoomed(&self, scale: f64) -> Self {
         Self {
             focal: scale * self.focal,
             ..*self
@@ -155,7 +155,7 @@ impl Camera {
     }
 
     /// Whether the two differ in nothing but their focal lengths.
-    pub(crate) fn is_zoom_of(&self, other: &Self) -> bool {
+    pub fn is_zoom_of(&self, other: &Self) -> bool {
         Self {
             focal: other.focal,
             ..*self

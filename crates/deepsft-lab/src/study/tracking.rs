@@ -9,10 +9,10 @@ use crate::reading::ObjectChoice;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use clip_record::{FrameRecord, Motion, losses};
-use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
+use deepsft::session::{VideoFollower, VideoOptions};
 use deepsft::{Finder, Target, TargetFinder, View};
 use deepsft_formats::write_file;
-use deepsft_geometry::tracking::{OneEuro, OneEuroOptions};
+use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate};
 use deepsft_geometry::{Camera, Maps, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
@@ -175,12 +175,12 @@ fn track(
     );
     let (template, camera) = (&template, &camera);
     let options = VideoOptions {
-        pace: FindingPace::Delayed(arguments.delay),
+        delay: arguments.delay,
         ..VideoOptions::default()
     };
     let began = Instant::now();
     let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
-    let mut tracker = VideoTracker::new(finder, options, clock_ms)?;
+    let mut tracker = VideoFollower::new(finder, options, clock_ms)?;
     let mut filter = OneEuro::new(OneEuroOptions::default());
     let (mut frames, mut meshes, mut smooth) = (Vec::new(), Vec::new(), Vec::new());
     let truths = samples
@@ -191,8 +191,10 @@ fn track(
         let time_s = frame as f64 / story.length().frames_per_s;
         let mut view = View::new(&sample.image, &sample.camera);
         let followed = pollster::block_on(tracker.follow(time_s, &mut view))?;
-        let tracked = followed.tracked;
-        let errors = match tracked.found {
+        let tracked = followed.followed;
+        // A mesh that is held says where the sheet was.
+        let found = tracked.found && !tracked.held;
+        let errors = match found {
             true => Some(tracking_errors::mesh_errors(
                 template,
                 &tracked.vertices_camera,
@@ -201,11 +203,11 @@ fn track(
             )?),
             false => None,
         };
-        let begins_a_track = followed.detection.as_ref().is_some_and(Detection::begins_a_track);
+        let effect = followed.detection.map(|detection| detection.effect);
         frames.push(FrameRecord {
             frame,
             print_in_view: tracking_errors::print_in_view(truth),
-            found: tracked.found,
+            found,
             correlation: tracked.correlation,
             iterations: tracked.iterations,
             registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
@@ -213,10 +215,10 @@ fn track(
             detection: followed.detection,
             ms: followed.times,
         });
-        if begins_a_track {
+        if matches!(effect, Some(TrackUpdate::Started | TrackUpdate::Restarted)) {
             filter.reset();
         }
-        if tracked.found {
+        if found {
             let mut vertices = tracked.vertices_camera.clone();
             filter.smooth(time_s, &mut vertices);
             smooth.push(Some(vertices));

@@ -1,10 +1,11 @@
 //! The network beside the tracker: which frames the network sees, and when its detections arrive.
 
-use deepsft::video::{Detection, FindingPace, VideoOptions, VideoTracker};
+use deepsft::session::{Asking, Detection, SessionOptions, VideoFollower, VideoOptions};
 use deepsft::{
     Accuracy, Device, DeviceKind, Finder, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, Target,
     TargetFinder, View,
 };
+use deepsft_geometry::tracking::TrackUpdate;
 use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_network::{Network, start_device};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -32,7 +33,7 @@ fn bundle() -> ModelBundle {
 
 /// For each of some grey frames, whether the network ran on it and of which frame a detection arrived. The clock ticks by a
 /// millisecond at each look.
-fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
+fn schedule(asking: Asking, delay: u64, frames: usize) -> Vec<(bool, Option<u64>)> {
     let bundle = bundle();
     let target = Target::from_model(&bundle, &Device::Cpu).unwrap();
     let network = Finder::Network(Box::new(target.network().unwrap().clone()));
@@ -40,15 +41,18 @@ fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
     let ticks = AtomicU32::new(0);
     let clock = || f64::from(ticks.fetch_add(1, Ordering::Relaxed) + 1);
     let options = VideoOptions {
-        pace,
+        session: SessionOptions {
+            asking,
+            ..SessionOptions::default()
+        },
+        delay,
         ..VideoOptions::default()
     };
-    let mut video = VideoTracker::new(&mut finder, options, clock).unwrap();
+    let mut video = VideoFollower::new(&mut finder, options, clock).unwrap();
     let (image, camera) = (Picture::from_fn(480, 270, |_, _| [120; 3]), training_camera());
     let of_frame = |detection: Detection| {
         // A grey frame shows nothing: there is nothing to start from.
-        assert!(!detection.begins_a_track());
-        assert_eq!(detection.effect_name(), "ignored");
+        assert_eq!(detection.effect, TrackUpdate::Ignored);
         detection.of_frame
     };
     (0..frames)
@@ -56,7 +60,7 @@ fn schedule(pace: FindingPace, frames: usize) -> Vec<(bool, Option<u64>)> {
             let followed =
                 pollster::block_on(video.follow(frame as f64 / 30.0, &mut View::new(&image, &camera))).unwrap();
             let times = followed.times;
-            assert!(!followed.tracked.found);
+            assert!(!followed.followed.found);
             assert_eq!(times.follow, 1.0);
             assert_eq!(times.catch_up, followed.detection.map(|_| 1.0));
             (times.finding.is_some(), followed.detection.map(of_frame))
@@ -73,12 +77,12 @@ fn a_delayed_network_starts_on_the_newest_frame_when_its_detection_has_arrived()
         (false, None),
         (true, Some(2)),
     ];
-    assert_eq!(schedule(FindingPace::Delayed(2), 5), expected);
+    assert_eq!(schedule(Asking::AsNeeded, 2, 5), expected);
 }
 
 #[test]
 fn a_network_that_is_waited_for_detects_at_once() {
     let expected = [(true, Some(0)), (false, None), (false, None), (true, Some(3))];
-    assert_eq!(schedule(FindingPace::Every(3), 4), expected);
-    assert_eq!(schedule(FindingPace::Delayed(0), 2), [(true, Some(0)), (true, Some(1))]);
+    assert_eq!(schedule(Asking::Every(3), 0, 4), expected);
+    assert_eq!(schedule(Asking::AsNeeded, 0, 2), [(true, Some(0)), (true, Some(1))]);
 }

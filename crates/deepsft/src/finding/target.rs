@@ -64,7 +64,8 @@ impl Target {
         CanonicalViews::new(&self.training_camera(), camera)
     }
 
-    fn training_camera(&self) -> Camera {
+    /// The camera in whose images that lie across it is measured.
+    pub fn training_camera(&self) -> Camera {
         let network = self.network.as_ref();
         network.map_or_else(training_camera, |network| *network.training_camera())
     }

@@ -1,7 +1,7 @@
 //! Targets and their finders, by features and by descriptors.
 
 use deepsft::features::GradeLevel;
-use deepsft::video::VideoTracker;
+use deepsft::session::{Session, VideoFollower};
 use deepsft::{
     DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View, is_found,
 };
@@ -63,9 +63,10 @@ fn finders_trackers_and_their_futures_may_move_between_threads() {
     fn of_value<T: Send>(_: &T) {}
     is_send::<TargetFinder>();
     is_send::<SharedDescriptorNetwork>();
-    is_send::<VideoTracker<'_>>();
+    is_send::<VideoFollower<'_>>();
+    is_send::<Session>();
     let _: fn(&mut TargetFinder, &mut View<'_>) = |finder, view| of_value(&finder.estimate(view));
-    let _: fn(&mut VideoTracker<'_>, &mut View<'_>) = |tracker, view| of_value(&tracker.follow(0.0, view));
+    let _: fn(&mut VideoFollower<'_>, &mut View<'_>) = |tracker, view| of_value(&tracker.follow(0.0, view));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Sheets that are too near for the training camera's angle of view, and not for the camera's.
 
-use deepsft::video::{FindingPace, VideoOptions, VideoTracker};
+use deepsft::session::{VideoFollower, VideoOptions};
 use deepsft::{Device, Estimator, Finder, ModelBundle, Target, TargetFinder, View};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
@@ -116,12 +116,12 @@ fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
     let network = target.network().unwrap().clone();
     let mut finder = TargetFinder::with_finders(target, vec![Finder::Network(Box::new(network))]);
     let options = VideoOptions {
-        pace: FindingPace::Delayed(2),
+        delay: 2,
         ..VideoOptions::default()
     };
     let depth = |frame: usize| 390.0 + 130.0 * (std::f64::consts::TAU * frame as f64 / 48.0).cos();
     let mut follow = |frames: std::ops::Range<usize>| {
-        let mut tracker = VideoTracker::new(&mut finder, options.clone(), || 0.0).unwrap();
+        let mut tracker = VideoFollower::new(&mut finder, options.clone(), || 0.0).unwrap();
         let mut seen = Vec::new();
         for frame in frames {
             let vertices = bent(bundle.template(), depth(frame));
@@ -129,9 +129,9 @@ fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
             let mut view = View::new(&image, &camera);
             let time_s = frame as f64 / 30.0;
             let followed = pollster::block_on(tracker.follow(time_s, &mut view)).unwrap();
-            let tracked = followed.tracked;
-            let error = tracked.found.then(|| distance(&tracked.vertices_camera, &vertices));
-            seen.push((followed.canonical_camera.focal().x, error));
+            let mesh = &followed.followed.vertices_camera;
+            let error = followed.followed.found.then(|| distance(mesh, &vertices));
+            seen.push((followed.view.focal().x, error));
         }
         seen
     };

@@ -1,7 +1,7 @@
 //! What a track is reported as: `track.json` and `track.csv`.
 
 use crate::camera_choice::CameraReport;
-use deepsft::video::{Detection, FrameTimes};
+use deepsft::session::{Detection, FrameTimes};
 use deepsft_geometry::metrics::Summary;
 use deepsft_train::tracking_errors::TRACKED_PX;
 use serde::Serialize;
@@ -40,6 +40,8 @@ pub struct FrameReport {
     pub frame: usize,
     pub time_s: f64,
     pub found: bool,
+    /// Whether it is found and the frame does not confirm its mesh, which stands where it was.
+    pub held: bool,
     pub correlation: f64,
     pub iterations: usize,
     /// The detection that arrived.
@@ -67,13 +69,13 @@ pub struct FrameTruth {
     pub points_rmse_mm: Option<f64>,
 }
 
-/// Over the frames with the object found and in view.
+/// Over the frames that confirm the mesh, with the object in view.
 #[derive(Serialize)]
 pub struct Errors {
     pub frames_in_view: usize,
     /// Those of them with a registration RMSE of at most 2 px.
     pub tracked: usize,
-    /// Frames without any of the object in which it was found all the same.
+    /// Frames without any of the object that confirmed a mesh all the same.
     pub found_where_it_is_not: usize,
     pub registration_rmse_px: Option<MeanMedian>,
     pub points_rmse_mm: Option<MeanMedian>,
@@ -115,9 +117,10 @@ impl Errors {
     /// Over all frames of a clip.
     pub fn of(frames: &[FrameReport]) -> Self {
         let seen = |frame: &&FrameReport| frame.truth.is_some_and(|truth| truth.print_in_view > 0.0);
+        let confirmed = || frames.iter().filter(|frame| !frame.held);
         let error = |frame: &FrameReport| frame.truth.and_then(|truth| truth.registration_rmse_px);
         let summary = |value: fn(&FrameTruth) -> Option<f64>| {
-            let summary = Summary::of(frames.iter().map(|frame| frame.truth.as_ref().and_then(value)));
+            let summary = Summary::of(confirmed().map(|frame| frame.truth.as_ref().and_then(value)));
             summary.map(|summary| MeanMedian {
                 mean: summary.mean,
                 median: summary.median,
@@ -125,12 +128,10 @@ impl Errors {
         };
         Self {
             frames_in_view: frames.iter().filter(seen).count(),
-            tracked: frames
-                .iter()
+            tracked: confirmed()
                 .filter(|frame| error(frame).is_some_and(|px| px <= TRACKED_PX))
                 .count(),
-            found_where_it_is_not: frames
-                .iter()
+            found_where_it_is_not: confirmed()
                 .filter(|frame| frame.found && frame.truth.is_some() && !seen(frame))
                 .count(),
             registration_rmse_px: summary(|truth| truth.registration_rmse_px),
@@ -140,7 +141,7 @@ impl Errors {
 }
 
 /// The first line of `track.csv`: the names of its columns.
-pub const TABLE_HEADER: &str = "frame,time_s,found,correlation,iterations,detection_of_frame,detection_by,detection_effect,decode_ms,\
+pub const TABLE_HEADER: &str = "frame,time_s,found,held,correlation,iterations,detection_of_frame,detection_by,detection_effect,decode_ms,\
                                 canonical_warp_ms,follow_ms,catch_up_ms,finding_ms,print_in_view,registration_rmse_px,points_rmse_mm\n";
 
 /// A frame's line of `track.csv`; a cell is empty where the frame has no such value.
@@ -152,11 +153,12 @@ pub fn table_row(frame: &FrameReport) -> String {
         frame.frame.to_string(),
         format!("{:.6}", frame.time_s),
         frame.found.to_string(),
+        frame.held.to_string(),
         cell(Some(frame.correlation)),
         frame.iterations.to_string(),
         detection.map_or_else(String::new, |detection| detection.of_frame.to_string()),
         by.map_or_else(String::new, |by| by.name().to_owned()),
-        detection.map_or_else(String::new, |detection| detection.effect_name().to_owned()),
+        detection.map_or_else(String::new, |detection| detection.effect.name().to_owned()),
         cell(ms.decode),
         cell(ms.canonical_warp),
         cell(ms.follow),

@@ -1,7 +1,7 @@
 //! What happened in one clip, frame by frame, and what follows from it.
 
 use super::seen_vertices::seen_vertices;
-use deepsft::video::{Detection, FrameTimes};
+use deepsft::session::{Detection, FrameTimes};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::ClipStory;

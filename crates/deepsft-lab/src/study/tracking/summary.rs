@@ -1,7 +1,7 @@
 //! The figures of the study.
 
 use super::clip_record::{Cause, FrameRecord, Loss, waiting};
-use deepsft::video::FrameTimes;
+use deepsft::session::FrameTimes;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
 use std::collections::BTreeMap;

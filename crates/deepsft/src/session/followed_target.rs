@@ -1,0 +1,203 @@
+//! One target of a session.
+
+use super::presence::Presence;
+use super::{Change, Followed, SessionOptions, TargetId};
+use crate::error::DeepSftError;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::tracking::{OneEuro, TrackUpdate, Tracker, TrackerImage};
+use deepsft_geometry::{
+    CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Template, canonical_camera,
+};
+
+/// Correlation from which a mesh is good enough to tell of the camera.
+const TELLING: f64 = 0.6;
+
+/// A target with its track.
+pub(super) struct FollowedTarget {
+    pub(super) tracker: Tracker,
+    /// The camera of canonical images that lie across.
+    training_camera: Camera,
+    can_deny: bool,
+    presence: Presence,
+    /// Started afresh with each track.
+    smoothing: Option<OneEuro>,
+    /// The mesh that was confirmed last, or stands since: vertices (smoothed) and their confidence.
+    mesh: Option<(Vec<DVec3>, Vec<f32>)>,
+    /// Whether its caller knows it as found.
+    is_told: bool,
+    template: Template,
+    /// Made when the camera is first looked for.
+    calibration: Option<SelfCalibration>,
+}
+
+impl FollowedTarget {
+    pub(super) fn new(
+        template: &Template,
+        training_camera: Camera,
+        can_deny: bool,
+        options: &SessionOptions,
+    ) -> Result<Self, DeepSftError> {
+        Ok(Self {
+            tracker: Tracker::new(template, options.tracking.clone())?,
+            training_camera,
+            can_deny,
+            presence: Presence::default(),
+            smoothing: options.smoothing.clone().map(OneEuro::new),
+            mesh: None,
+            is_told: false,
+            template: template.clone(),
+            calibration: None,
+        })
+    }
+
+    pub(super) fn training_camera(&self) -> &Camera {
+        &self.training_camera
+    }
+
+    /// Its canonical camera for images of `size`, and the same with the focal length of `view`.
+    pub(super) fn cameras(&self, size: (usize, usize), view: &Camera) -> [Camera; 2] {
+        let nearest = canonical_camera(&self.training_camera, size);
+        let seen = match view.is_zoom_of(&nearest) {
+            true => *view,
+            false => nearest.zoomed(view.focal().x / nearest.focal().x),
+        };
+        [nearest, seen]
+    }
+
+    /// The vertices of the mesh in the newest frame, as the tracker has it; `None` without a track.
+    pub(super) fn tracked_vertices(&self) -> Option<&[DVec3]> {
+        let tracked = self.tracker.current();
+        tracked.found.then_some(&tracked.vertices_camera)
+    }
+
+    /// How well the newest frame confirms its track, if there is one.
+    pub(super) fn correlation(&self) -> Option<f64> {
+        let tracked = self.tracker.current();
+        tracked.found.then_some(tracked.correlation)
+    }
+
+    /// Follows frame number `frame` in the canonical `image` of `camera`.
+    pub(super) fn follow(
+        &mut self,
+        (frame, time_s): (u64, f64),
+        image: &TrackerImage,
+        camera: &Camera,
+    ) -> Result<(), DeepSftError> {
+        self.tracker.follow_shared(frame, time_s, image, camera)?;
+        self.take(time_s);
+        Ok(())
+    }
+
+    /// Takes over what the tracker says of the newest frame.
+    fn take(&mut self, time_s: f64) {
+        let tracked = self.tracker.current();
+        let is_confirmed = tracked.found && !tracked.held;
+        self.presence.update(is_confirmed.then_some(tracked.correlation), time_s);
+        if tracked.found {
+            let mut vertices = tracked.vertices_camera.clone();
+            if let Some(filter) = &mut self.smoothing {
+                filter.smooth(time_s, &mut vertices);
+            }
+            self.mesh = Some((vertices, tracked.confidence.clone()));
+        }
+    }
+
+    /// Hears where finders see the target in `frame`, the likeliest first. Says what the tracker made of it, and by which of them.
+    pub(super) fn answer(
+        &mut self,
+        frame: u64,
+        starts: &[Maps],
+        newest_s: f64,
+    ) -> Result<(TrackUpdate, Option<usize>), DeepSftError> {
+        let (mut update, mut by) = (TrackUpdate::Ignored, None);
+        if starts.is_empty() && self.can_deny {
+            update = self.tracker.update(frame, None)?;
+        }
+        for (k, start) in starts.iter().enumerate() {
+            by = Some(k);
+            update = self.tracker.update(frame, Some(start))?;
+            if update != TrackUpdate::Ignored {
+                break;
+            }
+        }
+        if matches!(update, TrackUpdate::Started | TrackUpdate::Restarted) {
+            // A track that starts again somewhere else is no motion.
+            if let Some(filter) = &mut self.smoothing {
+                filter.reset();
+            }
+            self.presence.begin_track();
+            self.take(newest_s);
+        } else if update == TrackUpdate::Dropped {
+            self.take(newest_s);
+        }
+        Ok((update, by))
+    }
+
+    /// What the newest frame shows of it; changes count from what was told before.
+    pub(super) fn tell(&mut self, target: TargetId) -> Followed {
+        let tracked = self.tracker.current();
+        let found = self.presence.is_found();
+        let change = match (self.is_told, found) {
+            (false, true) => Some(Change::Found),
+            (true, false) => Some(Change::Lost),
+            _ => None,
+        };
+        self.is_told = found;
+        let mesh = self.mesh.as_ref().filter(|_| found);
+        let (vertices_camera, confidence) = mesh.cloned().unwrap_or_default();
+        Followed {
+            target,
+            found,
+            change,
+            held: found && !self.presence.is_confirmed(),
+            vertices_camera,
+            confidence,
+            correlation: tracked.correlation,
+            iterations: tracked.iterations,
+        }
+    }
+
+    /// Forgets the video.
+    pub(super) fn restart(&mut self) {
+        self.tracker.reset();
+        self.presence = Presence::default();
+        self.mesh = None;
+        self.forget_views();
+    }
+
+    /// Forgets what was seen of the camera.
+    pub(super) fn forget_views(&mut self) {
+        // Kept: made anew at each change of the camera it would tear the memory of a page to pieces, which then grows.
+        if let Some(calibration) = &mut self.calibration {
+            calibration.reset();
+        }
+    }
+
+    /// Lets the mesh in the newest frame, whose image `canonical` took, tell of the camera; with `steps` goes on with the search.
+    ///
+    /// It is the mesh as it was fitted: a smoothed one trails behind the image.
+    pub(super) fn calibrate(
+        &mut self,
+        image: &Picture,
+        canonical: &Camera,
+        steps: bool,
+    ) -> Result<Option<CalibratedCamera>, DeepSftError> {
+        let calibration = match &mut self.calibration {
+            Some(calibration) => calibration,
+            none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),
+        };
+        let tracked = self.tracker.current();
+        if tracked.found && tracked.correlation >= TELLING {
+            calibration.offer(image, canonical, &tracked.vertices_camera)?;
+        }
+        Ok(if steps { calibration.step()? } else { None })
+    }
+
+    /// The camera as the views so far tell it, after at most `max_updates`.
+    pub(super) fn solve_camera(&mut self, max_updates: usize) -> Result<Option<CalibratedCamera>, DeepSftError> {
+        match &mut self.calibration {
+            Some(calibration) => Ok(calibration.solve(max_updates)?),
+            None => Ok(None),
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! Targets followed through one video.
+
+use super::focal_search::FocalSearch;
+use super::followed_target::FollowedTarget;
+use super::search_plan::SearchPlan;
+use super::view_choice::ViewChoice;
+use crate::error::DeepSftError;
+use crate::finding::View;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate, TrackerImage, TrackingOptions};
+use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Template, training_camera};
+use std::collections::BTreeMap;
+
+/// Number of a target, chosen by the caller.
+pub type TargetId = u32;
+
+/// Settings of a [`Session`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SessionOptions {
+    /// How trackers fit meshes to frames.
+    pub tracking: TrackingOptions,
+    /// Smoothing of the meshes over time; `None` leaves them as they were fitted.
+    pub smoothing: Option<OneEuroOptions>,
+    /// When finders are asked.
+    pub asking: Asking,
+}
+
+/// When a session asks the finders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Asking {
+    /// When a target is missing or has to be confirmed, one question at a time.
+    #[default]
+    AsNeeded,
+    /// Every so many frames for all targets, where time does not matter. 0 counts as 1.
+    Every(u64),
+}
+
+/// The camera that takes a video.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Its intrinsics.
+    pub camera: Camera,
+    /// Standard deviation of its focal length, a fraction of it: infinite for a guess, 0 for one that nobody wants better. Above 0.005 the
+    /// moving meshes are asked for it.
+    pub focal_deviation: f64,
+}
+
+impl From<Camera> for Source {
+    /// A camera that is known.
+    fn from(camera: Camera) -> Self {
+        Self {
+            camera,
+            focal_deviation: 0.0,
+        }
+    }
+}
+
+/// What the next frame is for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Next {
+    /// The camera in whose image it is looked at: the canonical one, or one that is zoomed out.
+    pub view: Camera,
+    /// What finders should be asked about it, if anything.
+    pub question: Option<Question>,
+    /// Seconds after the frame before; an earlier one is not worth its time.
+    pub interval_s: f64,
+}
+
+/// A question for the finders about the next frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// The targets to look for.
+    pub targets: Vec<TargetId>,
+    /// Whether all of them are followed well and have a network: then the canonical image is enough.
+    pub only_confirms: bool,
+}
+
+/// What finders see of one target in the frame they were asked about.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The target.
+    pub target: TargetId,
+    /// Where they see it, the likeliest first, in the frame's view; empty where they do not.
+    pub starts: Vec<Maps>,
+}
+
+/// When an answer came, by the caller's clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnswerTimes {
+    /// The time, seconds.
+    pub now_s: f64,
+    /// What it took, seconds.
+    pub took_s: f64,
+    /// Seconds since the caller last missed a frame; infinite if it never did.
+    pub since_missed_s: f64,
+}
+
+/// What an answer did to a track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effect {
+    /// The target.
+    pub target: TargetId,
+    /// The frame that the answer is about.
+    pub of_frame: u64,
+    /// What happened.
+    pub update: TrackUpdate,
+    /// Index of the start that was taken, or was tried last.
+    pub start: Option<usize>,
+}
+
+/// That a target is found, or no longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It counts as found from this frame on.
+    Found,
+    /// It no longer does.
+    Lost,
+}
+
+/// One target in one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Followed {
+    /// The target.
+    pub target: TargetId,
+    /// Whether it counts as found.
+    pub found: bool,
+    /// What has changed since it was last told.
+    pub change: Option<Change>,
+    /// Whether it is found and the frame does not confirm its mesh, which stands where it was.
+    pub held: bool,
+    /// Vertices of the mesh, mm, camera frame; empty unless found.
+    pub vertices_camera: Vec<DVec3>,
+    /// Correlation of image and print around each vertex, 0 to 1; empty unless found.
+    pub confidence: Vec<f32>,
+    /// The same for the whole visible print; 0 without a track.
+    pub correlation: f64,
+    /// Solver steps that the frame took.
+    pub iterations: usize,
+}
+
+/// A frame that was followed.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FollowedFrame {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Whether a video begins with it: everything seen before was forgotten.
+    pub afresh: bool,
+    /// All targets, by number.
+    pub targets: Vec<Followed>,
+    /// The canonical camera as the moving meshes tell it, when it is known well enough, and again when it is known better.
+    pub calibrated: Option<CalibratedCamera>,
+}
+
+/// Follows targets through one video, without files, clocks and threads.
+///
+/// For each frame ask [`next`](Self::next) what it is for, put the question to finders if there is one ([`ask`](Self::ask)), and have it
+/// followed ([`frame`](Self::frame)). Hand in the answer ([`answer`](Self::answer)) whenever it is there, some frames later or at once.
+pub struct Session {
+    options: SessionOptions,
+    targets: BTreeMap<TargetId, FollowedTarget>,
+    plan: SearchPlan,
+    view: ViewChoice,
+    focal: FocalSearch,
+    /// The question that waits for its answer, with its frame.
+    asked: Option<(u64, Question)>,
+    /// What the last answer took, seconds.
+    took_s: f64,
+    /// Number of the next frame.
+    number: u64,
+    /// Time and view of the last frame of this video.
+    last: Option<(f64, Camera)>,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session")
+            .field("options", &self.options)
+            .field("asked", &self.asked)
+            .field("number", &self.number)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Part of the frames that trackers remember which an answer may be late by: the finders may take longer than the last time.
+const ANSWERABLE: f64 = 0.75;
+
+/// Least time between two frames while nothing is followed, seconds.
+const SEARCHING_INTERVAL_S: f64 = 0.06;
+
+impl Session {
+    /// A session that follows nothing yet.
+    pub fn new(options: SessionOptions) -> Self {
+        Self {
+            options,
+            targets: BTreeMap::new(),
+            plan: SearchPlan::default(),
+            view: ViewChoice::default(),
+            focal: FocalSearch::default(),
+            asked: None,
+            took_s: 0.0,
+            number: 0,
+            last: None,
+        }
+    }
+
+    /// Follows a target too, which is measured in images of `training_camera`. `can_deny` says whether its finders see it whenever it is
+    /// there, as a network of its own does: that they see nothing then speaks against a track.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] for tracking options that are none, see [`Tracker::new`](deepsft_geometry::tracking::Tracker::new).
+    pub fn add(
+        &mut self,
+        id: TargetId,
+        template: &Template,
+        training_camera: Camera,
+        can_deny: bool,
+    ) -> Result<(), DeepSftError> {
+        let target = FollowedTarget::new(template, training_camera, can_deny, &self.options)?;
+        self.targets.insert(id, target);
+        self.plan.add(id, can_deny);
+        Ok(())
+    }
+
+    /// Follows a target no longer.
+    pub fn remove(&mut self, id: TargetId) {
+        self.targets.remove(&id);
+        self.plan.remove(id);
+    }
+
+    /// What the next frame is for, if `source` takes it and the caller's clock says `now_s`.
+    pub fn next(&self, source: &Camera, now_s: f64) -> Next {
+        let first = self.targets.values().next();
+        let training_camera = first.map_or_else(training_camera, |target| *target.training_camera());
+        let views = CanonicalViews::new(&training_camera, source);
+        let targets = match (&self.asked, self.options.asking) {
+            (Some(_), _) => Vec::new(),
+            (None, Asking::AsNeeded) => self.plan.next(now_s),
+            (None, Asking::Every(frames)) if self.number.is_multiple_of(frames.max(1)) => self.plan.all(),
+            (None, Asking::Every(_)) => Vec::new(),
+        };
+        let meshes = self.targets.values().filter_map(FollowedTarget::tracked_vertices);
+        let question = (!targets.is_empty()).then(|| Question {
+            only_confirms: self.plan.only_confirms(&targets),
+            targets,
+        });
+        // The frames between a question and its answer must be among those that the trackers remember.
+        let answerable_s = match self.plan.misses_some() {
+            true => self.took_s / (ANSWERABLE * self.options.tracking.memory as f64),
+            false => 0.0,
+        };
+        let searching_s = if self.plan.follows_some() { 0.0 } else { SEARCHING_INTERVAL_S };
+        Next {
+            view: self.view.next(&views, meshes, question.is_some()),
+            question,
+            interval_s: answerable_s.max(searching_s),
+        }
+    }
+
+    /// The finders are asked about the next frame now. No other question comes until it is answered.
+    pub fn ask(&mut self, question: Question, now_s: f64) {
+        self.plan.asked(&question.targets, now_s);
+        self.asked = Some((self.number, question));
+    }
+
+    /// Follows the next frame, which `source` took at `time_s` (seconds of the video), in the image of `view`. `image` is the frame, or
+    /// already what `view` sees of it.
+    ///
+    /// A time that does not ascend and a camera that is turned start afresh, as [`restart`](Self::restart) does.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when the image is not of its camera's size.
+    pub fn frame(
+        &mut self,
+        time_s: f64,
+        source: &Source,
+        view: &Camera,
+        image: &mut View<'_>,
+    ) -> Result<FollowedFrame, DeepSftError> {
+        if self.last.is_some_and(|(last_s, last)| time_s <= last_s || !view.is_zoom_of(&last)) {
+            self.restart();
+        }
+        let afresh = self.last.replace((time_s, *view)).is_none();
+        let number = self.number;
+        self.number += 1;
+        let is_searched = self.asked.as_ref().is_some_and(|(frame, _)| *frame == number);
+        self.view.take(&source.camera, view, self.plan.follows_some(), is_searched);
+        let seeks_focal = self.focal.goes_on(source);
+        let mut calibrated: Option<CalibratedCamera> = None;
+        // Targets share the canonical image.
+        let mut shared: Option<(Camera, TrackerImage)> = None;
+        // All have forgotten it; the others drop it.
+        let spares = self.targets.values_mut().filter_map(|target| target.tracker.spare_image());
+        let mut spare = spares.last();
+        for (id, target) in &mut self.targets {
+            let [nearest, seen] = target.cameras(image.size(), view);
+            let canonical = match shared.take().filter(|(camera, _)| *camera == seen) {
+                Some((_, canonical)) => canonical,
+                None => TrackerImage::of_into(image.canonical(&seen)?, spare.take()),
+            };
+            target.follow((number, time_s), &canonical, &seen)?;
+            shared = Some((seen, canonical));
+            self.plan.tracked(*id, target.correlation());
+            if seeks_focal {
+                // All of one camera's images.
+                let picture = image.canonical(&nearest)?;
+                let found = target.calibrate(picture, &nearest, FocalSearch::steps_in(number))?;
+                let is_better = |found: &CalibratedCamera| {
+                    calibrated.as_ref().is_none_or(|best| found.focal_deviation < best.focal_deviation)
+                };
+                calibrated = found.filter(is_better).or(calibrated);
+            } else {
+                target.forget_views();
+            }
+        }
+        Ok(FollowedFrame {
+            number,
+            afresh,
+            targets: self.followed(),
+            calibrated: calibrated.filter(|found| self.focal.tells(found)),
+        })
+    }
+
+    /// All targets in the newest frame, by number: as [`frame`](Self::frame) told them, or as an answer about that very frame has changed
+    /// them since.
+    pub fn followed(&mut self) -> Vec<Followed> {
+        self.targets.iter_mut().map(|(id, target)| target.tell(*id)).collect()
+    }
+
+    /// Takes the answer to the last question. Targets without one, and those that are followed no longer, are left as they are.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when maps are not of the frame's size.
+    pub fn answer(&mut self, answers: &[Answer], times: AnswerTimes) -> Result<Vec<Effect>, DeepSftError> {
+        let Some((of_frame, question)) = self.asked.take() else {
+            return Ok(Vec::new());
+        };
+        self.took_s = times.took_s;
+        let newest_s = self.last.map_or(0.0, |(time_s, _)| time_s);
+        let mut effects = Vec::new();
+        for Answer { target: id, starts } in answers {
+            let Some(target) = self.targets.get_mut(id) else {
+                continue;
+            };
+            let (update, start) = target.answer(of_frame, starts, newest_s)?;
+            self.plan.tracked(*id, target.correlation());
+            effects.push(Effect {
+                target: *id,
+                of_frame,
+                update,
+                start,
+            });
+        }
+        let Question { targets, only_confirms } = question;
+        self.plan.took((&targets, only_confirms), times);
+        Ok(effects)
+    }
+
+    /// Forgets the video: for another camera, or another file. What was found counts as lost with the next frame.
+    pub fn restart(&mut self) {
+        self.last = None;
+        self.view = ViewChoice::default();
+        self.focal = FocalSearch::default();
+        for (id, target) in &mut self.targets {
+            target.restart();
+            self.plan.tracked(*id, None);
+        }
+    }
+
+    /// Depth and registration of a target's mesh in the newest frame, and their camera; empty maps without a track.
+    pub fn maps(&mut self, id: TargetId) -> Option<(Camera, Maps)> {
+        let target = self.targets.get_mut(&id)?;
+        let camera = target.tracker.camera().unwrap_or(*target.training_camera());
+        Some((camera, target.tracker.maps()))
+    }
+
+    /// The canonical camera as the views of a target so far tell it, of a [`Source`] that was not known well enough; `None` where they do
+    /// not tell, or not after `max_updates` of it.
+    ///
+    /// # Errors
+    /// [`DeepSftError::Geometry`] when a view cannot be fitted.
+    pub fn solve_camera(
+        &mut self,
+        id: TargetId,
+        max_updates: usize,
+    ) -> Result<Option<CalibratedCamera>, DeepSftError> {
+        match self.targets.get_mut(&id) {
+            Some(target) => target.solve_camera(max_updates),
+            None => Ok(None),
+        }
+    }
+}
