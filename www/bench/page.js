@@ -141,22 +141,23 @@ async function measureMesh(sft, camera) {
   try {
     await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
     const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
-    const follow = (number, k) => tracker.follow({ number, timeS: number / 30, frame: copy(clip[k]), intrinsics });
-    const answer = ({ width, depth, registration }, number) => {
+    const question = { ids: [0], onlyConfirms: false };
+    const follow = (timeS, k, asked) =>
+      tracker.follow({ timeS, afresh: timeS === 0, frame: copy(clip[k]), intrinsics, question: asked ? question : null });
+    const answer = ({ width, depth, registration }) => {
       const sightings = [{ width, depth: depth.slice(), registration: registration.slice() }];
-      return tracker.answer({ id: 0, number, sightings, canDeny: true });
+      return tracker.answer({ answers: [{ id: 0, canDeny: true, sightings }], tookMs: 0, sinceMissedMs: Infinity });
     };
     for (const k of numbers) {
-      // A number that does not ascend starts a video afresh.
-      await follow(1, k);
-      const { verdict, answerMs } = await answer(answers[k], 1);
-      if (verdict !== "started") throw new Error(`the tracker did not start on frame ${k} of the clip`);
+      await follow(0, k, true);
+      const { effects: [{ effect }], answerMs } = await answer(answers[k]);
+      if (effect !== "started") throw new Error(`the tracker did not start on frame ${k} of the clip`);
       trackStart.push(answerMs);
     }
     for (const k of numbers) {
-      const tracked = await follow(k + 1, k);
+      const tracked = await follow(k / 30, k, k === 0);
       if (k === 0) {
-        await answer(answers[0], 1);
+        await answer(answers[0]);
       } else {
         if (!tracked.targets[0].found) throw new Error(`the tracker lost frame ${k} of the clip`);
         track.push(tracked.times.trackMs);

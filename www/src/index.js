@@ -9,7 +9,7 @@ export {
   imageFromCanonical,
   verticesInImage,
 } from "./camera/canonical.js";
-export { visibleRegion } from "./camera/canonical-views.js";
+export { visibleRegion } from "./camera/visible-region.js";
 export { LENS_GLSL, lensUniform } from "./camera/lens.js";
 export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js";
 export { DeepSft } from "./deepsft.js";

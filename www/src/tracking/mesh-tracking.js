@@ -1,8 +1,8 @@
-// The loop that follows meshes through a video, with the finders beside it.
+// The loop that follows meshes through a video, with the finders beside it. What it does when the tracker's session decides
+// (`deepsft`: `session/`); here frames, questions and answers are carried between page and workers.
 
 import { DeepSftError } from "../error.js";
-import { canonicalSize } from "../camera/canonical.js";
-import { ViewChoice } from "../camera/canonical-views.js";
+import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { canonicalFrame, canonicalIntrinsics } from "../frames/canonical-frame.js";
 import { closeFrame, transferableFrame } from "../frames/image-input.js";
 import { MemoryFrames } from "../frames/memory-frames.js";
@@ -11,27 +11,12 @@ import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
-import { Presence } from "./presence.js";
-import { SearchPlan } from "./search-plan.js";
 
 /** @import { RawAnswer } from "../engine/engine-worker.js" */
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
-
-/** Least time between two frames while nothing is followed, milliseconds. */
-const SEARCHING_INTERVAL_MS = 60;
-/** The tracker keeps 32 frames; the finders may take longer than the last time. */
-const KEPT_FRAMES = 24;
-/** So long after a missed frame the processor counts as too slow for tracker and finders, milliseconds. */
-const BUSY_MS = 2000;
-
-/** A focal length is told of when its standard deviation is below this fraction of it, and then when it is smaller by a fifth. */
-const MAX_FOCAL_DEVIATION = 0.015;
-const TOLD_AGAIN = 0.8;
-/** Below this the search for it, which takes as long as following every second frame, is over. */
-const FOCAL_DEVIATION_SOUGHT = 0.005;
+/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
@@ -66,8 +51,6 @@ const FOCAL_DEVIATION_SOUGHT = 0.005;
  * @property {number} focal of the canonical image that is looked at, pixels
  */
 
-/** A target that is followed, with what was last shown of it, and whether that is of the newest frame. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null, isNew: boolean }} Followed */
-
 /** Meshes being followed through a video. */
 export class MeshTracking {
   #parts;
@@ -76,23 +59,15 @@ export class MeshTracking {
   /** @type {MemoryFrames | null} */
   #memory;
   #stopped = false;
-  /** @type {Map<number, Followed>} */
+  /** By number. @type {Map<number, Target>} */
   #followed;
-  /** @type {SearchPlan} */
-  #plan;
-  /** Whether the finders look at a frame, or the tracker at their answers, or the finders rest. */
-  #findersBusy = false;
+  /** What the next frame is for. @type {NextFrame} */
+  #next;
+  /** When the finders last answered, milliseconds. */
   #answeredAt = Number.NaN;
   #networkFps = 0;
-  /** What the last answer took, milliseconds. */
-  #findingMs = 0;
-  /** Ends the finders' rest. */
-  #wakeFinders = () => {};
-  /** Camera of the last frame, and how sure its focal length is: the standard deviation, as a fraction. */
-  #focal = { of: "", deviation: Infinity };
-  #view = new ViewChoice();
-  /** Columns of the canonical image of the last frame. */
-  #canonicalWidth = 0;
+  /** The camera of the last frame, as text. */
+  #camera = "";
   /** The first frame of those that this camera has taken as it is held now. */
   #viewBegan = 0;
   /** How often the video had come to play something else when its last frame was taken. */
@@ -113,10 +88,9 @@ export class MeshTracking {
     this.#parts = parts;
     this.#frames = new VideoFrames(video);
     this.#memory = parts.software ? new MemoryFrames() : null;
-    this.#followed = new Map(
-      parts.targets.map((target) => [target.id, { target, presence: new Presence(), mesh: null, isNew: false }]),
-    );
-    this.#plan = new SearchPlan(parts.targets);
+    this.#followed = new Map(parts.targets.map((target) => [target.id, target]));
+    // The finders look at the first frame while the tracker starts, which then follows it.
+    this.#next = { focal: CANONICAL_FOCAL, intervalMs: 0, question: { ids: [...this.#followed.keys()], onlyConfirms: false } };
     this.#ready = parts.tracker.start(parts.start);
     // Also where no frame comes that would wait for it.
     this.#ready.catch((error) => this.#fail(error));
@@ -138,7 +112,6 @@ export class MeshTracking {
   /** Ends the loop; no callback is called again. */
   stop() {
     this.#stopped = true;
-    this.#wakeFinders();
     this.#frames.stop();
     this.#parts.tracker.terminate(new DeepSftError("closed", "The tracking was stopped."));
   }
@@ -152,7 +125,7 @@ export class MeshTracking {
    * @throws {DeepSftError} `target-unknown`, `closed`
    */
   async maps(target) {
-    const [{ target: { id } } = { target: { id: -1 } }] = target ? [{ target }] : this.#followed.values();
+    const [{ id } = { id: -1 }] = target ? [target] : this.#followed.values();
     await this.#ready;
     return this.#parts.tracker.maps({ id });
   }
@@ -164,14 +137,12 @@ export class MeshTracking {
    */
   unfollow({ id }) {
     if (!this.#followed.delete(id)) return;
-    this.#plan.remove(id);
     void this.#ready.then(() => this.#parts.tracker.unfollow({ id })).catch(() => undefined);
     if (this.#followed.size === 0) this.stop();
   }
 
   /** @param {HTMLVideoElement} video */
   async #loop(video) {
-    // The finders look at the first frame while the tracker starts, which then follows it.
     /** @type {Following | null} */
     let next = null;
     for (;;) {
@@ -179,13 +150,19 @@ export class MeshTracking {
       if (!current) return;
       const raw = await current.answer;
       if (this.#stopped) return current.frame.close();
-      const lost = raw.targets.map(({ id, found, correlation }) => this.#plan.tracked(id, found, correlation));
-      if (lost.includes(true)) this.#wakeFinders();
-      const { number, timeS, frame, camera, began, grabMs } = current;
-      if (this.#isTurned(camera) || current.afresh) this.#beginView(number);
+      this.#next = raw.next;
+      const { number, frame, camera, began, grabMs } = current;
+      // Estimates of frames before are of another camera, or of this one as it was held.
+      if (raw.afresh) this.#viewBegan = number;
       const { times, readMs } = raw;
       const totalMs = performance.now() - began;
-      const seen = raw.targets.flatMap((one) => this.#seen(one, 1000 * timeS) ?? []);
+      // Some may have been removed meanwhile.
+      const seen = raw.targets.flatMap((one) => {
+        const target = this.#followed.get(one.id);
+        if (!target) return [];
+        const mesh = one.found ? new SurfaceMesh(one, target.mesh, "tracking") : null;
+        return [{ change: one.change, tracked: new TrackedTarget({ ...one, target, mesh }) }];
+      });
       // Where frames wait already, the worker follows the next while the page draws this one.
       next = this.#frames.waiting ? await this.#begin(video) : null;
       if (this.#stopped) return frame.close();
@@ -208,18 +185,14 @@ export class MeshTracking {
   }
 
   /**
-   * Whether the tracker is to look for the focal length in this frame. Where the camera changes it begins anew, for what it saw until
-   * then was seen through another.
+   * How sure the focal length of a camera is, as the tracker takes it.
    *
-   * @param {SourcedCamera} camera of the frame
+   * @param {SourcedCamera} camera
    */
-  #seeksFocal(camera) {
-    const { source, spread = Infinity, fx } = camera;
-    const isSought = this.#parts.onFocal !== undefined && (source === "estimated" || source === "calibrated");
-    const of = JSON.stringify(camera);
-    const isSame = of === this.#focal.of;
-    if (!isSame) this.#focal = { of, deviation: source === "calibrated" && spread === Infinity ? 0 : spread / fx };
-    return isSought && isSame && this.#focal.deviation > FOCAL_DEVIATION_SOUGHT;
+  #focalDeviation({ source, spread, fx }) {
+    if (!this.#parts.onFocal) return 0;
+    if (source === "estimated") return (spread ?? Infinity) / fx;
+    return source === "calibrated" ? (spread ?? 0) / fx : 0;
   }
 
   /**
@@ -228,49 +201,9 @@ export class MeshTracking {
    */
   #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
     // The camera may have changed, or been forgotten, since.
-    if (JSON.stringify(camera) !== this.#focal.of) return;
-    if (deviation > Math.min(MAX_FOCAL_DEVIATION, TOLD_AGAIN * this.#focal.deviation)) return;
-    this.#focal.deviation = deviation;
+    if (JSON.stringify(camera) !== this.#camera) return;
     const focal = (ratio * camera.fx * width) / camera.width;
     this.#parts.onFocal?.({ width, height, focal, spread: deviation * focal });
-  }
-
-  /** @param {SourcedCamera} camera of the frame */
-  #isTurned(camera) {
-    const { width } = canonicalSize(camera);
-    const before = this.#canonicalWidth;
-    this.#canonicalWidth = width;
-    return before !== width;
-  }
-
-  /**
-   * Forgets the meshes: they lie in the frame of another camera, or of this one as it was held.
-   *
-   * @param {number} number of the first frame that is not
-   */
-  #beginView(number) {
-    this.#viewBegan = number;
-    for (const followed of this.#followed.values()) [followed.mesh, followed.isNew] = [null, false];
-  }
-
-  /**
-   * What is told of a target in a frame.
-   *
-   * @param {RawTrackedTarget} raw
-   * @param {number} atMs
-   */
-  #seen(raw, atMs) {
-    const followed = this.#followed.get(raw.id);
-    // Removed meanwhile.
-    if (!followed) return null;
-    const { target, presence } = followed;
-    const { found, correlation, iterations } = raw;
-    const change = presence.update(found ? correlation : 0, atMs);
-    if (found) followed.mesh = new SurfaceMesh(raw, target.mesh, "tracking");
-    followed.isNew = found;
-    const mesh = presence.isFound ? followed.mesh : null;
-    const held = mesh !== null && !presence.isConfirmed;
-    return { change, tracked: new TrackedTarget({ target, mesh, held, correlation, iterations }) };
   }
 
   /**
@@ -284,10 +217,7 @@ export class MeshTracking {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return null;
       const began = performance.now();
-      // Those between a question to the finders and their answer must be among the frames that the tracker keeps.
-      const answerable = this.#plan.isMissingSome ? this.#findingMs / KEPT_FRAMES : 0;
-      const interval = Math.max(this.#plan.isFollowingSome ? 0 : SEARCHING_INTERVAL_MS, answerable);
-      if (began - this.#followedAt < interval) continue;
+      if (began - this.#followedAt < this.#next.intervalMs) continue;
       this.#followedAt = began;
       const { changes } = this.#frames;
       const inMemory = await this.#memory?.grab(video);
@@ -301,32 +231,47 @@ export class MeshTracking {
       const camera = this.#cameraOf(grabbed);
       // Of videos only bitmaps are made.
       const frame = /** @type {ImageBitmap} */ (grabbed.frame);
-      const ids = this.#findersBusy ? [] : this.#plan.next(began);
-      const meshes = [...this.#followed.values()].flatMap(({ mesh, isNew }) => (mesh && isNew ? [mesh.vertices] : []));
-      const focal = this.#view.next(camera, meshes, ids.length > 0);
+      // What was said of the next frame was said of the camera of the one before.
+      const of = JSON.stringify(camera);
+      const focal = of === this.#camera ? this.#next.focal : CANONICAL_FOCAL;
+      this.#camera = of;
       const canonical = canonicalFrame(frame, camera, this.#memory !== null, focal);
       const grabMs = performance.now() - began;
-      // A second frame of one time starts the tracker afresh.
       const afresh = changes !== this.#changes;
       this.#changes = changes;
-      if (!afresh) this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
-      else this.#focal = { of: "", deviation: Infinity };
+      this.#timeS = Math.max(shownAt / 1000, this.#timeS + 1e-3);
       const number = ++this.#number;
-      if (ids.length > 0) {
-        const confirms = canonical && this.#plan.onlyConfirms(ids);
-        const [copy, small] = await Promise.all([createImageBitmap(frame), confirms ? createImageBitmap(canonical) : null]);
-        void this.#ask(number, { ids, frame: copy, canonical: small, camera, focal });
-      }
+      const question = this.#takeQuestion();
+      const small = canonical && question?.onlyConfirms ? createImageBitmap(canonical) : null;
+      const copies = question && (await Promise.all([createImageBitmap(frame), small]));
       // The frame itself stays here, to be drawn.
       const looked = canonical ?? (await createImageBitmap(frame));
       const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
       const { width, height } = grabbed;
-      const calibrate = !afresh && this.#seeksFocal(camera);
-      const answer = this.#parts.tracker.follow({ number, timeS: this.#timeS, frame: looked, intrinsics, focal, calibrate });
+      const source = [camera.width, camera.height, ...intrinsicsOf(camera)];
+      const focalDeviation = this.#focalDeviation(camera);
+      const answer = this.#parts.tracker.follow(
+        { timeS: this.#timeS, afresh, frame: looked, intrinsics, source, focalDeviation, focal, question },
+      );
       // Should a callback throw before it is waited for, nobody waits for it any more.
       answer.catch(() => frame.close());
-      return { number, timeS: this.#timeS, afresh, frame, camera, size: { width, height }, began, grabMs, answer };
+      // The tracker has to know of the question before it hears the answer.
+      if (question && copies) void this.#ask(number, { ids: question.ids, frame: copies[0], canonical: copies[1], camera, focal });
+      return { number, frame, camera, size: { width, height }, began, grabMs, answer };
     }
+  }
+
+  /**
+   * The question for the finders, which is asked once; null when there is none.
+   *
+   * @returns {FinderQuestion | null}
+   */
+  #takeQuestion() {
+    const { question } = this.#next;
+    if (!question) return null;
+    this.#next = { ...this.#next, question: null };
+    const ids = question.ids.filter((id) => this.#followed.has(id));
+    return ids.length > 0 ? { ...question, ids } : null;
   }
 
   /**
@@ -354,43 +299,23 @@ export class MeshTracking {
       question.canonical?.close();
       return question.frame.close();
     }
-    this.#findersBusy = true;
     const began = performance.now();
     try {
       const { answers, estimate } = await find(question);
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
-      this.#findingMs = now - began;
-      this.#plan.took(question.ids, now - began, question.canonical !== null);
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      if (answers.some(({ sightings }) => sightings.length > 0)) this.#view.seen();
-      const isFollowed = (/** @type {RawAnswer} */ { id }) => this.#followed.has(id);
-      const heard = Promise.all(answers.filter(isFollowed).map((answer) => tracker.answer({ ...answer, number })));
+      const heard = tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
       if (estimate && number < this.#viewBegan) estimate.close();
       else if (estimate) onEstimate?.(estimate, number);
-      await heard;
-      const heardAt = performance.now();
-      const restMs = this.#plan.restMs(heardAt - began, heardAt - this.#frames.missedAt < BUSY_MS);
-      if (restMs > 0) await this.#rest(restMs);
-      this.#findersBusy = false;
+      const { next } = await heard;
+      if (next) this.#next = next;
     } catch (error) {
       this.#fail(error);
     }
-  }
-
-  /**
-   * Lets the tracker have the processor, until it loses a target.
-   *
-   * @param {number} ms
-   */
-  #rest(ms) {
-    return new Promise((resolve) => {
-      this.#wakeFinders = () => resolve(undefined);
-      setTimeout(resolve, ms);
-    });
   }
 }
 
@@ -399,8 +324,6 @@ export class MeshTracking {
  *
  * @typedef {object} Following
  * @property {number} number
- * @property {number} timeS
- * @property {boolean} afresh whether another camera or another file has begun with it
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {{ width: number, height: number }} size with which the frame came, pixels

@@ -7,7 +7,7 @@ import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 
-/** @import { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js" */
+/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
 
 /** What waits for the tracker to start waits in turn. @type {Promise<MeshTracker> | undefined} */
 let tracker;
@@ -45,36 +45,32 @@ export async function unfollow({ id }) {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export async function follow({ number, timeS, frame, intrinsics, focal = CANONICAL_FOCAL, calibrate = false }) {
+export async function follow({ timeS, afresh = false, frame, intrinsics, source, focalDeviation = 0, focal = CANONICAL_FOCAL, question }) {
   const began = performance.now();
   const rgba = framePixels(frame);
   const readMs = performance.now() - began;
-  const camera = new Float64Array(intrinsics);
   const { width, height } = frame;
   closeFrame(frame);
-  const answer = await (await started()).follow(number, timeS, rgba, width, height, camera, focal, calibrate);
-  const { targets, warpMs, trackMs } = answer;
-  const transfer = targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
-  return { value: { targets, focal: answer.focal, times: { warpMs, trackMs }, readMs }, transfer };
+  const [camera, taken] = [intrinsics, source ?? [width, height, ...intrinsics]].map((numbers) => new Float64Array(numbers));
+  const asked = question ? new Uint32Array(question.ids) : undefined;
+  const tracker = await started();
+  const onlyConfirms = question?.onlyConfirms ?? false;
+  const { warpMs, trackMs, ...followed } = await tracker.follow(
+    timeS, afresh, rgba, width, height, camera, taken, focalDeviation, focal, asked, onlyConfirms,
+  );
+  const transfer = followed.targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
+  return { value: { ...followed, times: { warpMs, trackMs }, readMs }, transfer };
 }
 
 /**
  * @param {AnswerRequest} request
- * @returns {Promise<{ value: { verdict: Verdict, answerMs: number }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
  */
-export async function answer({ id, number, sightings, canDeny }) {
+export async function answer({ answers, tookMs, sinceMissedMs }) {
   const tracker = await started();
   const began = performance.now();
-  /** @type {Verdict} */
-  let verdict = "ignored";
-  if (sightings.length === 0 && canDeny)
-    verdict = await tracker.answer(id, number, 0, new Float32Array(), new Float32Array());
-  // The likeliest comes first.
-  for (const { width, depth, registration } of sightings) {
-    verdict = await tracker.answer(id, number, width, depth, registration);
-    if (verdict !== "ignored") break;
-  }
-  return { value: { verdict, answerMs: performance.now() - began }, transfer: [] };
+  const { effects, next } = await tracker.answer(answers, tookMs, sinceMissedMs);
+  return { value: { effects, next, answerMs: performance.now() - began }, transfer: [] };
 }
 
 /**

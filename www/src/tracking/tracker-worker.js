@@ -14,19 +14,42 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  */
 
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], focal?: number, calibrate?: boolean }} FollowRequest `focal`: of the canonical image, pixels; the training camera's when absent */
-/** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
+/**
+ * A frame of the video.
+ *
+ * @typedef {object} FollowRequest
+ * @property {number} timeS ascending
+ * @property {boolean} [afresh] whether another camera or another file begins with it
+ * @property {ImageBitmap | ImageData} frame or its canonical image
+ * @property {number[]} intrinsics of that
+ * @property {number[]} [source] width, height and intrinsics of the camera that took it; those of `frame` when absent
+ * @property {number} [focalDeviation] standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+ *   default) where nobody wants it better
+ * @property {number} [focal] of the canonical image that it is followed in, pixels; the training camera's when absent
+ * @property {FinderQuestion | null} [question] that the finders are asked about it
+ */
+
+/** Which targets the finders look for, and whether the canonical image is enough. @typedef {{ ids: number[], onlyConfirms: boolean }} FinderQuestion */
 
 /**
- * What the tracker made of an answer of the finders.
+ * What the next frame is for, if the camera stays the same: focal length of its canonical image, pixels; least time after the frame
+ * before, milliseconds; what the finders should be asked about it.
  *
- * @typedef {"started" | "confirmed" | "restarted" | "dropped" | "ignored"} Verdict
+ * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
+ */
+
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
+
+/**
+ * What the tracker made of an answer for a target.
+ *
+ * @typedef {{ id: number, effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored" }} AnswerEffect
  */
 
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, change: "found" | "lost" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 
 /**
@@ -34,8 +57,10 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  *
  * @typedef {object} RawTracked
  * @property {RawTrackedTarget[]} targets
- * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it was
- *   found, and its standard deviation as a fraction
+ * @property {boolean} afresh whether all that was seen before was forgotten
+ * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it is told,
+ *   and its standard deviation as a fraction
+ * @property {NextFrame} next
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  */
@@ -68,10 +93,11 @@ export class TrackerWorker extends WorkerCalls {
 
   /**
    * @param {AnswerRequest} request
-   * @returns {Promise<{ verdict: Verdict, answerMs: number }>}
+   * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
    */
   answer(request) {
-    const arrays = request.sightings.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
+    const sightings = request.answers.flatMap(({ sightings }) => sightings);
+    const arrays = sightings.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
     return this.call("answer", request, arrays);
   }
 

@@ -93,10 +93,12 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           const frame = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
           const intrinsics = intrinsicsOf(cameraForFrame(camera, { frame, width: frame.width, height: frame.height }));
           const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
-          const tracked = await tracker.follow({ number: i, timeS: i / 30, frame, intrinsics });
+          const question = i === 0 ? { ids: [0], onlyConfirms: false } : null;
+          const tracked = await tracker.follow({ timeS: i / 30, frame, intrinsics, question });
           if (estimate) {
             const sightings = [{ width: estimate.depth.width, depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
-            verdict = (await tracker.answer({ id: 0, number: i, sightings, canDeny: true })).verdict;
+            const answers = [{ id: 0, canDeny: true, sightings }];
+            verdict = (await tracker.answer({ answers, tookMs: 100, sinceMissedMs: Infinity })).effects[0].effect;
           }
           const [{ found, vertices }] = tracked.targets;
           meshes.push(found ? [...vertices] : null);

@@ -2,7 +2,6 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { DeepSftError, canonicalFromImage, canonicalSize, estimatedCamera, imageFromCanonical, visibleRegion } from "deepsft";
-import { ViewChoice, canonicalFocals } from "../../src/camera/canonical-views.js";
 import { cameraForImage, intrinsicsOf } from "../../src/camera/intrinsics.js";
 
 const near = (actual, expected, tolerance = 1e-9) =>
@@ -58,39 +57,14 @@ test("of a phone's upright image the network sees nearly all, by a canonical ima
   near(imageFromCanonical(camera, 0, 0), [left, top]);
 });
 
-/** Expected focal lengths: 380 times half of the canonical image's side, as a ray, by the outermost ray of the camera's image. */
-test("views are zoomed out as far as the image of a camera reaches, and no further than 119 degrees", () => {
-  near(canonicalFocals(estimatedCamera(1280, 720)), [380]);
-  near(canonicalFocals(estimatedCamera(640, 480)), [380, (135 / 240) * 0.79 * 640]);
-  const kinect = { width: 1920, height: 1080, fx: 1057.8, fy: 1064, cx: 947.6, cy: 530.4 };
-  near(canonicalFocals(kinect), [380, (240 / (1920 - 947.6)) * 1057.8]);
-  const fisheye = { width: 800, height: 600, fx: 250, fy: 250, cx: 400, cy: 300, fisheye: [0, 0, 0, 0] };
-  near(canonicalFocals(fisheye), [380, 285, 190, 142.5]);
+test("the network sees as much as the image of a camera reaches beyond the training camera's, and no further than 119 degrees", () => {
   assert.deepEqual(visibleRegion(estimatedCamera(640, 480)), { left: 0, top: 0, right: 640, bottom: 480 });
-});
-
-test("a sheet that comes near is followed in a wider view until it is well inside the nearer one", () => {
-  const camera = estimatedCamera(640, 480);
-  const [near, wide] = canonicalFocals(camera);
-  const views = new ViewChoice();
-  // A square of 100 mm: its corners are 50 f / z from the middle, of 135 pixels.
-  const square = (z) => Float32Array.from([-50, -50, z, 50, -50, z, 50, 50, z, -50, 50, z]);
-  const at = (z) => views.next(camera, [square(z)], false);
-  // 127, 131.9, 132.1; then 127, 111.2, 110.9 pixels from the middle.
-  assert.deepEqual([150, 144.05, 143.8, 150, 170.9, 171.3].map(at), [near, near, wide, wide, wide, near]);
-  // What is beyond the image does not count: nothing could show it.
-  assert.equal(at(20), near);
-});
-
-test("a missing target is searched in the nearest and the widest view in turn", () => {
-  const views = new ViewChoice();
-  const [near, wide] = canonicalFocals(estimatedCamera(640, 480));
-  const search = (camera) => [true, false, false, true, false, true].map((searches) => views.next(camera, [], searches));
-  assert.deepEqual(search(estimatedCamera(640, 480)), [near, near, near, wide, wide, near]);
-  views.seen();
-  assert.equal(views.next(estimatedCamera(640, 480), [], true), near, "after a sighting the view stays");
-  assert.equal(views.next(estimatedCamera(640, 480), [], true), wide);
-  assert.deepEqual(search(estimatedCamera(1280, 720)), Array(6).fill(near));
+  // The left side is nearer to the middle: there the image ends first.
+  const kinect = visibleRegion({ width: 1920, height: 1080, fx: 1057.8, fy: 1064, cx: 947.6, cy: 530.4 });
+  near([kinect.left, kinect.right], [0, 1920], 1e-6);
+  // 240 pixels of the canonical image at 0.375 * 380 are a ray of 1.684, 59.3 degrees from the axis: 250 pixels a radian.
+  const fisheye = visibleRegion({ width: 800, height: 600, fx: 250, fy: 250, cx: 400, cy: 300, fisheye: [0, 0, 0, 0] });
+  near([fisheye.left, fisheye.right], [400 - 250 * Math.atan(240 / 142.5), 400 + 250 * Math.atan(240 / 142.5)], 1e-6);
 });
 
 test("a camera for the same picture at half the size is scaled, one for another shape refused", () => {

@@ -1,6 +1,4 @@
-import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
-import { Presence } from "./presence.js";
 import type { RawAnswer } from "../engine/engine-worker.js";
 import type { Estimate } from "../results/estimate.js";
 import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
@@ -56,12 +54,11 @@ export type Question = {
      */
     focal: number;
 };
-export type Followed = {
-    target: Target;
-    presence: Presence;
-    mesh: SurfaceMesh | null;
-    isNew: boolean;
-};
+/** @import { RawAnswer } from "../engine/engine-worker.js" */
+/** @import { Estimate } from "../results/estimate.js" */
+/** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { Target } from "../targets/target.js" */
+/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
  * (`spread`), all in pixels.
@@ -92,7 +89,6 @@ export type Followed = {
  * @property {SourcedCamera} camera of the frame
  * @property {number} focal of the canonical image that is looked at, pixels
  */
-/** A target that is followed, with what was last shown of it, and whether that is of the newest frame. @typedef {{ target: Target, presence: Presence, mesh: SurfaceMesh | null, isNew: boolean }} Followed */
 /** Meshes being followed through a video. */
 export declare class MeshTracking {
     #private;
@@ -133,11 +129,6 @@ export declare class MeshTracking {
 }
 export type Following = {
     number: number;
-    timeS: number;
-    /**
-     * whether another camera or another file has begun with it
-     */
-    afresh: boolean;
     frame: ImageBitmap;
     camera: SourcedCamera;
     /**
@@ -159,8 +150,6 @@ export type Following = {
  *
  * @typedef {object} Following
  * @property {number} number
- * @property {number} timeS
- * @property {boolean} afresh whether another camera or another file has begun with it
  * @property {ImageBitmap} frame
  * @property {SourcedCamera} camera
  * @property {{ width: number, height: number }} size with which the frame came, pixels

@@ -1,4 +1,4 @@
-import type { AnswerRequest, FollowRequest, RawTracked, TrackerStartRequest, Verdict } from "./tracker-worker.js";
+import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js";
 /**
  * @param {TrackerStartRequest} request
  * @returns {Promise<{ value: void, transfer: Transferable[] }>}
@@ -18,17 +18,18 @@ export declare function unfollow({ id }: {
  * @param {FollowRequest} request
  * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
  */
-export declare function follow({ number, timeS, frame, intrinsics, focal, calibrate }: FollowRequest): Promise<{
+export declare function follow({ timeS, afresh, frame, intrinsics, source, focalDeviation, focal, question }: FollowRequest): Promise<{
     value: RawTracked;
     transfer: Transferable[];
 }>;
 /**
  * @param {AnswerRequest} request
- * @returns {Promise<{ value: { verdict: Verdict, answerMs: number }, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
  */
-export declare function answer({ id, number, sightings, canDeny }: AnswerRequest): Promise<{
+export declare function answer({ answers, tookMs, sinceMissedMs }: AnswerRequest): Promise<{
     value: {
-        verdict: Verdict;
+        effects: AnswerEffect[];
+        next: NextFrame | null;
         answerMs: number;
     };
     transfer: Transferable[];

@@ -10,20 +10,63 @@ export type TrackerStartRequest = {
     smooth: Smoothing | null;
 };
 export type FollowRequest = {
-    number: number;
+    /**
+     * ascending
+     */
     timeS: number;
+    /**
+     * whether another camera or another file begins with it
+     */
+    afresh?: boolean;
+    /**
+     * or its canonical image
+     */
     frame: ImageBitmap | ImageData;
+    /**
+     * of that
+     */
     intrinsics: number[];
+    /**
+     * width, height and intrinsics of the camera that took it; those of `frame` when absent
+     */
+    source?: number[];
+    /**
+     * standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+     * default) where nobody wants it better
+     */
+    focalDeviation?: number;
+    /**
+     * of the canonical image that it is followed in, pixels; the training camera's when absent
+     */
     focal?: number;
-    calibrate?: boolean;
+    /**
+     * that the finders are asked about it
+     */
+    question?: FinderQuestion | null;
 };
-export type AnswerRequest = RawAnswer & {
-    number: number;
+export type FinderQuestion = {
+    ids: number[];
+    onlyConfirms: boolean;
 };
-export type Verdict = "started" | "confirmed" | "restarted" | "dropped" | "ignored";
+export type NextFrame = {
+    focal: number;
+    intervalMs: number;
+    question: FinderQuestion | null;
+};
+export type AnswerRequest = {
+    answers: RawAnswer[];
+    tookMs: number;
+    sinceMissedMs: number;
+};
+export type AnswerEffect = {
+    id: number;
+    effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored";
+};
 export type RawTrackedTarget = {
     id: number;
     found: boolean;
+    held: boolean;
+    change: "found" | "lost" | null;
     vertices: Float32Array;
     confidence: Float32Array;
     correlation: number;
@@ -32,13 +75,18 @@ export type RawTrackedTarget = {
 export type RawTracked = {
     targets: RawTrackedTarget[];
     /**
-     * the true focal length as a multiple of the given one, where it was
-     * found, and its standard deviation as a fraction
+     * whether all that was seen before was forgotten
+     */
+    afresh: boolean;
+    /**
+     * the true focal length as a multiple of the given one, where it is told,
+     * and its standard deviation as a fraction
      */
     focal: {
         ratio: number;
         deviation: number;
     } | null;
+    next: NextFrame;
     times: {
         warpMs: number;
         trackMs: number;
@@ -57,25 +105,47 @@ export type RawTracked = {
  * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
  */
 /** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
-/** @typedef {{ number: number, timeS: number, frame: ImageBitmap | ImageData, intrinsics: number[], focal?: number, calibrate?: boolean }} FollowRequest `focal`: of the canonical image, pixels; the training camera's when absent */
-/** @typedef {RawAnswer & { number: number }} AnswerRequest what the finders say of one target in a frame, by its number */
 /**
- * What the tracker made of an answer of the finders.
+ * A frame of the video.
  *
- * @typedef {"started" | "confirmed" | "restarted" | "dropped" | "ignored"} Verdict
+ * @typedef {object} FollowRequest
+ * @property {number} timeS ascending
+ * @property {boolean} [afresh] whether another camera or another file begins with it
+ * @property {ImageBitmap | ImageData} frame or its canonical image
+ * @property {number[]} intrinsics of that
+ * @property {number[]} [source] width, height and intrinsics of the camera that took it; those of `frame` when absent
+ * @property {number} [focalDeviation] standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+ *   default) where nobody wants it better
+ * @property {number} [focal] of the canonical image that it is followed in, pixels; the training camera's when absent
+ * @property {FinderQuestion | null} [question] that the finders are asked about it
+ */
+/** Which targets the finders look for, and whether the canonical image is enough. @typedef {{ ids: number[], onlyConfirms: boolean }} FinderQuestion */
+/**
+ * What the next frame is for, if the camera stays the same: focal length of its canonical image, pixels; least time after the frame
+ * before, milliseconds; what the finders should be asked about it.
+ *
+ * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
+ */
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
+/**
+ * What the tracker made of an answer for a target.
+ *
+ * @typedef {{ id: number, effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored" }} AnswerEffect
  */
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, change: "found" | "lost" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 /**
  * The meshes in one frame as they cross from the worker.
  *
  * @typedef {object} RawTracked
  * @property {RawTrackedTarget[]} targets
- * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it was
- *   found, and its standard deviation as a fraction
+ * @property {boolean} afresh whether all that was seen before was forgotten
+ * @property {{ ratio: number, deviation: number } | null} focal the true focal length as a multiple of the given one, where it is told,
+ *   and its standard deviation as a fraction
+ * @property {NextFrame} next
  * @property {{ warpMs: number, trackMs: number }} times
  * @property {number} readMs time to read the frame's pixels
  */
@@ -100,10 +170,11 @@ export declare class TrackerWorker extends WorkerCalls {
     follow(request: FollowRequest): Promise<RawTracked>;
     /**
      * @param {AnswerRequest} request
-     * @returns {Promise<{ verdict: Verdict, answerMs: number }>}
+     * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
      */
     answer(request: AnswerRequest): Promise<{
-        verdict: Verdict;
+        effects: AnswerEffect[];
+        next: NextFrame | null;
         answerMs: number;
     }>;
     /**

@@ -173,7 +173,7 @@ mod tests {
     }
 
     /// A plan for targets that have a network of their own or not.
-    fn plan<const N: usize>(can_deny: [bool; N]) -> SearchPlan {
+    fn plan_for<const N: usize>(can_deny: [bool; N]) -> SearchPlan {
         let mut plan = SearchPlan::default();
         (0..).zip(can_deny).for_each(|(id, can_deny)| plan.add(id, can_deny));
         plan
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn missing_targets_are_looked_for_in_turn_as_many_at_once_as_there_is_time_for() {
-        let mut plan = plan([false; 3]);
+        let mut plan = plan_for([false; 3]);
         assert_eq!(ask(&mut plan, 0.0), [0, 1, 2]);
         plan.took((&[0, 1, 2], false), times(0.6, 0.6, NEVER));
         let asked: Vec<_> = (1..5).map(|s| ask(&mut plan, f64::from(s))).collect();
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn what_is_followed_well_is_confirmed_every_two_seconds_and_what_is_not_at_once() {
-        let mut plan = plan([false; 2]);
+        let mut plan = plan_for([false; 2]);
         ask(&mut plan, 0.0);
         plan.took((&[0, 1], false), times(0.6, 0.6, NEVER));
         plan.tracked(0, Some(0.9));
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_network_looks_at_every_frame_it_can_unless_something_else_is_missing() {
-        let mut plan = plan([true, false]);
+        let mut plan = plan_for([true, false]);
         ask(&mut plan, 0.0);
         plan.tracked(0, Some(0.9));
         plan.tracked(1, Some(0.9));
@@ -233,7 +233,7 @@ mod tests {
     }
 
     fn following() -> SearchPlan {
-        let mut plan = plan([true]);
+        let mut plan = plan_for([true]);
         plan.tracked(0, Some(0.9));
         plan
     }
@@ -266,7 +266,7 @@ mod tests {
         rest(&mut plan, &[0.1; 3], NEVER);
         (0..3).for_each(|_| plan.took((&[0], false), times(0.0, 0.4, NEVER)));
         assert_eq!(plan.rest_until_s.max(0.0), 0.0, "those with features take longer anyway");
-        let mut alone = super::tests::plan([true]);
+        let mut alone = plan_for([true]);
         rest(&mut alone, &[0.03; 3], NEVER);
         alone.tracked(0, Some(0.9));
         assert_eq!(rest(&mut alone, &[0.1; 3], NEVER), 0.0);

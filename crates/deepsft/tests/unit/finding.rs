@@ -11,7 +11,7 @@ use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleMesh, training_camera};
 
 /// Rectangles of any colour on grey, 297 x 210 mm.
-fn print() -> Picture {
+pub fn print() -> Picture {
     let mut state = 7_u64;
     let mut random = move |below: u64| {
         state = state

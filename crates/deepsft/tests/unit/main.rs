@@ -7,3 +7,4 @@ mod device;
 mod finding;
 mod near;
 mod photo_consistency;
+mod session;

@@ -21,7 +21,7 @@ fn poster() -> ModelBundle {
 }
 
 /// The sheet around a cylinder, its middle at `depth_mm`, its long side upright in the image but for a few degrees.
-fn bent(template: &Template, depth_mm: f64) -> Vec<DVec3> {
+pub fn bent(template: &Template, depth_mm: f64) -> Vec<DVec3> {
     let turn = DVec2::from_angle(1.5);
     let place = |p: &DVec3| {
         let angle = p.x / 260.0;
@@ -32,7 +32,7 @@ fn bent(template: &Template, depth_mm: f64) -> Vec<DVec3> {
 }
 
 /// What `camera` sees of it before a wall.
-fn photograph(template: &Template, vertices: &[DVec3], camera: &Camera) -> Picture {
+pub fn photograph(template: &Template, vertices: &[DVec3], camera: &Camera) -> Picture {
     let maps = VisibleSurface::new(template.mesh(), vertices, camera).maps();
     let texture = template.texture().halved();
     let size = DVec2::new(texture.width() as f64, texture.height() as f64);

@@ -1,0 +1,246 @@
+//! How targets of a video are found, followed and lost, natively and in the browser.
+
+use crate::finding::print;
+use crate::near::{bent, photograph};
+use deepsft::View;
+use deepsft::session::{
+    Answer, AnswerTimes, Asking, Change, Followed, FollowedFrame, Session, SessionOptions, Source, TargetId,
+};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate};
+use deepsft_geometry::{Camera, Maps, Picture, Template, training_camera};
+
+const FRAME_S: f64 = 1.0 / 30.0;
+const SHEET: TargetId = 3;
+
+/// A session that follows a printed sheet, which lies before the camera or is covered.
+struct Video {
+    session: Session,
+    template: Template,
+    source: Source,
+    frame: u64,
+}
+
+impl Video {
+    fn new(options: SessionOptions) -> Self {
+        let template = Template::thin_shell(print(), 297.0, 210.0).unwrap();
+        let mut session = Session::new(options);
+        session.add(SHEET, &template, training_camera(), false).unwrap();
+        Self {
+            session,
+            template,
+            source: training_camera().into(),
+            frame: 0,
+        }
+    }
+
+    fn time_s(&self) -> f64 {
+        self.frame as f64 * FRAME_S
+    }
+
+    /// Whom the session asks about, after a frame that was looked at, and asks if it does.
+    fn look(&mut self, picture: &Picture) -> (FollowedFrame, Vec<TargetId>) {
+        let (now_s, Source { camera, .. }) = (self.time_s(), self.source);
+        let next = self.session.next(&camera, now_s);
+        let asked = next.question.as_ref().map_or(Vec::new(), |question| question.targets.clone());
+        if let Some(question) = next.question {
+            self.session.ask(question, now_s);
+        }
+        self.frame += 1;
+        let mut image = View::new(picture, &camera);
+        let frame = self.session.frame(now_s, &self.source, &next.view, &mut image).unwrap();
+        (frame, asked)
+    }
+
+    fn sees(&mut self, picture: &Picture) -> Followed {
+        let mut targets = self.look(picture).0.targets;
+        assert_eq!(targets.len(), 1);
+        targets.remove(0)
+    }
+
+    fn answer(&mut self, target: TargetId, starts: Vec<Maps>) -> TrackUpdate {
+        let times = AnswerTimes {
+            now_s: self.time_s(),
+            took_s: FRAME_S,
+            since_missed_s: f64::INFINITY,
+        };
+        let effects = self.session.answer(&[Answer { target, starts }], times).unwrap();
+        effects.first().map_or(TrackUpdate::Ignored, |effect| effect.update)
+    }
+
+    /// The sheet at a distance, in its image and as finders see it.
+    fn sheet(&self, depth_mm: f64) -> (Picture, Maps) {
+        let (vertices, camera) = (bent(&self.template, depth_mm), self.source.camera);
+        let maps = VisibleSurface::new(self.template.mesh(), &vertices, &camera).maps();
+        (photograph(&self.template, &vertices, &camera), maps)
+    }
+
+    /// The sheet is found in its first frame, by an answer about that frame.
+    fn begin(&mut self) -> Picture {
+        let (picture, maps) = self.sheet(480.0);
+        assert!(!self.sees(&picture).found);
+        assert_eq!(self.answer(SHEET, vec![maps]), TrackUpdate::Started);
+        picture
+    }
+}
+
+/// Nothing that looks like a print.
+fn noise() -> Picture {
+    let value = |x: usize, y: usize| (x / 3 * 7919 + y / 3 * 104_729) % 251;
+    Picture::from_fn(480, 270, |x, y| [value(x, y) as u8; 3])
+}
+
+#[test]
+fn a_missing_target_is_asked_for_in_one_question_at_a_time() {
+    let mut video = Video::new(SessionOptions::default());
+    let noise = noise();
+    let asked = |video: &mut Video| video.look(&noise).1;
+    assert_eq!(asked(&mut video), [SHEET]);
+    assert!(asked(&mut video).is_empty());
+    assert_eq!(video.answer(SHEET, Vec::new()), TrackUpdate::Ignored);
+    assert_eq!(asked(&mut video), [SHEET]);
+    // Frames come no faster than the trackers can remember them until the answer: 24 of them in what the last one took.
+    let interval_s = |video: &Video| video.session.next(&video.source.camera, 0.0).interval_s;
+    assert!((interval_s(&video) - 0.06).abs() < 1e-12);
+    let times = AnswerTimes {
+        now_s: 2.0,
+        took_s: 2.4,
+        since_missed_s: f64::INFINITY,
+    };
+    video.session.answer(&[], times).unwrap();
+    assert!((interval_s(&video) - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn a_video_that_waits_asks_about_every_so_many_frames() {
+    let options = SessionOptions {
+        asking: Asking::Every(3),
+        ..SessionOptions::default()
+    };
+    let mut video = Video::new(options);
+    let picture = video.begin();
+    let asked: Vec<bool> = (1..8)
+        .map(|_| {
+            let is_asked = !video.look(&picture).1.is_empty();
+            video.answer(SHEET, Vec::new());
+            is_asked
+        })
+        .collect();
+    assert_eq!(asked, [false, false, true, false, false, true, false]);
+}
+
+#[test]
+fn a_target_is_found_by_a_strong_answer_held_while_it_is_covered_and_lost_after_0_4_seconds() {
+    let mut video = Video::new(SessionOptions::default());
+    let picture = video.begin();
+    // The frame that was asked about knows it now; the change is told once.
+    let found = video.session.followed();
+    assert_eq!((found[0].found, found[0].change), (true, Some(Change::Found)));
+    assert!(found[0].correlation >= 0.8 && !found[0].held);
+    let sheet = video.sees(&picture);
+    assert_eq!((sheet.found, sheet.change, sheet.held), (true, None, false));
+    let noise = noise();
+    let mut covered: Vec<Followed> = (0..11).map(|_| video.sees(&noise)).collect();
+    for held in &covered {
+        assert!(held.found && held.held && held.change.is_none(), "{held:?}");
+        assert_eq!(held.vertices_camera, sheet.vertices_camera);
+    }
+    // The tracker gave up at 0.1 seconds: from then on finders look for it.
+    assert_eq!(covered.remove(10).correlation, 0.0);
+    let lost = video.sees(&noise);
+    assert_eq!((lost.found, lost.change), (false, Some(Change::Lost)));
+    assert!(lost.vertices_camera.is_empty() && lost.confidence.is_empty());
+    assert!(video.sees(&noise).change.is_none());
+}
+
+#[test]
+fn a_sheet_that_is_followed_well_is_confirmed_every_two_seconds() {
+    let mut video = Video::new(SessionOptions::default());
+    let picture = video.begin();
+    let asked: Vec<usize> = (1..70).filter(|_| !video.look(&picture).1.is_empty()).collect();
+    assert_eq!(asked, [60]);
+}
+
+#[test]
+fn another_video_begins_without_what_was_found_and_without_late_answers() {
+    let mut video = Video::new(SessionOptions::default());
+    let picture = video.begin();
+    let (frame, _) = video.look(&picture);
+    assert!(frame.targets[0].found && !frame.afresh && frame.number == 1);
+    video.session.restart();
+    let (frame, asked) = video.look(&picture);
+    assert_eq!((frame.afresh, frame.targets[0].change), (true, Some(Change::Lost)));
+    assert_eq!(asked, [SHEET]);
+    // The same of a camera that is turned, and of a time that does not ascend.
+    let maps = video.sheet(480.0).1;
+    video.source = training_camera().resized((480, 270)).unwrap().turned_anticlockwise().into();
+    let (frame, asked) = video.look(&Picture::from_fn(270, 480, |_, _| [90; 3]));
+    assert!(frame.afresh && asked.is_empty());
+    assert_eq!(video.answer(SHEET, vec![maps]), TrackUpdate::Ignored, "that was of the video before");
+    video.frame = 0;
+    assert!(video.look(&Picture::from_fn(270, 480, |_, _| [90; 3])).0.afresh);
+}
+
+#[test]
+fn where_what_was_seen_started_nothing_the_next_look_is_into_the_widest_view() {
+    let mut video = Video::new(SessionOptions::default());
+    video.source = Camera::typical((640, 480)).unwrap().into();
+    let picture = Picture::from_fn(640, 480, |x, y| [((x / 3) * (y / 3) % 251) as u8; 3]);
+    let mut views = Vec::new();
+    for _ in 0..3 {
+        views.push(video.session.next(&video.source.camera, video.time_s()).view.focal().x);
+        video.look(&picture);
+        let seen = Maps::empty(480, 270);
+        assert_eq!(video.answer(SHEET, vec![seen]), TrackUpdate::Ignored);
+    }
+    assert!(views[0] == 380.0 && views[1] < 300.0 && views[2] == 380.0, "{views:?}");
+}
+
+#[test]
+fn two_sheets_are_followed_in_one_video_until_one_is_removed() {
+    const OTHER: TargetId = 5;
+    let mut video = Video::new(SessionOptions::default());
+    let art = Picture::from_fn(60, 40, |x, y| [(x * y % 251) as u8, (4 * x) as u8, (6 * y) as u8]);
+    let other = Template::thin_shell(art, 297.0, 198.0).unwrap();
+    video.session.add(OTHER, &other, training_camera(), false).unwrap();
+    let (picture, maps) = video.sheet(480.0);
+    assert_eq!(video.look(&picture).1, [SHEET, OTHER]);
+    assert_eq!(video.answer(SHEET, vec![maps]), TrackUpdate::Started);
+    let (frame, asked) = video.look(&picture);
+    let found: Vec<_> = frame.targets.iter().map(|one| (one.target, one.found)).collect();
+    assert_eq!((found, asked), (vec![(SHEET, true), (OTHER, false)], vec![OTHER]));
+    video.session.remove(OTHER);
+    assert_eq!(video.answer(OTHER, Vec::new()), TrackUpdate::Ignored);
+    assert_eq!(video.look(&picture).0.targets.len(), 1);
+}
+
+/// Where the smoothed meshes lagged, they and the images told of another camera.
+#[test]
+fn smoothing_is_for_who_looks_and_changes_nothing_of_what_the_meshes_tell_of_the_camera() {
+    let follow = |smoothing: Option<OneEuroOptions>| {
+        let mut video = Video::new(SessionOptions {
+            smoothing,
+            ..SessionOptions::default()
+        });
+        video.source.focal_deviation = f64::INFINITY;
+        video.begin();
+        let mut meshes: Vec<Vec<DVec3>> = Vec::new();
+        for frame in 0..16 {
+            // 12 mm a frame.
+            let (picture, _) = video.sheet(480.0 + 12.0 * f64::from(frame));
+            meshes.push(video.sees(&picture).vertices_camera);
+        }
+        let found = video.session.solve_camera(SHEET, 3).unwrap();
+        (meshes, found, video.session.maps(SHEET).unwrap().1)
+    };
+    let (fitted, found, maps) = follow(None);
+    let slow = OneEuroOptions {
+        speed_coefficient: 0.0,
+        ..OneEuroOptions::default()
+    };
+    let (smooth, found_too, same_maps) = follow(Some(slow));
+    let lag = fitted[15][0].distance(smooth[15][0]);
+    assert!(lag > 5.0, "{lag} mm");
+    assert_eq!((found_too, same_maps), (found, maps));
+}
