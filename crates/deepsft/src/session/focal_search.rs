@@ -23,16 +23,19 @@ pub(super) struct FocalSearch {
 }
 
 impl FocalSearch {
-    /// Whether the next frame, which `source` takes, belongs to the search. Where the camera changes all begins anew, for what was seen
-    /// until then was seen through another.
-    pub(super) fn goes_on(&mut self, source: &Source) -> bool {
-        if self.source != Some(*source) {
-            *self = Self {
-                source: Some(*source),
-                deviation: source.focal_deviation,
-            };
-            return false;
+    /// Whether `source`, which takes the next frame, is not the camera of the last one. All then begins anew, for what was seen until then was
+    /// seen through another.
+    pub(super) fn begins(&mut self, source: &Source) -> bool {
+        let is_other = self.source != Some(*source);
+        if is_other {
+            self.source = Some(*source);
+            self.deviation = source.focal_deviation;
         }
+        is_other
+    }
+
+    /// Whether the focal length is not known well enough.
+    pub(super) fn goes_on(&self) -> bool {
         self.deviation > SOUGHT_DEVIATION
     }
 

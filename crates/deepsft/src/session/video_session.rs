@@ -287,7 +287,7 @@ impl Session {
         self.number += 1;
         let is_searched = self.asked.as_ref().is_some_and(|(frame, _)| *frame == number);
         self.view.take(&source.camera, view, self.plan.follows_some(), is_searched);
-        let seeks_focal = self.focal.goes_on(source);
+        let is_other_camera = self.focal.begins(source);
         let mut calibrated: Option<CalibratedCamera> = None;
         // Targets share the canonical image.
         let mut shared: Option<(Camera, TrackerImage)> = None;
@@ -303,7 +303,9 @@ impl Session {
             target.follow((number, time_s), &canonical, &seen)?;
             shared = Some((seen, canonical));
             self.plan.tracked(*id, target.correlation());
-            if seeks_focal {
+            if is_other_camera {
+                target.forget_views();
+            } else if self.focal.goes_on() {
                 // All of one camera's images.
                 let picture = image.canonical(&nearest)?;
                 let found = target.calibrate(picture, &nearest, FocalSearch::steps_in(number))?;
@@ -311,8 +313,6 @@ impl Session {
                     calibrated.as_ref().is_none_or(|best| found.focal_deviation < best.focal_deviation)
                 };
                 calibrated = found.filter(is_better).or(calibrated);
-            } else {
-                target.forget_views();
             }
         }
         Ok(FollowedFrame {
