@@ -193,7 +193,7 @@ mod tests {
         plan.took((&[0, 1, 2], false), times(0.6, 0.6, NEVER));
         let asked: Vec<_> = (1..5).map(|s| ask(&mut plan, f64::from(s))).collect();
         assert_eq!(asked, [[0], [1], [2], [0]]);
-        plan.took((&[2], false), times(4.5, 0.1, NEVER));
+        plan.took((&[2], false), times(4.5, 0.09, NEVER));
         assert_eq!(ask(&mut plan, 5.0), [1, 2, 0]);
         plan.remove(1);
         assert_eq!(ask(&mut plan, 6.0), [0, 2]);

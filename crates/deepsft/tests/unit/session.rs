@@ -231,7 +231,7 @@ fn smoothing_is_for_who_looks_and_changes_nothing_of_what_the_meshes_tell_of_the
             let (picture, _) = video.sheet(480.0 + 12.0 * f64::from(frame));
             meshes.push(video.sees(&picture).vertices_camera);
         }
-        let found = video.session.solve_camera(SHEET, 3).unwrap();
+        let found = video.session.solve_camera(SHEET, 30).unwrap();
         (meshes, found, video.session.maps(SHEET).unwrap().1)
     };
     let (fitted, found, maps) = follow(None);
@@ -241,6 +241,6 @@ fn smoothing_is_for_who_looks_and_changes_nothing_of_what_the_meshes_tell_of_the
     };
     let (smooth, found_too, same_maps) = follow(Some(slow));
     let lag = fitted[15][0].distance(smooth[15][0]);
-    assert!(lag > 5.0, "{lag} mm");
+    assert!(lag > 5.0 && found.is_some(), "{lag} mm, {found:?}");
     assert_eq!((found_too, same_maps), (found, maps));
 }
