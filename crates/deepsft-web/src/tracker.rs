@@ -195,8 +195,12 @@ impl MeshTracker {
                 since_missed_s: since_missed_ms / 1000.0,
             };
             let core = &mut *core.borrow_mut();
-            let effects = core.session.answer(&answers, times).map_err(|error| Failure::of_frame(&error, false))?;
-            let effect = |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);
+            let effects = core
+                .session
+                .answer(&answers, times)
+                .map_err(|error| Failure::of_frame(&error, false))?;
+            let effect =
+                |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);
             Ok(object([
                 ("effects", effects.iter().map(effect).collect::<Array>().into()),
                 ("next", core.next()),
@@ -241,7 +245,12 @@ impl MeshTracker {
 }
 
 impl Core {
-    fn follow(&mut self, (time_s, focal): (f64, f64), source: &Source, image: &mut View<'_>) -> Result<Object, Failure> {
+    fn follow(
+        &mut self,
+        (time_s, focal): (f64, f64),
+        source: &Source,
+        image: &mut View<'_>,
+    ) -> Result<Object, Failure> {
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         let mut stopwatch = Stopwatch::start();
         let view = view_from(&canonical_camera(&training_camera(), image.size()), focal)?;
@@ -251,9 +260,15 @@ impl Core {
         let frame = self.session.frame(time_s, source, &view, image).map_err(failed)?;
         let track_ms = stopwatch.lap_ms();
         self.source = Some(source.camera);
-        let focal = frame.calibrated.as_ref().map_or(JsValue::NULL, |found| focal_ratio(found).into());
+        let focal = frame
+            .calibrated
+            .as_ref()
+            .map_or(JsValue::NULL, |found| focal_ratio(found).into());
         Ok(object([
-            ("targets", frame.targets.iter().map(target_object).collect::<Array>().into()),
+            (
+                "targets",
+                frame.targets.iter().map(target_object).collect::<Array>().into(),
+            ),
             ("afresh", frame.afresh.into()),
             ("focal", focal),
             ("next", self.next()),
@@ -294,7 +309,10 @@ fn source_from(numbers: &[f64]) -> Result<Camera, Failure> {
 }
 
 fn answer_from(answer: &RawAnswer) -> Result<Answer, Failure> {
-    let starts = answer.sightings().into_iter().map(|seen| maps_from(seen.width(), seen.depth(), &seen.registration()));
+    let starts = answer
+        .sightings()
+        .into_iter()
+        .map(|seen| maps_from(seen.width(), seen.depth(), &seen.registration()));
     Ok(Answer {
         target: answer.id(),
         starts: starts.collect::<Result<_, _>>()?,

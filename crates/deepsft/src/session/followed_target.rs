@@ -92,7 +92,8 @@ impl FollowedTarget {
     fn take(&mut self, time_s: f64) {
         let tracked = self.tracker.current();
         let is_confirmed = tracked.found && !tracked.held;
-        self.presence.update(is_confirmed.then_some(tracked.correlation), time_s);
+        self.presence
+            .update(is_confirmed.then_some(tracked.correlation), time_s);
         if tracked.found {
             let mut vertices = tracked.vertices_camera.clone();
             if let Some(filter) = &mut self.smoothing {

@@ -31,5 +31,6 @@ mod view_choice;
 
 pub use video_follower::{Detection, FrameTimes, TrackedFrame, VideoFollower, VideoOptions};
 pub use video_session::{
-    Answer, AnswerTimes, Asking, Change, Effect, Followed, FollowedFrame, Next, Question, Session, SessionOptions, Source, TargetId,
+    Answer, AnswerTimes, Asking, Change, Effect, Followed, FollowedFrame, Next, Question, Session, SessionOptions,
+    Source, TargetId,
 };

@@ -78,7 +78,10 @@ mod tests {
         let mut frames = vec![None; 17];
         (frames[0], frames[8]) = (Some(0.9), Some(0.4));
         let found_in = found(&frames, 0.05);
-        assert!(found_in[..16].iter().all(|found| *found) && !found_in[16], "{found_in:?}");
+        assert!(
+            found_in[..16].iter().all(|found| *found) && !found_in[16],
+            "{found_in:?}"
+        );
         // At five frames a second two in a row are enough.
         assert_eq!(found(&[Some(0.9), None, None, None], 0.2), [true, true, false, false]);
     }

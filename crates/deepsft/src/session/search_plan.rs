@@ -85,7 +85,9 @@ impl SearchPlan {
 
     /// What the tracker says of a target: its correlation, if it is followed. One that was just lost ends the finders' rest.
     pub(super) fn tracked(&mut self, id: TargetId, followed: Option<f64>) {
-        let Some(searched) = self.targets.get_mut(&id) else { return };
+        let Some(searched) = self.targets.get_mut(&id) else {
+            return;
+        };
         if searched.followed.is_some() && followed.is_none() {
             self.rest_until_s = f64::NEG_INFINITY;
         }
@@ -228,7 +230,9 @@ mod tests {
 
     /// Seconds for which the finders rest after searches that took so long.
     fn rest(plan: &mut SearchPlan, searches: &[f64], since_missed_s: f64) -> f64 {
-        searches.iter().for_each(|s| plan.took((&[0], true), times(0.0, *s, since_missed_s)));
+        searches
+            .iter()
+            .for_each(|s| plan.took((&[0], true), times(0.0, *s, since_missed_s)));
         plan.rest_until_s.max(0.0)
     }
 
@@ -252,9 +256,16 @@ mod tests {
     #[test]
     fn on_a_device_that_has_become_slower_they_rest_so_much_longer_until_it_is_fast_again() {
         let mut plan = following();
-        assert_eq!(rest(&mut plan, &[0.1, 0.4, 0.4], NEVER), 0.0, "two slow searches may be chance");
+        assert_eq!(
+            rest(&mut plan, &[0.1, 0.4, 0.4], NEVER),
+            0.0,
+            "two slow searches may be chance"
+        );
         let quarter = rest(&mut plan, &[0.4], NEVER);
-        assert!((quarter - 1.2).abs() < 1e-12, "at work for a quarter of the time, not {quarter}");
+        assert!(
+            (quarter - 1.2).abs() < 1e-12,
+            "at work for a quarter of the time, not {quarter}"
+        );
         // Not longer than a target goes unconfirmed.
         assert_eq!(rest(&mut plan, &[0.5, 2.0], NEVER), 2.0);
         assert_eq!(rest(&mut plan, &[0.11], NEVER), 0.0);
@@ -265,7 +276,11 @@ mod tests {
         let mut plan = following();
         rest(&mut plan, &[0.1; 3], NEVER);
         (0..3).for_each(|_| plan.took((&[0], false), times(0.0, 0.4, NEVER)));
-        assert_eq!(plan.rest_until_s.max(0.0), 0.0, "those with features take longer anyway");
+        assert_eq!(
+            plan.rest_until_s.max(0.0),
+            0.0,
+            "those with features take longer anyway"
+        );
         let mut alone = plan_for([true]);
         rest(&mut alone, &[0.03; 3], NEVER);
         alone.tracked(0, Some(0.9));

@@ -183,17 +183,16 @@ impl<'a> VideoFollower<'a> {
     }
 
     /// Hands the answer in that is due with `frame`, if there is one.
-    fn hand_in(
-        &mut self,
-        frame: u64,
-        time_s: f64,
-        times: &mut FrameTimes,
-    ) -> Result<Option<Detection>, DeepSftError> {
-        let Some(PendingAnswer { asked_s, sightings, .. }) = self.pending.take_if(|pending| pending.due <= frame) else {
+    fn hand_in(&mut self, frame: u64, time_s: f64, times: &mut FrameTimes) -> Result<Option<Detection>, DeepSftError> {
+        let Some(PendingAnswer { asked_s, sightings, .. }) = self.pending.take_if(|pending| pending.due <= frame)
+        else {
             return Ok(None);
         };
         let start = (self.clock_ms)();
-        let (by, starts): (Vec<_>, _) = sightings.into_iter().map(|sighting| (sighting.by, sighting.maps)).unzip();
+        let (by, starts): (Vec<_>, _) = sightings
+            .into_iter()
+            .map(|sighting| (sighting.by, sighting.maps))
+            .unzip();
         let answer = Answer { target: TARGET, starts };
         let answer_times = AnswerTimes {
             now_s: time_s,

@@ -251,7 +251,11 @@ impl Session {
             true => self.took_s / (ANSWERABLE * self.options.tracking.memory as f64),
             false => 0.0,
         };
-        let searching_s = if self.plan.follows_some() { 0.0 } else { SEARCHING_INTERVAL_S };
+        let searching_s = if self.plan.follows_some() {
+            0.0
+        } else {
+            SEARCHING_INTERVAL_S
+        };
         Next {
             view: self.view.next(&views, meshes, question.is_some()),
             question,
@@ -279,20 +283,27 @@ impl Session {
         view: &Camera,
         image: &mut View<'_>,
     ) -> Result<FollowedFrame, DeepSftError> {
-        if self.last.is_some_and(|(last_s, last)| time_s <= last_s || !view.is_zoom_of(&last)) {
+        if self
+            .last
+            .is_some_and(|(last_s, last)| time_s <= last_s || !view.is_zoom_of(&last))
+        {
             self.restart();
         }
         let afresh = self.last.replace((time_s, *view)).is_none();
         let number = self.number;
         self.number += 1;
         let is_searched = self.asked.as_ref().is_some_and(|(frame, _)| *frame == number);
-        self.view.take(&source.camera, view, self.plan.follows_some(), is_searched);
+        self.view
+            .take(&source.camera, view, self.plan.follows_some(), is_searched);
         let is_other_camera = self.focal.begins(source);
         let mut calibrated: Option<CalibratedCamera> = None;
         // Targets share the canonical image.
         let mut shared: Option<(Camera, TrackerImage)> = None;
         // All have forgotten it; the others drop it.
-        let spares = self.targets.values_mut().filter_map(|target| target.tracker.spare_image());
+        let spares = self
+            .targets
+            .values_mut()
+            .filter_map(|target| target.tracker.spare_image());
         let mut spare = spares.last();
         for (id, target) in &mut self.targets {
             let [nearest, seen] = target.cameras(image.size(), view);
@@ -310,7 +321,9 @@ impl Session {
                 let picture = image.canonical(&nearest)?;
                 let found = target.calibrate(picture, &nearest, FocalSearch::steps_in(number))?;
                 let is_better = |found: &CalibratedCamera| {
-                    calibrated.as_ref().is_none_or(|best| found.focal_deviation < best.focal_deviation)
+                    calibrated
+                        .as_ref()
+                        .is_none_or(|best| found.focal_deviation < best.focal_deviation)
                 };
                 calibrated = found.filter(is_better).or(calibrated);
             }
@@ -381,11 +394,7 @@ impl Session {
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when a view cannot be fitted.
-    pub fn solve_camera(
-        &mut self,
-        id: TargetId,
-        max_updates: usize,
-    ) -> Result<Option<CalibratedCamera>, DeepSftError> {
+    pub fn solve_camera(&mut self, id: TargetId, max_updates: usize) -> Result<Option<CalibratedCamera>, DeepSftError> {
         match self.targets.get_mut(&id) {
             Some(target) => target.solve_camera(max_updates),
             None => Ok(None),

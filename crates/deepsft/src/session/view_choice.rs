@@ -55,7 +55,9 @@ mod tests {
     /// A square of 100 mm before the camera.
     fn square(depth_mm: f64) -> Vec<DVec3> {
         let corner = |(x, y)| DVec3::new(50.0 * x, 50.0 * y, depth_mm);
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(corner)
+            .to_vec()
     }
 
     #[test]
@@ -70,7 +72,10 @@ mod tests {
         };
         // Its corners are 50 f / z from the middle, of 135 pixels: 127, 131.9, 132.1; then 127, 111.2, 110.9.
         let depths = [150.0, 144.05, 143.8, 150.0, 170.9, 171.3];
-        assert_eq!(depths.map(|depth| next(&[depth])), [true, true, false, false, false, true]);
+        assert_eq!(
+            depths.map(|depth| next(&[depth])),
+            [true, true, false, false, false, true]
+        );
         // What is beyond the image does not count: nothing could show it.
         assert!(next(&[20.0]));
         // Of two the one that needs the wider view.
@@ -87,7 +92,10 @@ mod tests {
             view == *views[of].nearest()
         };
         let looks = [true, false, false, true, false, true];
-        assert_eq!(looks.map(|searches| search(0, searches)), [true, true, true, false, false, true]);
+        assert_eq!(
+            looks.map(|searches| search(0, searches)),
+            [true, true, true, false, false, true]
+        );
         // Another camera begins with its nearest view, which may be the only one.
         assert_eq!(looks.map(|searches| search(1, searches)), [true; 6]);
         assert!(search(0, true));

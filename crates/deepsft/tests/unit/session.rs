@@ -43,7 +43,10 @@ impl Video {
     fn look(&mut self, picture: &Picture) -> (FollowedFrame, Vec<TargetId>) {
         let (now_s, Source { camera, .. }) = (self.time_s(), self.source);
         let next = self.session.next(&camera, now_s);
-        let asked = next.question.as_ref().map_or(Vec::new(), |question| question.targets.clone());
+        let asked = next
+            .question
+            .as_ref()
+            .map_or(Vec::new(), |question| question.targets.clone());
         if let Some(question) = next.question {
             self.session.ask(question, now_s);
         }
@@ -174,10 +177,18 @@ fn another_video_begins_without_what_was_found_and_without_late_answers() {
     assert_eq!(asked, [SHEET]);
     // The same of a camera that is turned, and of a time that does not ascend.
     let maps = video.sheet(480.0).1;
-    video.source = training_camera().resized((480, 270)).unwrap().turned_anticlockwise().into();
+    video.source = training_camera()
+        .resized((480, 270))
+        .unwrap()
+        .turned_anticlockwise()
+        .into();
     let (frame, asked) = video.look(&Picture::from_fn(270, 480, |_, _| [90; 3]));
     assert!(frame.afresh && asked.is_empty());
-    assert_eq!(video.answer(SHEET, vec![maps]), TrackUpdate::Ignored, "that was of the video before");
+    assert_eq!(
+        video.answer(SHEET, vec![maps]),
+        TrackUpdate::Ignored,
+        "that was of the video before"
+    );
     video.frame = 0;
     assert!(video.look(&Picture::from_fn(270, 480, |_, _| [90; 3])).0.afresh);
 }
