@@ -239,20 +239,12 @@ fn a_crate_that_runs_no_tests_or_examples_of_its_sources_has_none() {
 const CIRCLES: &[&str] = &[
     "deepsft-cli: commands/camera/calibrate.rs <-> commands/camera/chart.rs",
     "deepsft-finding: grade.rs <-> target.rs",
-    "deepsft-formats: scan/gltf.rs <-> scan/mod.rs",
-    "deepsft-formats: scan/mod.rs <-> scan/obj.rs",
     "deepsft-geometry: planar_calibration/adjustment.rs <-> planar_calibration/calibrate.rs",
     "deepsft-inference: compact/depths.rs <-> compact/positions.rs",
     "deepsft-inference: cpu/bands.rs <-> cpu/bands/apart.rs",
     "deepsft-inference: cpu/direct.rs <-> cpu/layer.rs",
     "deepsft-inference: cpu/layer.rs <-> cpu/winograd/mod.rs",
     "deepsft-inference: cpu/winograd/mod.rs <-> cpu/winograd/transforms.rs",
-    "deepsft-lab: study/finding/line_art.rs <-> study/finding/prints.rs",
-    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/clutter.rs",
-    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/land.rs",
-    "deepsft-lab: study/finding/photograph.rs <-> study/finding/photograph/still_life.rs",
-    "deepsft-lab: study/finding/photograph.rs <-> study/finding/prints.rs",
-    "deepsft-lab: study/finding/prints.rs <-> study/finding/repetitive.rs",
     "deepsft-web: estimate.rs <-> mesh.rs",
 ];
 

@@ -17,9 +17,6 @@ const OFFLINE_CHECKS: [&str; 3] = ["bans", "licenses", "sources"];
 
 /// Asks cargo-deny about the crates and npm about its packages, both of them whatever the other says. `offline` leaves out what
 /// asks the internet for advisories.
-///
-/// # Errors
-/// When one of them finds something or cannot be run.
 pub fn run(root: &Path, offline: bool) -> Result<()> {
     let mut deny = Command::new(cargo_deny(root)?);
     deny.current_dir(root).args(["--locked", "check"]);

@@ -8,9 +8,7 @@ use anyhow::{Context, Result, ensure};
 use rivals::Rivals;
 use serde_json::{Value, json};
 use std::{
-    env,
-    ffi::OsStr,
-    fs,
+    env, fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
 };
@@ -105,9 +103,10 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
         "agreement_with_onnxruntime": agreement,
     });
     if browser {
-        let (graph, web) = match rivals.and_then(Rivals::web) {
-            Some(web) => (graph.as_os_str(), web.as_os_str()),
-            None => (OsStr::new("-"), OsStr::new("-")),
+        let none = Path::new("-");
+        let (graph, web) = match rivals.and_then(|rivals| rivals.web.as_ref()) {
+            Some(web) => (graph.as_path(), web.as_path()),
+            None => (none, none),
         };
         let mut measure = script(root, "browser.mjs")?;
         measure.arg(&model).arg(&exported).arg(graph).arg(web).arg(&runs);
@@ -168,7 +167,7 @@ fn downloads(root: &Path, model: &Path, rivals: Option<&Rivals>) -> Result<Value
     if package.files().iter().all(|file| engine.join(file).is_file()) {
         groups.push(("engine", &engine, package.files().into()));
     }
-    if let Some(folder) = rivals.and_then(Rivals::web) {
+    if let Some(folder) = rivals.and_then(|rivals| rivals.web.as_ref()) {
         let files = [
             "ort-wasm-simd-threaded.wasm",
             "ort-wasm-simd-threaded.mjs",

@@ -114,9 +114,6 @@ fn all_passed(Count { passed, failed }: Count) -> Result<()> {
 
 /// Runs the tests of all crates with debug assertions and overflow checks in our own crates. Cargo keeps what it compiles for that
 /// beside what it compiles for a release, and takes the crates of others from there.
-///
-/// # Errors
-/// When a test fails.
 pub fn assertions(root: &Path) -> Result<()> {
     let mut command = tools::cargo(root);
     command.args(["test", "--release", "--workspace", "--no-fail-fast", "--locked"]);
@@ -130,9 +127,6 @@ pub fn assertions(root: &Path) -> Result<()> {
 }
 
 /// Tests the page in Chromium, Firefox and WebKit, and leaves a table of what each engine does.
-///
-/// # Errors
-/// When a program is missing, or a test fails.
 pub fn engines(root: &Path, build: bool) -> Result<()> {
     ensure!(LINUX, "Firefox and WebKit are tested on Linux only");
     prepare_browsers(root, build)?;
@@ -140,9 +134,6 @@ pub fn engines(root: &Path, build: bool) -> Result<()> {
 }
 
 /// Has the page and the package work for long, with the options of `www/bench/soak/soak.mjs`, and leaves samples and curves in `out`.
-///
-/// # Errors
-/// When a program is missing, the page fails, or something has grown.
 pub fn soak(root: &Path, build: bool, out: &Path, options: &[String]) -> Result<()> {
     prepare_browsers(root, build)?;
     let mut command = in_browsers(root, &["run", "soak", "--"])?;

@@ -95,9 +95,6 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
 }
 
 /// Sees to it that a failure is seen: two targets with planted bugs have to fail.
-///
-/// # Errors
-/// When one does not.
 pub fn check_that_failures_are_seen(root: &Path) -> Result<()> {
     let program = Program::build(root)?;
     let folder = tools::target_folder(root)?.join("fuzz-planted");

@@ -27,9 +27,6 @@ struct Foreign {
 }
 
 /// The licences of all crates that `package` is compiled from for `target` (this machine if `None`), each text once.
-///
-/// # Errors
-/// When cargo fails, or the sources of a crate cannot be read.
 pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<String> {
     let mut tree = tools::cargo(root);
     tree.args(["tree", "--package", package, "--edges", "normal,no-proc-macro"]);

@@ -25,9 +25,6 @@ pub fn npm(root: &Path) -> Command {
 }
 
 /// Shows a command the way a person would type it, runs it, and fails when it fails.
-///
-/// # Errors
-/// When the program is missing or ends with another status than 0.
 pub fn run(command: &mut Command) -> Result<()> {
     announce(command);
     let name = program(command);
@@ -36,9 +33,6 @@ pub fn run(command: &mut Command) -> Result<()> {
 }
 
 /// Waits for a program.
-///
-/// # Errors
-/// When it ends with another status than 0.
 pub fn finish(child: &mut Child, name: &str) -> Result<()> {
     let status = child.wait().with_context(|| format!("waiting for {name}"))?;
     ensure!(status.success(), "{name} failed ({status})");
@@ -46,9 +40,6 @@ pub fn finish(child: &mut Child, name: &str) -> Result<()> {
 }
 
 /// Makes an empty folder of `folder`.
-///
-/// # Errors
-/// When that fails.
 pub fn empty(folder: &Path) -> Result<()> {
     if folder.exists() {
         fs::remove_dir_all(folder).with_context(|| format!("emptying {}", folder.display()))?;
@@ -88,9 +79,6 @@ fn metadata(root: &Path) -> Result<Value> {
 }
 
 /// Cargo's target folder, wherever the configuration or the environment puts it.
-///
-/// # Errors
-/// When `cargo metadata` fails.
 pub fn target_folder(root: &Path) -> Result<PathBuf> {
     metadata(root)?["target_directory"]
         .as_str()
@@ -99,9 +87,6 @@ pub fn target_folder(root: &Path) -> Result<PathBuf> {
 }
 
 /// The names of the crates of this workspace.
-///
-/// # Errors
-/// When `cargo metadata` fails.
 pub fn workspace_crates(root: &Path) -> Result<Vec<String>> {
     let metadata = metadata(root)?;
     let packages = metadata["packages"].as_array().into_iter().flatten();
@@ -113,9 +98,6 @@ pub fn workspace_crates(root: &Path) -> Result<Vec<String>> {
 }
 
 /// Sees to it that the pinned toolchain can compile for `target`.
-///
-/// # Errors
-/// When it cannot, and rustup is missing or fails.
 pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
     let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]).current_dir(root));
     let sysroot = PathBuf::from(sysroot.context("rustc does not start; install Rust with rustup (https://rustup.rs)")?);
@@ -128,9 +110,6 @@ pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
 
 /// Sees to it that Node.js is there, as new as `www/package.json` asks for, and that the packages of `www/package-lock.json` are
 /// installed.
-///
-/// # Errors
-/// When Node.js is missing or too old, or `npm ci` fails.
 pub fn ensure_node_packages(root: &Path) -> Result<()> {
     let package: Value = json(&root.join("www/package.json"))?;
     let needed = package["engines"]["node"]
@@ -163,9 +142,6 @@ fn major(version: &str) -> Option<u32> {
 }
 
 /// A file of JSON.
-///
-/// # Errors
-/// When it cannot be read; the error names it.
 pub fn json(file: &Path) -> Result<Value> {
     let reading = || format!("reading {}", file.display());
     serde_json::from_slice(&fs::read(file).with_context(reading)?).with_context(reading)

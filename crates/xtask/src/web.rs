@@ -60,9 +60,6 @@ struct Budget {
 
 impl Manifest {
     /// Reads the manifest in `root`.
-    ///
-    /// # Errors
-    /// When it cannot be read.
     pub fn load(root: &Path) -> Result<Self> {
         let text = fs::read_to_string(root.join(MANIFEST)).with_context(|| format!("reading {MANIFEST}"))?;
         toml::from_str(&text).with_context(|| format!("reading {MANIFEST}"))
@@ -79,9 +76,6 @@ impl Package {
 
 /// Builds the package into the manifest's `out-dir`, with the licences of what it is compiled from. After cargo, nothing is bound
 /// or optimised when neither the compiled module nor the manifest has changed.
-///
-/// # Errors
-/// When a tool is missing or fails, or the package is over its size limit.
 pub fn build(root: &Path) -> Result<()> {
     let Manifest {
         package,

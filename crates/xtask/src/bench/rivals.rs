@@ -20,7 +20,7 @@ pub struct Rivals {
     /// The folder of our scripts.
     scripts: PathBuf,
     /// The folder of onnxruntime-web's files, if asked for.
-    web: Option<PathBuf>,
+    pub web: Option<PathBuf>,
 }
 
 impl Rivals {
@@ -37,11 +37,6 @@ impl Rivals {
             .transpose()
             .context(without)?;
         Ok(Self { python, scripts, web })
-    }
-
-    /// The folder of onnxruntime-web's files.
-    pub fn web(&self) -> Option<&Path> {
-        self.web.as_deref()
     }
 
     /// One of our Python scripts; `-B` leaves no compiled files among the sources.
@@ -65,14 +60,7 @@ fn install_python(wanted: &Path, folder: &Path) -> Result<PathBuf> {
             .context("there is no Python; install version 3.11 or newer with venv and pip (Debian: apt-get install python3-venv)")?;
         tools::run(Command::new(system).args(["-m", "venv"]).arg(folder))?;
         let mut install = Command::new(&python);
-        install.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--requirement",
-        ]);
+        install.args(["-m", "pip", "install", "--quiet", "--requirement"]);
         tools::run(install.arg(wanted))
     })?;
     Ok(python)
@@ -83,13 +71,7 @@ fn install_web(wanted: &Path, folder: &Path) -> Result<PathBuf> {
     once(wanted, folder, || {
         fs::copy(wanted, folder.join(PACKAGE)).with_context(|| format!("copying {}", wanted.display()))?;
         let mut install = tools::npm(folder);
-        install.args([
-            "install",
-            "--ignore-scripts",
-            "--no-package-lock",
-            "--no-fund",
-            "--no-audit",
-        ]);
+        install.args(["install", "--ignore-scripts", "--no-package-lock", "--no-audit"]);
         tools::run(install.current_dir(folder))
     })?;
     Ok(folder.join("node_modules/onnxruntime-web/dist"))

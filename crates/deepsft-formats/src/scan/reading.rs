@@ -1,0 +1,50 @@
+//! A scan from the bytes of its file, by the ending of its name.
+
+use super::{Scan, Textures, gltf, obj, refused};
+use crate::error::FormatError;
+use crate::foreign::guarded;
+use deepsft_geometry::Picture;
+use std::path::Path;
+
+/// Reads a scan from the bytes of its file: OBJ, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
+/// all parts, whatever the file says. `beside` reads a file by its path in the scan's folder; no path it is given is
+/// absolute or leads out of the folder.
+///
+/// # Errors
+/// [`FormatError::Scan`] says what is wrong with it; errors of `beside`.
+pub fn read_scan(
+    file_name: &str,
+    bytes: &[u8],
+    texture: Option<Picture>,
+    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+) -> Result<Scan, FormatError> {
+    let textures_wanted = texture.is_none();
+    let mut textures = Textures {
+        beside,
+        named: Vec::new(),
+        pictures: Vec::new(),
+        bytes: 0,
+    };
+    let ending = Path::new(file_name)
+        .extension()
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    let (mut parts, mm_per_unit) = match ending.to_str() {
+        Some("obj") => (obj::parts(bytes, textures_wanted, &mut textures)?, 1.0),
+        Some("glb" | "gltf") => {
+            let parts = guarded(|| gltf::parts(bytes, textures_wanted, &mut textures));
+            (parts.or_else(|error| refused(error.to_string()))??, gltf::MM_PER_UNIT)
+        }
+        _ => return refused("it is none of .obj, .glb and .gltf"),
+    };
+    let mut textures = textures.pictures;
+    if let Some(picture) = texture {
+        textures = vec![picture];
+        parts.iter_mut().for_each(|part| part.texture = Some(0));
+    }
+    Ok(Scan {
+        parts,
+        textures,
+        mm_per_unit,
+    })
+}
