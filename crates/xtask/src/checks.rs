@@ -3,7 +3,7 @@
 use crate::{fuzz, tools, web};
 use anyhow::{Context, Result, bail, ensure};
 use std::{
-    env,
+    env, fs,
     io::{BufRead, BufReader},
     path::Path,
     process::{Command, Stdio},
@@ -40,12 +40,16 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     let mut outcomes = Vec::new();
     let mut check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
         eprintln!("\n== {name}");
-        let started = Instant::now();
+        let (started, before) = (Instant::now(), processor_s());
         let count = body().unwrap_or_else(|error| {
             eprintln!("{name}: {error:#}");
             Count { passed: 0, failed: 1 }
         });
-        outcomes.push((name, count, started.elapsed().as_secs_f64()));
+        let seconds = started.elapsed().as_secs_f64();
+        let cores = processor_s()
+            .zip(before)
+            .map(|(after, before)| (after - before) / seconds);
+        outcomes.push((name, count, seconds, cores));
     };
     let passed = |(): ()| Count { passed: 1, failed: 0 };
     let cargo = |arguments: &[&str]| {
@@ -98,12 +102,26 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
 
     println!();
     let mut total = Count::default();
-    for (name, Count { passed, failed }, seconds) in outcomes {
-        println!("{name:<24} {passed:>5} passed {failed:>4} failed {seconds:>6.0} s");
+    for (name, Count { passed, failed }, seconds, cores) in outcomes {
+        let cores = cores.map_or_else(String::new, |cores| format!(" on {cores:.1} cores"));
+        println!("{name:<24} {passed:>5} passed {failed:>4} failed {seconds:>6.0} s{cores}");
         total.passed += passed;
         total.failed += failed;
     }
     all_passed(total)
+}
+
+/// Processor time of all programs that this one has run, s; `None` where the system does not tell.
+fn processor_s() -> Option<f64> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    // What stands behind the name: user and system time of children are the 14th and 15th, in hundredths of a second.
+    let (_, fields) = stat.rsplit_once(") ")?;
+    let ticks = fields
+        .split(' ')
+        .skip(13)
+        .take(2)
+        .map(|ticks| ticks.parse::<f64>().ok());
+    ticks.sum::<Option<f64>>().map(|ticks| ticks / 100.0)
 }
 
 fn all_passed(Count { passed, failed }: Count) -> Result<()> {
@@ -262,5 +280,15 @@ mod tests {
             Count { passed: 4, failed: 2 }
         );
         assert!(counted(&mut Command::new("no-such-program-here")).is_err());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_processor_time_of_programs_that_have_ended_is_counted() {
+        let before = processor_s().unwrap();
+        // Some 0.3 s of a core.
+        counted(Command::new("sh").args(["-c", "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done"])).unwrap();
+        let spent = processor_s().unwrap() - before;
+        assert!(spent > 0.02 && spent < 60.0, "{spent} s");
     }
 }
