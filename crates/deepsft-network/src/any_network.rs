@@ -69,8 +69,8 @@ impl Network {
         }
     }
 
-    /// Maps of images [B, 3, H, W] of the training camera, values 0..=1, differentiable with respect to all weights
-    /// that are trained (see [`Network::train_only`]). The compact network takes any size; the paper's network and
+    /// Computes the maps of images [B, 3, H, W] of the training camera, values 0..=1. They are differentiable with respect to
+    /// all weights that are trained (see [`Network::train_only`]). The compact network takes any size; the paper's network and
     /// R50F take 270 x 480 only (H x W).
     ///
     /// On a device with differentiation batch normalisation that is trained uses the statistics of the batch and
@@ -82,33 +82,33 @@ impl Network {
         any!(self, network => network.forward_maps(images))
     }
 
-    /// Whether the network says [`crate::OUTSIDE`] in its maps where the object is not seen; the compact network says it
-    /// with the mask alone.
+    /// Returns whether the maps hold [`crate::OUTSIDE`] where the object is not seen. The compact network says it with the mask
+    /// alone.
     pub fn says_outside(&self) -> bool {
         !matches!(self, Self::Compact(_))
     }
 
-    /// The same function for inference: weight standardisation and batch normalisation are baked into the
+    /// Folds the network for inference: the same function, with weight standardisation and batch normalisation baked into the
     /// convolutions.
     pub fn fold(self) -> Self {
         same_kind!(self, network => network.fold())
     }
 
-    /// Number of values of `block`'s weights; batch normalisation counts four per channel (scale, offset, running mean
-    /// and variance). 0 for a block that the architecture does not have.
+    /// Counts the values of `block`'s weights. Batch normalisation counts four per channel (scale, offset, running mean and
+    /// variance). 0 for a block that the architecture does not have.
     pub fn block_parameters(&self, block: Block) -> usize {
         any!(self, network => network.block_parameters(block))
     }
 
-    /// The same network with only `blocks` trained (paper, section 4: step 2 trains the depth refinement, step 3 the
-    /// registration refinement): the weights of the others get no gradients, and their batch normalisation uses and
-    /// keeps its running statistics. `train_only(Block::ALL)` trains everything again.
+    /// Freezes all blocks but `blocks`. Step 2 of the paper's section 4 trains the depth refinement, step 3 the registration
+    /// refinement. The weights of the others get no gradients, and their batch normalisation uses and keeps its running
+    /// statistics. `train_only(Block::ALL)` trains everything again.
     pub fn train_only(self, blocks: &[Block]) -> Self {
         same_kind!(self, network => network.train_only(blocks))
     }
 
-    /// The layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation
-    /// any more, so fewer parameters.
+    /// Lists the layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation any
+    /// more, so fewer parameters.
     pub fn describe(&self) -> Vec<LayerDescription> {
         let mut table = LayerTable::new();
         any!(self, network => network.describe(&mut table));
@@ -117,7 +117,7 @@ impl Network {
 }
 
 impl Network {
-    /// A randomly initialised network of `config`.
+    /// Initialises a network of `config` with random weights.
     pub fn new(config: &NetworkConfig, device: &Device) -> Self {
         match &config.architecture {
             Architecture::Compact(shape) => Self::Compact(CompactNetwork::new(shape, config, device)),

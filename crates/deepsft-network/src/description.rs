@@ -15,9 +15,9 @@ pub struct LayerDescription {
     pub output: [usize; 3],
     /// Values of its weights; batch normalisation counts four per channel.
     pub parameters: usize,
-    /// Floating-point operations for one 480 x 270 image, a multiplication and an addition counted as two, of
-    /// convolutions and dense layers as the architecture has them. Not counted: additions of biases,
-    /// normalisation, activations, pooling, up-sampling, and the compact network's geometric cues.
+    /// Floating-point operations of convolutions and dense layers for one 480 x 270 image. A multiplication and an addition
+    /// count as two; all are counted as the architecture has them. Not counted: additions of biases, normalisation,
+    /// activations, pooling, up-sampling, and the compact network's geometric cues.
     pub flops: u64,
     /// The same as they are executed: 1x1 convolutions of decoding blocks run before the up-sampling.
     pub executed_flops: u64,

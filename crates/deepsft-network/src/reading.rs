@@ -8,13 +8,13 @@ use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{GeometryError, Maps, Picture};
 use deepsft_inference::Stage;
 
-/// Pictures as the compact network's input, [N, 3, H, W] with values 0..=1: H and W are the pictures' sides
-/// (all the same) rounded up to multiples of 16, black below and to the right.
+/// Converts pictures to the compact network's input, [N, 3, H, W] with values 0..=1. H and W are the pictures' sides (all the
+/// same) rounded up to multiples of 16, black below and to the right.
 pub fn images_to_tensor(pictures: &[&Picture], device: &Device) -> Tensor<4> {
     padded_to_tensor(pictures, INPUT_MULTIPLE, device)
 }
 
-/// Pictures of one size as [`Network::forward_maps`] wants them, [N, 3, H, W] with values 0..=1.
+/// Converts pictures of one size to the input of [`Network::forward_maps`], [N, 3, H, W] with values 0..=1.
 pub fn pictures_to_tensor(pictures: &[&Picture], device: &Device) -> Tensor<4> {
     padded_to_tensor(pictures, 1, device)
 }
@@ -35,14 +35,14 @@ fn padded_to_tensor(pictures: &[&Picture], multiple: usize, device: &Device) -> 
 }
 
 impl Network {
-    /// The stages that the network has, see [`deepsft_inference::Architecture::stages`].
+    /// Returns the stages that the network has, see [`deepsft_inference::Architecture::stages`].
     pub fn stages(&self) -> &'static [Stage] {
         self.config().architecture.stages()
     }
 
-    /// Maps of each of `pictures` (all of one size, taken by the training camera): refined depth and registration
-    /// where the mask's probability is at least one half, outside as [`Maps`] says. `device` is the network's; it is
-    /// read from once.
+    /// Estimates the maps of each of `pictures` (all of one size, taken by the training camera). They hold refined depth and
+    /// registration where the mask's probability is at least one half, outside as [`Maps`] says. `device` is the network's; it
+    /// is read from once.
     ///
     /// # Errors
     /// [`NetworkError::Execution`] when the device no longer answers.
@@ -52,8 +52,8 @@ impl Network {
         Ok(stages.pop().unwrap_or_default())
     }
 
-    /// Maps of one picture at the pixels of `seen` (row-major, of the picture's size) and nowhere else, whatever the
-    /// network's own mask says there: for comparing networks over the same pixels.
+    /// Estimates the maps of one picture at the pixels of `seen` (row-major, of the picture's size) and nowhere else. The
+    /// network's own mask does not count, so that networks are compared over the same pixels.
     ///
     /// # Errors
     /// As [`Network::infer`], and [`GeometryError::MapSize`] when `seen` has another number of pixels than the picture.
@@ -64,7 +64,7 @@ impl Network {
         Ok(stages.into_iter().flatten().next().unwrap_or_else(nothing))
     }
 
-    /// Maps of one picture at each of [`Network::stages`]; those of the last are the maps of [`Network::infer`].
+    /// Estimates the maps of one picture at each of [`Network::stages`]; those of the last are the maps of [`Network::infer`].
     ///
     /// The compact network's mask does not depend on the stage. That of the paper's network is where the depth of the
     /// same stage says that something is seen.

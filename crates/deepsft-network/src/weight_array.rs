@@ -6,13 +6,13 @@ use burn::tensor::{Tensor, TensorData};
 use deepsft_inference::{WeightArray, Weights};
 
 impl Network {
-    /// All weights by their paths. They are read from the device at once: native only, or a network on the CPU.
+    /// Reads all weights by their paths. They are read from the device at once: native only, or a network on the CPU.
     pub fn weights(&self) -> Weights {
         weights_of(self)
     }
 
-    /// Calls `take` with the path of each weight and its values in the precision they have, in the order of the layers.
-    /// They are read as those of [`Network::weights`].
+    /// Visits each weight with its path and its values, in the order of the layers. They are read as those of
+    /// [`Network::weights`].
     pub fn each_weight(&self, take: impl FnMut(&str, TensorData)) {
         self.visit(&mut Reader { path: Vec::new(), take });
     }

@@ -5,8 +5,8 @@ use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, TriangleMesh};
 
-/// Exact maps of `sample`, a sample of the template with the mesh `mesh`, in the image of `canonical`, a camera that
-/// stands where the sample's own does. They leave out what the sample's own mask leaves out.
+/// Renders the exact maps of `sample` in the image of `canonical`, a camera that stands where the sample's own does. `mesh` is
+/// the mesh of its template. They leave out what the sample's own mask leaves out.
 pub fn canonical_truth(sample: &Sample, mesh: &TriangleMesh, canonical: &Camera) -> Maps {
     let mut maps = VisibleSurface::new(mesh, &sample.vertices_camera, canonical).maps();
     let warp = CanonicalWarp::new(&sample.camera, canonical);

@@ -7,7 +7,6 @@ mod dataset;
 mod deform;
 mod error;
 mod in_order;
-#[doc(hidden)]
 pub mod random;
 mod recording;
 mod render;
@@ -24,13 +23,11 @@ pub use deepsft_formats::{
     IndexedShards, Sample, SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg,
     encode_mask_png, write_shard,
 };
+pub use deform::capsule;
 pub use deform::{
     ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
     deform, edge_length_change,
 };
-// For our own measurements; no stable interface.
-#[doc(hidden)]
-pub use deform::capsule;
 pub use error::SynthError;
 pub use in_order::{clip_frames, in_order, samples};
 /// The generators in this interface are those of this version of rand.
@@ -45,8 +42,7 @@ pub use scene::{
     sample_pose,
 };
 
-/// Colours and smooth noise, for painting.
-#[doc(hidden)]
+/// Colours, smooth noise and artwork, for painting textures.
 pub mod painting {
     pub use crate::render::color::{any_color, srgb8_from_linear};
     pub use crate::render::value_noise::{ValueNoise, floor};

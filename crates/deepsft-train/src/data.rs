@@ -7,8 +7,8 @@ mod map_batch;
 mod sample_source;
 mod window_batch;
 
-pub use map_batch::{MapBatch, MapTensors};
 pub use sample_source::{SampleSource, StoredSamples};
-pub use window_batch::{Batch, BatchShape, BatchTensors};
+pub use window_batch::BatchShape;
 
 pub(crate) use loader::{Loader, Targets, TrainingBatch};
+pub(crate) use window_batch::BatchTensors;

@@ -32,9 +32,3 @@ pub use tuning::{
     MeanMedian, RecordedFrames, RecordingMetrics, TrainingFrame, Tuned, TuningSet, set_aside_outdated, tune,
     tuning_json, tuning_table,
 };
-
-// What our own tests and measurements use; no stable interface.
-#[doc(hidden)]
-pub use data::{Batch, BatchTensors, MapBatch, MapTensors};
-#[doc(hidden)]
-pub use loss::{TexturePyramid, squared_total_variation, step_one_loss, supervised_maps_loss};

@@ -7,12 +7,19 @@ mod photo_consistency;
 mod supervised_maps;
 mod total_variation;
 
-pub use bilinear_warp::TexturePyramid;
-pub use compact_maps::{LossWeights, step_one_loss};
+#[cfg(test)]
+#[path = "../tests/loss/mod.rs"]
+mod tests;
+
+pub use compact_maps::LossWeights;
 pub use depth_refinement::DepthLoss;
 pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
-pub use supervised_maps::supervised_maps_loss;
-pub use total_variation::squared_total_variation;
+
+pub(crate) use bilinear_warp::TexturePyramid;
+pub(crate) use compact_maps::step_one_loss;
+pub(crate) use supervised_maps::supervised_maps_loss;
+#[cfg(test)]
+use total_variation::squared_total_variation;
 
 use burn::tensor::Tensor;
 use serde::Serialize;

@@ -7,8 +7,8 @@ use std::path::Path;
 pub struct FolderKind {
     /// Files by one of which a folder of this kind is known.
     pub known_by: &'static [&'static str],
-    /// All files that such a folder may have of us, by their paths in it, with `#` for any number of digits. Others are
-    /// somebody's own and stay when the folder is replaced.
+    /// Paths in the folder of all files that are ours, with `#` for any number of digits. Others are somebody's own and stay
+    /// when the folder is replaced.
     pub files: &'static [&'static str],
 }
 

@@ -6,8 +6,8 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A folder on which this process works alone: a file `.NAME.lock` beside it that the system keeps locked until the value
-/// is dropped or the process ends, however it does. Only processes that ask for the lock heed it.
+/// A lock on a folder for one process: a file `.NAME.lock` beside it. The system keeps it locked until the value is dropped or
+/// the process ends, however it does. Only processes that ask for the lock heed it.
 ///
 /// ```
 /// use deepsft_formats::FolderLock;

@@ -221,8 +221,8 @@ fn replace(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
     sync_names(parent(place))
 }
 
-/// Finishes a commit whose process was killed: the folder that it had put aside comes back if none is at `place`, else it
-/// goes. The caller must hold the folder's lock.
+/// Finishes a commit whose process was killed. The folder that it had put aside comes back if none is at `place`, else it goes.
+/// The caller must hold the folder's lock.
 ///
 /// # Errors
 /// [`FormatError::Write`].

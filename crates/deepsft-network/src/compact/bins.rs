@@ -23,8 +23,8 @@ pub fn expected_coordinate(logits: Tensor<4>) -> Tensor<4> {
     (weight.clone() * position).sum_dim(1) / weight.sum_dim(1)
 }
 
-/// Cross-entropy against soft targets: logits and targets [N, K, H, W] (targets sum to one over K
-/// where they count), `weight` [N, 1, H, W]; the weighted mean, [1].
+/// Computes the weighted mean cross-entropy against soft targets, [1]. Logits and targets are [N, K, H, W], and targets sum to
+/// one over K where they count; `weight` is [N, 1, H, W].
 pub fn cross_entropy(logits: Tensor<4>, targets: Tensor<4>, weight: Tensor<4>) -> Tensor<1> {
     let entropy = -(activation::log_softmax(logits, 1) * targets).sum_dim(1);
     (entropy * weight.clone()).sum() / (weight.sum() + 1.0)

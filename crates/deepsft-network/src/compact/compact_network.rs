@@ -71,14 +71,13 @@ impl CompactNetwork {
         &self.config
     }
 
-    /// Frames [N, 3, H, W] of the training camera, values 0..=1, padded at the right and below to multiples
-    /// of 16 -> [`NetworkOutput`].
+    /// Runs the network on frames [N, 3, H, W] of the training camera, values 0..=1. They are padded at the right and below to
+    /// multiples of 16.
     pub fn forward(&self, images: Tensor<4>) -> NetworkOutput {
         self.forward_at(images, None)
     }
 
-    /// As [`CompactNetwork::forward`], for windows of frames; `corners` [N, 2, 1, 1] is the pixel (x, y) of each
-    /// frame where its window begins.
+    /// Runs the network on windows of frames. `corners` [N, 2, 1, 1] is the pixel (x, y) of each frame where its window begins.
     pub fn forward_windows(&self, images: Tensor<4>, corners: &Tensor<4>) -> NetworkOutput {
         self.forward_at(images, Some(corners))
     }
@@ -150,8 +149,8 @@ impl CompactNetwork {
         self.config.as_compact().is_some_and(|shape| shape.seams)
     }
 
-    /// Coordinates of cells [N, 3, h, w] at every pixel, [N, 3, 8 h, 8 w]: as [`CompactNetwork::at_pixels`], but not
-    /// across seams if the template has them.
+    /// Up-samples coordinates of cells [N, 3, h, w] to every pixel, [N, 3, 8 h, 8 w]. It does so as
+    /// [`CompactNetwork::at_pixels`] does, but not across seams if the template has them.
     pub fn upsample(&self, coordinates: Tensor<4>) -> Tensor<4> {
         if self.has_seams() {
             upsample_across_seams(coordinates, PIXELS_PER_CELL)

@@ -11,8 +11,9 @@ use deepsft_inference::{CompactConfig, DESCRIPTOR_LENGTH, Weights};
 /// Keeps the division by a descriptor's length finite.
 const LENGTH_FLOOR: f64 = 1e-12;
 
-/// The trunk of the compact network with one head: for every cell of 8 x 8 pixels a unit vector that tells what is printed
-/// there, about the same under light, tilt, bending, and up to half of 45 degrees of roll and a factor of two in scale.
+/// A network of dense descriptors: the trunk of the compact network with one head. For every cell of 8 x 8 pixels it gives a
+/// unit vector that tells what is printed there. It stays about the same under light, tilt, bending, and up to half of 45
+/// degrees of roll and a factor of two in scale.
 ///
 /// It is trained once on many prints. The classifier over a template's cells, which a network of its own has learnt, is
 /// here the product with the descriptors of the template's picture.
@@ -36,7 +37,8 @@ impl DescriptorNetwork {
         }
     }
 
-    /// Images [N, 3, H, W], values 0..=1, H and W multiples of 16 -> unit vectors [N, [`DESCRIPTOR_LENGTH`], H / 8, W / 8].
+    /// Computes the unit vectors [N, [`DESCRIPTOR_LENGTH`], H / 8, W / 8] of images [N, 3, H, W]. Values are 0..=1; H and W are
+    /// multiples of 16.
     pub fn forward(&self, images: Tensor<4>) -> Tensor<4> {
         let features = self.main.features((images - 0.5) * 4.0).at8;
         let descriptors = self.head.forward(scaled_relu(features));

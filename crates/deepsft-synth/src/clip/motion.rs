@@ -65,8 +65,8 @@ impl Default for ClipConfig {
 }
 
 impl SynthConfig {
-    /// The surroundings of clips: light, background, hands and camera effects as in training but mild, as a good
-    /// camera in a lit room has them; pose and shape are the [`ClipMotion`]'s.
+    /// Returns the surroundings of clips as a good camera in a lit room has them. Light, background, hands and camera effects
+    /// are as in training but mild; pose and shape are the [`ClipMotion`]'s.
     pub fn for_clips(camera: Camera) -> Self {
         Self {
             camera,

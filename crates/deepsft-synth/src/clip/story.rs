@@ -113,8 +113,8 @@ impl Default for ClipLength {
 }
 
 impl SynthConfig {
-    /// [`SynthConfig::for_clips`] with the sensor noise of an ordinary camera (1 to 3 grey levels), and with hands and
-    /// things that stay however much they cover: they must not come and go from frame to frame.
+    /// Returns [`SynthConfig::for_clips`] with the sensor noise of an ordinary camera (1 to 3 grey levels). Hands and things
+    /// stay however much they cover: they must not come and go from frame to frame.
     pub fn for_clip_stories(camera: Camera) -> Self {
         let mut config = Self {
             max_occluded: 1.0,
@@ -207,8 +207,8 @@ impl<'a> ClipStory<'a> {
         self.seed
     }
 
-    /// The frames in which it happens: while the arm may be in view; the frame after the cut; from where the sheet
-    /// begins to leave until it is back. Empty where nothing does.
+    /// Returns the frames in which it happens. They are those while the arm may be in view; the frame after the cut; those from
+    /// where the sheet begins to leave until it is back. Empty where nothing does.
     pub fn event_frames(&self) -> Range<usize> {
         let frames = self.length.frames as f64;
         let between = |[from, to]: [f64; 2]| (from * frames).floor() as usize..(to * frames).ceil() as usize;

@@ -127,8 +127,8 @@ impl UnfinishedDataset {
         Ok(unfinished)
     }
 
-    /// Makes the samples that are missing, on all cores, and puts the data set in its place; an older one there is
-    /// replaced. `part` says which of several it is. `made` is called after each sample.
+    /// Makes the missing samples on all cores and puts the data set in its place. An older one there is replaced. `part` says
+    /// which of several it is. `made` is called after each sample.
     ///
     /// # Errors
     /// Of a sample, or [`FormatError::Write`]; shards finished until then stay.

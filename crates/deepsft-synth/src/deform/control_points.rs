@@ -34,9 +34,10 @@ const WEAKENING_TRIES: usize = 6;
 /// Weight of a control point's vertex against the completion's energies: control points give way a little, so that the stretch spreads.
 const WEIGHT: f64 = 2.0;
 
-/// Deformations of templates that are no sheets: control points, random parts of the surface, are turned about the joint behind
-/// them and shifted, and the rest follows as rigidly as possible (the paper's section 5.1 poses hand-made rigs with random
-/// joint angles; control points are our equivalent, which needs no rig). Ranges are `[lowest, highest]`, drawn uniformly.
+/// Deformations of templates that are no sheets by control points. Random parts of the surface are turned about the joint
+/// behind them and shifted, and the rest follows as rigidly as possible. (The paper's section 5.1 poses hand-made rigs with
+/// random joint angles; control points are our equivalent, which needs no rig.) Ranges are `[lowest, highest]`, drawn
+/// uniformly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControlPointConfig {
     /// Control points that move. Default [2, 6] of 12.
@@ -96,7 +97,7 @@ impl ControlPointConfig {
 pub struct ControlPointShape {
     /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
     pub vertices: Vec<DVec3>,
-    /// Fraction of the turns and shifts drawn that is in it: 1 where they kept the bounds on edge lengths, less where
+    /// Fraction of the drawn turns and shifts that is in it. It is 1 where they kept the bounds on edge lengths, less where
     /// they had to be weakened, 0 where the rest shape was kept.
     pub strength: f64,
 }
@@ -137,7 +138,7 @@ struct ControlPoint {
 }
 
 impl ControlPointDeformation {
-    /// Places control points on `mesh`, which has its rest shape: each where it is farthest over the surface from those before.
+    /// Places control points on `mesh` in its rest shape, each where it is farthest over the surface from those before.
     ///
     /// # Errors
     /// [`SynthError::Geometry`] for a mesh without an edge of positive length.

@@ -29,11 +29,11 @@ const CLOTH_RELAXATIONS: usize = 4;
 /// Factor on all angles and waves (ways and forces) at each such try.
 const WEAKENING: f64 = 0.7;
 
-/// The vertices of `template`'s rest mesh after a random quasi-isometric deformation: mm, template
-/// frame, mean at the origin, mean normal along -z (so that a pose's tilt is the tilt of the sheet as
-/// a whole). Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and
-/// the sheet stays flat when no weaker shape will do. A template that is no sheet stays at rest: see
-/// [`crate::SynthConfig::control_points`]. A pure function of its arguments.
+/// Deforms `template`'s rest mesh at random, quasi-isometrically, and returns its vertices in mm. They are in the template
+/// frame with the mean at the origin and the mean normal along -z, so that a pose's tilt is the tilt of the sheet as a whole.
+/// Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and the sheet stays flat when no
+/// weaker shape will do. A template that is no sheet stays at rest: see [`crate::SynthConfig::control_points`]. A pure function
+/// of its arguments.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template};

@@ -44,8 +44,8 @@ const WIND_EVERY: usize = 8;
 /// diagonal, so that a configuration fits sheets of any size. All values are our choice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClothConfig {
-    /// Bending length (Peirce 1930): how far a strip reaches out before it bends under its own weight, fraction of the
-    /// diagonal, uniform in its logarithm. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
+    /// Bending length (Peirce 1930), fraction of the diagonal, uniform in its logarithm. It is how far a strip reaches out
+    /// before it bends under its own weight. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
     pub bending_length: [f64; 2],
     /// Most parts that are held at once: corners, points of the border, points inside, edges. Default 4.
     pub max_anchors: usize,

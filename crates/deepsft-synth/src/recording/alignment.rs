@@ -13,8 +13,8 @@ const SAME_SURFACE: f64 = 0.03;
 /// square lies at the target's pinhole, where a wrong pose puts it; then every square could cover the whole image.
 const LARGEST_SQUARE: usize = 48;
 
-/// Brings the depth pictures of a sensor into the image of a target camera that stands where the colour camera does. The
-/// target is the canonical camera: it has other intrinsics and no distortion.
+/// Alignment of a depth sensor's pictures with a target camera that stands where the colour camera does. The target is the
+/// canonical camera: it has other intrinsics and no distortion.
 ///
 /// Every depth pixel that measured something is a small square of the surface at its depth. The square is projected into
 /// the target's image, where it covers the pixels whose centres it holds. Where the depth camera is finer, a square can

@@ -42,7 +42,7 @@ impl ValueNoise {
         top + (bottom - top) * t.y
     }
 
-    /// Sum of `octaves` of the noise, each half the size and half the height of the one before; about -1 to 1.
+    /// Sums `octaves` of the noise, each half the size and half the height of the one before. The sum is about -1 to 1.
     pub fn fractal(&self, p: Vec2, octaves: usize) -> f32 {
         let (mut sum, mut p, mut height) = (0.0, p, 0.6);
         for _ in 0..octaves {

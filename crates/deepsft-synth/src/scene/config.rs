@@ -30,8 +30,8 @@ pub struct SynthConfig {
     pub empty_probability: f64,
     /// Probability that another printed sheet lies behind or beside the template. Default 0.3.
     pub distractor_probability: f64,
-    /// Probability that a sample without the template shows another printed sheet in its place, so that a network does
-    /// not learn to find just any printed sheet. Default 0.7.
+    /// Probability that a sample without the template shows another printed sheet in its place. So a network does not learn to
+    /// find just any printed sheet. Default 0.7.
     pub empty_distractor_probability: f64,
     /// Probability that the background shows one of the user's photographs, if there are any. All other backgrounds are
     /// drawn. Default 0.5.
@@ -44,8 +44,8 @@ pub struct SynthConfig {
     pub occluders: OccluderKind,
     /// Largest fraction of the visible sheet that occluders cover together. Default 0.35.
     pub max_occluded: f64,
-    /// Fewest pixels of the front that must be in view (before occluders) for a sample to have the template; poses
-    /// and shapes are drawn again until there are as many. Default 1500 (1.2 % of the frame).
+    /// Fewest pixels of the front in view (before occluders) for a sample to have the template. Poses and shapes are drawn
+    /// again until there are as many. Default 1500 (1.2 % of the frame).
     pub min_visible_px: usize,
     /// Light and paper.
     pub lighting: LightingConfig,

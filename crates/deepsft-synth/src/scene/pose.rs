@@ -14,17 +14,16 @@ const POSE_TRIES: usize = 64;
 /// What poses are drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseConfig {
-    /// Least and greatest depth (z) of the sheet's centroid in mm, uniform in the logarithm of the
-    /// depth so that every ratio of image scales is equally frequent. Default 250 to 900, made for an
-    /// A4 sheet before the training camera; other sizes want other distances.
+    /// Least and greatest depth (z) of the sheet's centroid in mm. It is uniform in the logarithm, so that every ratio of image
+    /// scales is equally frequent. Default 250 to 900, made for an A4 sheet before the training camera; other sizes want other
+    /// distances.
     pub distance_mm: [f64; 2],
     /// Greatest angle in degrees between the template's z axis and the camera's. The tilt's sine is
     /// uniform, so that the density falls with its cosine and steep views stay the exception; the
     /// tilt's axis is uniform in the image plane. Default 65.
     pub max_tilt_deg: f64,
-    /// Greatest angle in degrees between the template's z axis and the line of sight to the centroid,
-    /// which away from the image's centre is not the camera's axis. Default 75; near 90 the sheet is
-    /// seen edge-on and its print cannot be read.
+    /// Greatest angle in degrees between the template's z axis and the line of sight to the centroid. Away from the image's
+    /// centre that line is not the camera's axis. Default 75; near 90 the sheet is seen edge-on and its print cannot be read.
     pub max_view_deg: f64,
     /// Greatest in-plane rotation to either side in degrees, uniform. Default 180: any way up.
     pub max_roll_deg: f64,
@@ -39,12 +38,12 @@ pub struct PoseConfig {
     pub uniform: Option<UniformPose>,
 }
 
-/// Rotation about the camera's axes and translation of the sheet's centroid, each number uniform and independent of the
-/// others: the paper's section 5.1.
+/// A uniform random pose, as the paper's section 5.1 has it. The rotation about the camera's axes and the translation of the
+/// sheet's centroid are independent numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UniformPose {
-    /// Largest angle about each of the camera's x, y and z axes, to either side, degrees; the rotation is
-    /// R_x R_y R_z (the paper says "the camera's optical axes", which we read as all three).
+    /// Largest angle about each of the camera's x, y and z axes, to either side, degrees. The rotation is R_x R_y R_z (the
+    /// paper says "the camera's optical axes", which we read as all three).
     pub max_rotation_deg: f64,
     /// Largest shift along x and along y from the optical axis, mm.
     pub max_shift_mm: f64,
@@ -67,9 +66,9 @@ impl Default for PoseConfig {
     }
 }
 
-/// A random `camera_from_template` for a sheet with the given vertices (mm, template frame): rolled
-/// in its plane, tilted, then moved so that its centroid has the drawn depth and lies anywhere in
-/// view. The identity rotation shows it frontal and unmirrored.
+/// Draws a `camera_from_template` for a sheet with the given vertices (mm, template frame). The sheet is rolled in its plane,
+/// tilted, then moved so that its centroid has the drawn depth and lies anywhere in view. The identity rotation shows it
+/// frontal and unmirrored.
 ///
 /// Poses that bring a vertex nearer than `min_depth_mm`, too little of the sheet into view or the
 /// sheet edge-on are drawn again. When none of 64 draws will do (a sheet too large for the distances), the best of

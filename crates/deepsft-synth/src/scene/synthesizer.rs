@@ -55,8 +55,8 @@ impl Synthesizer {
         })
     }
 
-    /// Uses photographs (PNG or JPEG files) too: [`SynthConfig::photograph_probability`] of the backgrounds show one, and
-    /// pieces of them appear on other sheets. Samples then depend on the photographs and their order.
+    /// Adds photographs (PNG or JPEG files). [`SynthConfig::photograph_probability`] of the backgrounds show one, and pieces of
+    /// them appear on other sheets. Samples then depend on the photographs and their order.
     ///
     /// Every file is decoded once now, to refuse what is no picture, and again when a scene needs it and it is not among
     /// those used last: at most 512 MiB of photographs stay decoded.
@@ -147,8 +147,8 @@ impl Synthesizer {
         }
     }
 
-    /// Everything random of sample `index` of the data set `seed` but the sheet's shape and pose: background, other
-    /// sheets, light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
+    /// Draws all of sample `index` of the data set `seed` but the sheet's shape and pose. That is background, other sheets,
+    /// light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
     pub fn scene(&self, seed: u64, index: u64) -> Scene<'_> {
         Scene::with_template(&self.ingredients, None, &mut generator(seed, index, Stream::Scene))
     }
@@ -162,8 +162,8 @@ impl Synthesizer {
         )
     }
 
-    /// A picture of the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances: matt
-    /// paper under even light from the camera before mid grey, no occluders, ideal camera.
+    /// Renders the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances. The paper is matt,
+    /// under even light from the camera, before mid grey; there are no occluders, and the camera is ideal.
     ///
     /// # Errors
     /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
@@ -172,8 +172,7 @@ impl Synthesizer {
         Scene::clean(&self.ingredients).render(vertices_camera, 0)
     }
 
-    /// The vertices of the next random shape in a random pose that `rng` draws, mm, camera frame.
-    #[doc(hidden)]
+    /// Draws the vertices of a random shape in a random pose, mm, camera frame.
     pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         self.ingredients.sample_vertices(rng)
     }

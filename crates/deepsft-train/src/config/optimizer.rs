@@ -33,8 +33,7 @@ pub enum Optimizer {
 }
 
 impl Optimizer {
-    /// The optimiser in its first state.
-    #[doc(hidden)]
+    /// Makes the optimiser in its first state.
     pub fn init(&self) -> ModuleOptimizer {
         match *self {
             Self::Adam { betas: [first, second] } => AdamConfig::new()

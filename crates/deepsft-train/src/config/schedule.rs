@@ -3,8 +3,8 @@
 use crate::data::BatchShape;
 use serde::Serialize;
 
-/// Progressive training: first windows of the frame, many per second, then whole frames; the learning
-/// rate warms up and then falls along a cosine.
+/// A learning-rate schedule with progressive windows. Training sees first windows of the frame, many per second, then whole
+/// frames; the learning rate warms up and then falls along a cosine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Schedule {
     /// Largest learning rate.

@@ -48,7 +48,7 @@ impl Budget {
 /// to 642 mm in an epoch of 90 frames; step 3: an infinite loss after 24 frames). With means over pixels step 3 learns at
 /// 1e-5, and step 2 does so with depths in decimetres; with depths in metres it hardly moves (24.14 to 24.11 mm in two epochs
 /// of 90 frames). So these are our reading of the paper in [`TrainConfig::paper`]. Step 1's loss goes by the network in both:
-/// the paper's own and R50F learn by the paper's, divided by the number of pixels too ([`crate::supervised_maps_loss`]), the
+/// the paper's own and R50F learn by the paper's, divided by the number of pixels too, the
 /// compact one by ours, on cells and bins ([`TrainConfig::loss`]). Which images step 1 sees is no part of it: see
 /// [`deepsft_synth::SynthConfig::paper`].
 #[derive(Clone, Debug)]
@@ -59,8 +59,8 @@ pub struct TrainConfig {
     pub checkpoint: PathBuf,
     /// Go on from the checkpoint if there is one.
     pub resume: bool,
-    /// Step 1: folder with a file `weights.bpk` whose trunk the network begins with ([`deepsft_network::Network::with_trunk`]): of the
-    /// network that describes any picture, or a model bundle. `None` for random weights. A training that is resumed was
+    /// Step 1: folder of `weights.bpk` whose trunk the network begins with ([`deepsft_network::Network::with_trunk`]). It is of
+    /// the network that describes any picture, or a model bundle. `None` for random weights. A training that is resumed was
     /// begun already; it must name the same weights.
     pub from: Option<PathBuf>,
     /// Step 1: when to end.
@@ -110,7 +110,8 @@ pub struct TuningSettings {
     pub optimizer: Optimizer,
     /// Learning rate.
     pub learning_rate: LearningRate,
-    /// Decay per iteration of the average of the weights, which is what is measured and kept; 0 for the weights themselves.
+    /// Decay per iteration of the average of the weights; 0 for the weights themselves. The average is what is measured and
+    /// kept.
     pub average_decay: f64,
 }
 

@@ -50,7 +50,7 @@ impl BatchShape {
         }
     }
 
-    /// Windows that are cut from one synthetic frame: two of a window well smaller than the frame
+    /// Returns how many windows are cut from one synthetic frame. They are two of a window well smaller than the frame
     /// (rendering is a large part of the cost of a small window), one otherwise.
     pub const fn windows_per_frame(&self) -> u64 {
         if 2 * self.width * self.height <= 480 * 270 {

@@ -22,7 +22,8 @@ const COLUMNS: [([&str; 2], Figure, usize); 8] = [
 /// Characters of a column of figures.
 const WIDTH: usize = 9;
 
-/// The table of `rows`, two lines per row, and remarks on each: how many frames it is of, what was not found.
+/// Formats the accuracy of `rows` as a table, two lines per row. Remarks on each say how many frames it is of and what was not
+/// found.
 pub fn accuracy_table(rows: &[EvaluationReport]) -> String {
     let name = |row: &EvaluationReport| match row.stage {
         Some(stage) => format!("{}, {stage}", row.model),

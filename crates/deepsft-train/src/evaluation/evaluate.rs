@@ -37,7 +37,7 @@ pub struct FrameResult {
 pub struct MeasuredPixels {
     /// Pixels that can be compared, see [`FrameTruth::reference`](super::FrameTruth::reference).
     pub measured: usize,
-    /// Those of them over which the model's error is: all, whatever its own mask says, but of a mesh those that it
+    /// Measured pixels over which the model's error is. They are all, whatever its own mask says, but of a mesh those that it
     /// covers.
     pub compared: usize,
 }
@@ -47,7 +47,7 @@ pub struct MeasuredPixels {
 pub struct FitOutcome {
     /// Whether the mesh was taken; otherwise the network's own maps stay.
     pub mesh_taken: bool,
-    /// Errors of the network's own maps; against a measured depth at the pixels that the mesh covers, if it was taken.
+    /// Errors of the network's own maps. Against a measured depth they are at the pixels that the mesh covers, if it was taken.
     pub network: FrameMetrics,
     /// Of a fit to the image: mean robust photo-consistency cost of the network's maps and of the mesh's.
     pub photo_consistency_cost: Option<PhotoConsistencyCost>,
@@ -82,8 +82,8 @@ pub struct SetMetrics {
     pub frames_per_second: Option<f64>,
 }
 
-/// The summary that `deepsft eval` prints and writes as JSON: means over the frames that show the
-/// template at the top, medians beside them.
+/// The summary that `deepsft eval` prints and writes as JSON. Means over the frames that show the template are at the top,
+/// medians beside them.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct EvaluationSummary {
@@ -91,8 +91,8 @@ pub struct EvaluationSummary {
     pub frames: usize,
     /// Frames that show the template.
     pub frames_with_template: usize,
-    /// Frames that show the template but got no pixel of it: they count as IoU and coverage 0 and
-    /// have no registration or depth error.
+    /// Frames that show the template but got no pixel of it. They count as IoU and coverage 0 and have no registration or depth
+    /// error.
     pub frames_without_answer: usize,
     /// Fraction of the frames with the template that were found.
     pub found_fraction: Option<f64>,
@@ -124,10 +124,10 @@ pub struct FitSummary {
 }
 
 impl Evaluation {
-    /// Evaluates `estimator` on `frames`, fitting a mesh to the frames in which the template was found if
-    /// there is a `recovery`, calling `each` after every frame with the frame, the answer, the maps whose depth was
-    /// compared (see [`EvaluationFrame::metrics`]) and the result. Frames are of the estimator's canonical camera, as those of `deepsft eval`:
-    /// of a wider one the estimate may be in another view than the truth.
+    /// Evaluates `estimator` on `frames`. With a `recovery` it fits a mesh to the frames in which the template was found. It
+    /// calls `each` after every frame with the frame, the answer, the maps whose depth was compared (see
+    /// [`EvaluationFrame::metrics`]) and the result. Frames are of the estimator's canonical camera, as those of `deepsft
+    /// eval`: of a wider one the estimate may be in another view than the truth.
     ///
     /// # Errors
     /// [`TrainError`] when a frame does not fit its camera or the device fails.

@@ -1,6 +1,6 @@
 //! The template seen through the registration, differentiable (paper, appendix "Warping with Bilinear Interpolation").
 
-use burn::tensor::{DType, Device, Int, Tensor, TensorData};
+use burn::tensor::{Device, Int, Tensor, TensorData};
 use deepsft_geometry::{MipLevel, Picture};
 
 /// A template's texture and its successive halvings on a device, intensities 0..=255: level k is [3, h / 2^k, w / 2^k].
@@ -34,8 +34,9 @@ impl TexturePyramid {
         }
     }
 
-    /// The same in another precision.
-    pub fn cast(self, dtype: DType) -> Self {
+    /// Casts the texels, for gradients in double precision.
+    #[cfg(test)]
+    pub fn cast(self, dtype: burn::tensor::DType) -> Self {
         let cast = |level: Texture| Texture {
             texels: level.texels.cast(dtype),
             ..level

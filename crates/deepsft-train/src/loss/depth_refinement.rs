@@ -25,7 +25,7 @@ impl DepthLoss {
     /// `depth` and `measured` [N, 1, H, W] are normalised depths of `range`; `counts` [N, 1, H, W], 0 or 1: the object is
     /// seen there and the sensor measured it; `outside` likewise where it is not: there the depth is to be [`OUTSIDE`], as
     /// the paper's labels are. A network whose mask is not read from its depth needs none.
-    pub fn apply(
+    pub(crate) fn apply(
         &self,
         depth: Tensor<4>,
         measured: Tensor<4>,

@@ -62,7 +62,7 @@ impl PhotoConsistencyLoss {
     ///
     /// `registration` [N, 2, H, W]; `images` [N, 3, H, W], 0..=1; `inside` [N, 1, H, W], 0 or 1; `levels`: the level of
     /// the texture for each image.
-    pub fn apply(
+    pub(crate) fn apply(
         &self,
         registration: Tensor<4>,
         images: &Tensor<4>,

@@ -179,9 +179,8 @@ impl CheckpointFolder {
         Ok(staged.commit()?)
     }
 
-    /// Loads the checkpoint into networks of `make_network` (not clones of one: they would share the
-    /// running statistics of batch normalisation) and `optimizer`; `None` when there is none. Returned are the state,
-    /// the network, its average and the optimiser.
+    /// Loads the checkpoint into networks of `make_network` and `optimizer`; `None` when there is none. `make_network` must not
+    /// clone one network: clones share the running statistics of batch normalisation.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What must be equal for a checkpoint to be continued: the name of each part with the SHA-256 of what it consists of, in the
-/// order in which differences are reported.
+/// The fingerprint of a training: what must be equal for its checkpoint to be continued. It has the name of each part with the
+/// SHA-256 of what it consists of, in the order in which differences are reported.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint(Vec<(String, String)>);
 

@@ -21,7 +21,7 @@ pub struct TrainingCourse<'a> {
     pub curve: &'a [CurvePoint],
     /// The table of steps 2 and 3, if they were made.
     pub tuning: Option<&'a str>,
-    /// What is not the default in the images that the accuracy was measured on, in words and as options of `deepsft`.
+    /// Settings of the measured images that are not the default, in words and as options of `deepsft`.
     pub measured_images: [String; 2],
 }
 

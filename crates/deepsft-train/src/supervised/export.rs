@@ -8,8 +8,8 @@ use crate::evaluation::Evaluation;
 use deepsft::{Accuracy, Estimator, FoundRule, ModelBundle, ModelCard, Provenance};
 use deepsft_synth::Synthesizer;
 
-/// Seed of the frames that set the rule for "found" and the accuracy on a model's card: not one to train with, nor that of
-/// the held-out frames.
+/// Seed of the frames that set the rule for "found" and the accuracy on a model's card. It is not one to train with, nor that
+/// of the held-out frames.
 pub const ACCURACY_SEED: u64 = 0xca1b;
 
 /// Confidence a frame must have at least, whatever the frames say.

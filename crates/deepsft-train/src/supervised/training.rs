@@ -23,10 +23,10 @@ pub struct Trained {
     pub state: Checkpoint,
 }
 
-/// Trains a network of `network_config` on the samples of `source` (a [`Synthesizer`](deepsft_synth::Synthesizer), or
-/// [`StoredSamples`](crate::StoredSamples), all of which are an epoch) and on `device` (a plain one; differentiation is
-/// switched on here), and reports through `report`. The compact network learns cells and
-/// bins of windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
+/// Trains a network of `network_config` on the samples of `source`: step 1. The source is a
+/// [`Synthesizer`](deepsft_synth::Synthesizer), or [`StoredSamples`](crate::StoredSamples), all of which are an epoch. `device`
+/// is a plain one; differentiation is switched on here. It reports through `report`. The compact network learns cells and bins
+/// of windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, samples that are too few or cannot be read, a

@@ -40,10 +40,10 @@ pub(crate) fn fingerprint(
     fingerprint.with(START, &weights(network)).with(FRAMES, &frames(set))
 }
 
-/// Puts the checkpoint at `config.checkpoint` aside if it is of the same `step` with the same settings and seed, but began
-/// with another network. This is for a step whose `network` was trained further by the step before it, and comes before
-/// [`tune`](crate::tune): which would refuse such a checkpoint, and now begins anew. Returns where the checkpoint is
-/// kept: beside its place, with the ending `.outdated`, or `.outdated-2` and so on where that is taken.
+/// Puts a checkpoint aside that began with another network than `network`. It does so if the checkpoint at `config.checkpoint`
+/// is of the same `step` with the same settings and seed. This is for a step whose `network` was trained further by the step
+/// before it, and comes before [`tune`](crate::tune): which would refuse such a checkpoint, and now begins anew. Returns where
+/// the checkpoint is kept: beside its place, with the ending `.outdated`, or `.outdated-2` and so on where that is taken.
 ///
 /// Frames are not compared, as the network has a say in them, but for the number of frames in the recording.
 ///

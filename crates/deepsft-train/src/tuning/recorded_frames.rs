@@ -17,11 +17,11 @@ pub struct RecordedFrames {
     pub training: Vec<TrainingFrame>,
     /// The end of the recording, never trained on.
     pub held_out: Vec<TrainingFrame>,
-    /// Frames to train on in which the network does not see the object, and frames to measure on in which it does not and
-    /// no mask of the recording does.
+    /// Number of frames that are neither trained on nor measured on. The network does not see the object in the former, and in
+    /// the latter no mask of the recording has it either.
     pub left_out: usize,
-    /// How the camera shows the template's colours: what brings the template, drawn through the network's registrations of
-    /// the frames that are trained on, to their images.
+    /// Response of the recording's camera to the template's colours. It brings the template, drawn through the network's
+    /// registrations of the frames that are trained on, to their images.
     pub colors: ColorResponse,
 }
 

@@ -68,8 +68,8 @@ impl RecordingMetrics {
         Ok(Self::over(&frames))
     }
 
-    /// The errors of the truth itself over the same pixels as [`RecordingMetrics::measure`]: what no registration
-    /// changes of E_pr, and the sensor's own errors. `None` where there is no truth.
+    /// Measures the truth itself over the same pixels as [`RecordingMetrics::measure`]. It shows what no registration changes
+    /// of E_pr, and the sensor's own errors. `None` where there is no truth.
     ///
     /// # Errors
     /// [`TrainError::Geometry`] when the truth is not of the canonical size.

@@ -22,9 +22,9 @@ const FIGURES: [(&str, Figure, usize); 7] = [
     ("mask IoU", |f| f.mask_iou, 3),
 ];
 
-/// The table of the metrics of `rows`, in Markdown: a network before and after each step, or the truth itself, on the
-/// `held_out` last frames of `all` of a recording of this `kind` (`recording`, `simulated recording`). Metrics that no
-/// frame has are left out.
+/// Formats the metrics of `rows` as a table in Markdown. A row is a network before or after a step, or the truth itself, on the
+/// `held_out` last frames of `all` of a recording of this `kind` (`recording`, `simulated recording`). Metrics that no frame
+/// has are left out.
 pub fn tuning_table(kind: &str, all: usize, held_out: usize, rows: &[(String, RecordingMetrics)]) -> String {
     let known: Vec<_> = FIGURES
         .iter()

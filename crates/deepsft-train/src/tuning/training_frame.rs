@@ -25,13 +25,13 @@ pub struct TrainingFrame {
     pub inside: Vec<bool>,
     /// Where its depth is trained on.
     pub depth_counts: Vec<bool>,
-    /// Level of the template's texture, see [`crate::TexturePyramid`].
+    /// Level of the template's texture pyramid; 0 is the finest.
     pub level: usize,
 }
 
 impl TrainingFrame {
-    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`, and returns with it what the
-    /// network says there; `None` when neither it nor the recording's mask has the object.
+    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`. It returns with it what the network
+    /// says there; `None` when neither it nor the recording's mask has the object.
     ///
     /// The object is where the network's mask has it before the tuning, and where the recording's own mask has it, if it
     /// comes with masks. Depth is trained on two pixels further in, where the sensor measured something within 15 % of what
@@ -82,8 +82,9 @@ impl TrainingFrame {
         self.inside.iter().filter(|&&inside| inside).count() >= MIN_PIXELS
     }
 
-    /// The pixels on which networks are measured and compared: where the object is by the `truth`, if that is known, else by
-    /// the recording's mask, if it has one. Only without either the network that the frame was read for has a say.
+    /// Returns the pixels on which networks are measured and compared. They are where the object is by the `truth`, if that is
+    /// known, else by the recording's mask, if it has one. Only without either the network that the frame was read for has a
+    /// say.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when the truth is not of the image's size.
@@ -94,8 +95,8 @@ impl TrainingFrame {
         Ok(truth.map_or_else(|| self.object.clone(), Maps::mask))
     }
 
-    /// The measured depth as maps with no registration, inside where it is compared with that of networks: in `region`, two
-    /// pixels away from its edge and from jumps of the measured depth.
+    /// Returns the measured depth as maps with no registration, inside where it is compared with that of networks. That is in
+    /// `region`, two pixels away from its edge and from jumps of the measured depth.
     pub fn measured(&self, region: &[bool]) -> Maps {
         let width = self.image.width();
         let mut maps = Maps::empty(width, self.image.height());

@@ -30,9 +30,9 @@ pub struct Tuned {
     pub after: RecordingMetrics,
 }
 
-/// Trains the block of `step` of `network`, a folded one as bundles hold, on the plain `device` (differentiation is switched
-/// on here), and reports through `report`. After every epoch the held-out frames are
-/// measured and a checkpoint is saved, from which a training that was stopped goes on exactly as it would have.
+/// Trains the block of `step` of `network`, a folded one as bundles hold: steps 2 and 3. `device` is a plain one;
+/// differentiation is switched on here. After every epoch the held-out frames are measured and a checkpoint is saved, from
+/// which a training that was stopped goes on exactly as it would have.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, a loss or weights that are no longer finite, or

@@ -4,18 +4,12 @@
 
 mod ablation;
 mod accuracy_table;
-mod bilinear_warp;
 mod checkpoint;
-mod depth_loss;
 mod evaluation_frame;
 mod evaluation_summary;
 mod fingerprint;
-mod gradients;
 mod model_card;
 mod optimizer;
-mod photo_consistency_loss;
 mod stored_samples;
-mod supervised_maps_loss;
-mod total_variation;
 mod tracking_errors;
 mod tuning_table;

@@ -1,8 +1,8 @@
 //! The squared total variation by hand.
 
+use crate::loss::squared_total_variation;
 use burn::tensor::Device;
 use burn::tensor::Tensor;
-use deepsft_train::squared_total_variation;
 
 #[test]
 fn differences_inside_are_summed_and_squared_image_by_image() {

@@ -1,8 +1,8 @@
 //! The template seen through a registration.
 
+use crate::loss::TexturePyramid;
 use burn::tensor::{Device, Tensor};
 use deepsft_geometry::Picture;
-use deepsft_train::TexturePyramid;
 
 fn texture() -> Picture {
     Picture::from_fn(5, 4, |x, y| {

@@ -1,13 +1,14 @@
 //! The gradients of the loss against central differences, in double precision.
 
+use crate::data::BatchTensors;
+use crate::loss::{
+    DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid, squared_total_variation,
+    step_one_loss, supervised_maps_loss,
+};
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use deepsft::DepthRange;
 use deepsft_geometry::Picture;
 use deepsft_network::{NetworkMaps, NetworkOutput};
-use deepsft_train::{
-    BatchTensors, DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid,
-    squared_total_variation, step_one_loss, supervised_maps_loss,
-};
 
 /// Step of the central differences: their error is about step^2 times a third derivative of order
 /// one, and rounding divided by the step: both below 1e-9.

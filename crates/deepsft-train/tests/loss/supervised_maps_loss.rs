@@ -1,8 +1,8 @@
 //! The paper's loss of step 1 by hand.
 
+use crate::loss::supervised_maps_loss;
 use burn::tensor::{Device, Tensor};
 use deepsft_network::NetworkMaps;
-use deepsft_train::supervised_maps_loss;
 
 #[test]
 fn the_terms_by_hand() {

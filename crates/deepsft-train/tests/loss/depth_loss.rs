@@ -1,9 +1,9 @@
 //! The loss of step 2 by hand.
 
+use crate::loss::{DepthLoss, Reduction};
 use burn::tensor::Device;
 use burn::tensor::Tensor;
 use deepsft::DepthRange;
-use deepsft_train::{DepthLoss, Reduction};
 
 #[test]
 fn only_what_the_sensor_measured_counts() {

@@ -1,9 +1,9 @@
 //! The loss of step 3 by hand.
 
+use crate::loss::{Light, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid};
 use burn::tensor::Device;
 use burn::tensor::Tensor;
 use deepsft_geometry::Picture;
-use deepsft_train::{Light, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid};
 
 /// A texture of two grey texels, 100 and 120, each seen in two of four columns, in two rows.
 fn loss(images: [f32; 8], config: PhotoConsistencyLoss) -> f64 {
