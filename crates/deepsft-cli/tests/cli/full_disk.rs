@@ -1,5 +1,5 @@
 //! A disk that becomes full. The system stands in for it with a limit on the size of files, which needs no rights: a write fails
-//! in the middle of a file, and only the reason differs. `deepsft-lab full-disk` does the same on real small disks.
+//! in the middle of a file, and only the reason differs.
 #![cfg(target_os = "linux")]
 
 use crate::common::{Run, deepsft, deepsft_with_small_files, write_template};

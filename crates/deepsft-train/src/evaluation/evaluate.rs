@@ -300,8 +300,8 @@ impl Evaluation {
 }
 
 impl FrameResult {
-    /// Compares an estimate with what is known of its frame, `reference` (see
-    /// [`FrameTruth::reference`](super::FrameTruth::reference)); against a measured depth the maps `compared` stand for
+    /// Compares an estimate with `reference`, what is known of its frame (see
+    /// [`FrameTruth::reference`](super::FrameTruth::reference)). Against a measured depth the maps `compared` stand for
     /// those of the estimate (see [`EvaluationFrame::metrics`]).
     ///
     /// # Errors
