@@ -8,8 +8,7 @@ use crate::pyramid::resized;
 use crate::sheet_solver::SheetSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
+use deepsft_geometry::{Camera, GeometryError, Picture};
 use std::borrow::Cow;
 
 /// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
@@ -56,8 +55,8 @@ const DEVIATION: f64 = 0.2;
 /// A sheet as the features show it.
 #[derive(Clone, Debug)]
 pub struct FoundSheet {
-    /// Depth (mm) and registration of the coarse mesh, as if nothing hid it.
-    pub maps: Maps,
+    /// Vertices of the template's mesh, camera frame, mm: the whole sheet, as if nothing hid it.
+    pub vertices_camera: Vec<DVec3>,
     /// The matches that it was fitted to last. Right ones and wrong ones: the mesh is robust.
     pub matches: Vec<Match>,
 }
@@ -105,20 +104,15 @@ impl FeatureFinder {
         &self.target
     }
 
-    /// Looks for the picture among `features` of an image that `camera` took. The maps are for `view`, a camera at the same
-    /// place. `None` when too few matches agree. A sheet that is found may still be a mistake: its fit to the image decides.
+    /// Finds the picture among `features` of an image that `camera` took. `None` when too few matches agree. A sheet that is found
+    /// may still be a mistake: its fit to the image decides.
     ///
     /// # Errors
     /// [`GeometryError`] when the solver refuses its input.
-    pub fn find(
-        &mut self,
-        features: &Features,
-        camera: &Camera,
-        view: &Camera,
-    ) -> Result<Option<FoundSheet>, GeometryError> {
+    pub fn find(&mut self, features: &Features, camera: &Camera) -> Result<Option<FoundSheet>, GeometryError> {
         // Taken out while `self` is busy with the mesh.
         let mut matching = std::mem::take(&mut self.matching);
-        let found = self.find_among(matching.matches(features, &self.target), features, camera, view);
+        let found = self.find_among(matching.matches(features, &self.target), features, camera);
         self.matching = matching;
         found
     }
@@ -133,7 +127,6 @@ impl FeatureFinder {
         candidates: &[Match],
         features: &Features,
         camera: &Camera,
-        view: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
         let pixel = pixel(camera);
         let neighbourhood = Neighbourhood {
@@ -172,7 +165,7 @@ impl FeatureFinder {
             vertices = self.solver.bend(camera, &last, &vertices, DEVIATION * search, false)?;
         }
         Ok(Some(FoundSheet {
-            maps: VisibleSurface::new(self.solver.mesh(), &vertices, view).maps(),
+            vertices_camera: self.solver.template_vertices(&vertices),
             matches: last,
         }))
     }

@@ -2,7 +2,7 @@
 //! al. 2015).
 
 use crate::matching::Match;
-use deepsft_geometry::fitting::IsometricMesh;
+use deepsft_geometry::fitting::{GridInterpolation, IsometricMesh};
 use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
 use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust};
 use deepsft_geometry::{Camera, GeometryError, Template, TriangleMesh};
@@ -32,14 +32,16 @@ const AFFINE_STEPS: usize = 8;
 /// The coarse mesh of a sheet.
 pub(crate) struct SheetSolver {
     sheet: IsometricMesh,
+    to_template: GridInterpolation,
     size_mm: DVec2,
 }
 
 impl SheetSolver {
     pub fn new(template: &Template) -> Result<Self, GeometryError> {
-        let mesh = template.coarser(COARSE_CELLS)?.mesh().clone();
+        let coarse = template.coarser(COARSE_CELLS)?;
         Ok(Self {
-            sheet: IsometricMesh::new(mesh, template.mesh(), ISOMETRY, BENDING)?,
+            sheet: IsometricMesh::new(coarse.mesh().clone(), template.mesh(), ISOMETRY, BENDING)?,
+            to_template: GridInterpolation::cubic(&coarse, template.mesh())?,
             size_mm: template.size_mm(),
         })
     }
@@ -47,6 +49,11 @@ impl SheetSolver {
     /// The rest mesh.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.sheet.mesh
+    }
+
+    /// The mesh's vertices as those of the template's own mesh.
+    pub fn template_vertices(&self, vertices: &[DVec3]) -> Vec<DVec3> {
+        self.to_template.apply(vertices)
     }
 
     /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch

@@ -69,7 +69,7 @@ fn renewed_features_allocate_nothing_and_a_search_the_same_every_time() {
     let mut frame = |image: &Picture| {
         let made = allocated(|| features.renew(image, &options));
         let mut found = false;
-        let searched = allocated(|| found = finder.find(&features, &camera, &camera).unwrap().is_some());
+        let searched = allocated(|| found = finder.find(&features, &camera).unwrap().is_some());
         (made, searched, found)
     };
     let first = frame(&images[0]);

@@ -4,7 +4,8 @@
 use deepsft_finding::{
     FeatureFinder, FeatureOptions, Features, GradeLevel, PictureGrade, PictureTarget, feature_image,
 };
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{CanonicalWarp, Maps, Picture, Template, training_camera};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
@@ -28,15 +29,14 @@ fn synthesizer(template: &Template) -> Synthesizer {
     Synthesizer::new(template, config).unwrap()
 }
 
-/// The maps that the finder has of an image, for a camera of the image's size.
+/// The maps of what the finder sees in an image, for a camera of the image's size.
 fn found(finder: &mut FeatureFinder, image: &Picture) -> Option<Maps> {
     let camera = training_camera().resized((960, 540)).unwrap();
     let (image, camera) = feature_image(image, &camera).unwrap();
     let features = Features::of(&image, &FeatureOptions::default());
-    finder
-        .find(&features, &camera, &camera)
-        .unwrap()
-        .map(|sheet| sheet.maps)
+    let sheet = finder.find(&features, &camera).unwrap()?;
+    let mesh = finder.target().template().mesh();
+    Some(VisibleSurface::new(mesh, &sheet.vertices_camera, &camera).maps())
 }
 
 #[test]
@@ -75,12 +75,13 @@ fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
         let image = synthesizer.sample(77, index).image;
         let (small, camera) = feature_image(&image, &large).unwrap();
         let features = Features::of(&small, &FeatureOptions::default());
-        let Some(sheet) = finder.find(&features, &camera, &training_camera()).unwrap() else {
+        let Some(sheet) = finder.find(&features, &camera).unwrap() else {
             continue;
         };
         let canonical = warp.apply(&image).unwrap();
-        if let Some(fit) = fitter.fit(&canonical, &training_camera(), &sheet.maps, None).unwrap() {
-            assert!(fit.correlation < 0.6, "frame {index}: {}", fit.correlation);
+        let start = Start::Mesh(sheet.vertices_camera);
+        if let Some(fit) = fitter.fit(&canonical, &training_camera(), &start).unwrap() {
+            assert!(fit.verdict.correlation < 0.6, "frame {index}: {:?}", fit.verdict);
         }
     }
 }

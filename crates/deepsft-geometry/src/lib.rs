@@ -33,14 +33,16 @@ mod mesh;
 pub mod planar_calibration;
 mod recovery;
 pub mod solver;
+mod surface;
 mod unrolling;
+mod verdict;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
 pub use canonical_views::CanonicalViews;
 pub use completion::{
-    ArapCompletion, CompletedMaps, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion,
-    VertexPoint, VisibleVertices,
+    ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion, VertexPoint,
+    VisibleVertices,
 };
 pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
@@ -51,5 +53,7 @@ pub use maps::{
     relit_photo_consistency_error, remove_islands, visible_surface,
 };
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
-pub use recovery::{MeshRecovery, RecoveredMesh};
+pub use recovery::MeshRecovery;
+pub use surface::Surface;
 pub use unrolling::{UnrolledSheet, unroll};
+pub use verdict::Verdict;

@@ -1,14 +1,14 @@
-//! The ways from a network's maps to the whole mesh.
+//! The ways from a network's maps to the whole surface.
 
 use crate::camera::Camera;
 use crate::completion::MapsCompletion;
 use crate::error::GeometryError;
-use crate::fitting::{FrameFitter, PhotoConsistencyCost};
+use crate::fitting::{FrameFitter, Start};
 use crate::image::Picture;
 use crate::maps::Maps;
-use glam::DVec3;
+use crate::surface::Surface;
 
-/// What is done with a network's maps, prepared for one template.
+/// The way from a network's maps to the whole surface, prepared for one template.
 #[derive(Debug)]
 pub enum MeshRecovery {
     /// The mesh is fitted to the maps and to the image under isometry.
@@ -17,45 +17,16 @@ pub enum MeshRecovery {
     Completion(Box<MapsCompletion>),
 }
 
-/// A frame's mesh, and the maps of it.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct RecoveredMesh {
-    /// Depth and registration: of the mesh where it is accepted, the network's otherwise.
-    pub maps: Maps,
-    /// Vertices of the mesh, camera frame, mm.
-    pub vertices_camera: Vec<DVec3>,
-    /// Whether the mesh is to be used. A fit that explains the image worse than the maps do is refused.
-    pub accepted: bool,
-    /// Of a fit: mean robust photo-consistency cost of the network's maps and of the mesh's.
-    pub photo_consistency_cost: Option<PhotoConsistencyCost>,
-}
-
 impl MeshRecovery {
-    /// Recovers the mesh from `maps`, the network's for `image`, which `camera` took. `None` when the maps show too little.
+    /// Recovers the surface from `maps`, a network's for `image`, which `camera` took. `None` when the maps show too little.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image, camera and maps are not of one size.
-    pub fn recover(
-        &mut self,
-        image: &Picture,
-        camera: &Camera,
-        maps: &Maps,
-    ) -> Result<Option<RecoveredMesh>, GeometryError> {
-        Ok(match self {
-            Self::Fit(fitter) => fitter.fit(image, camera, maps, None)?.map(|fitted| RecoveredMesh {
-                maps: fitted.maps,
-                vertices_camera: fitted.vertices_camera,
-                accepted: fitted.accepted,
-                photo_consistency_cost: Some(fitted.photo_consistency_cost),
-            }),
-            Self::Completion(completion) => completion.complete(maps, camera, None)?.map(|completed| RecoveredMesh {
-                maps: completed.maps,
-                vertices_camera: completed.vertices_camera,
-                accepted: true,
-                photo_consistency_cost: None,
-            }),
-        })
+    pub fn recover(&mut self, image: &Picture, camera: &Camera, maps: &Maps) -> Result<Option<Surface>, GeometryError> {
+        match self {
+            Self::Fit(fitter) => fitter.fit(image, camera, &Start::Maps(maps.clone())),
+            Self::Completion(completion) => completion.complete(maps, camera),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ mod report;
 pub mod tracking_errors;
 
 pub use accuracy_table::accuracy_table;
-pub use evaluate::{Evaluation, EvaluationSummary, FitOutcome, FitSummary, FrameResult, MeasuredPixels, SetMetrics};
+pub use evaluate::{Evaluation, EvaluationSummary, FitSummary, FrameResult, MeasuredPixels, SetMetrics};
 pub use evaluation_frame::{EvaluationFrame, FrameTruth};
 pub use report::{EvaluationReport, FrameReport, reports_to_json};
 

@@ -19,8 +19,8 @@ pub use config::{Budget, LearningRate, Optimizer, Schedule, TrainConfig, TuningS
 pub use data::{BatchShape, SampleSource, StoredSamples};
 pub use error::TrainError;
 pub use evaluation::{
-    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitOutcome, FitSummary, FrameReport, FrameResult,
-    FrameTruth, MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
+    Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitSummary, FrameReport, FrameResult, FrameTruth,
+    MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
 pub use loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
 pub use run::{

@@ -3,17 +3,15 @@
 use crate::{
     adapter,
     clock::Stopwatch,
-    estimate::{RawEstimate, object},
+    estimate::{RawEstimate, Times, object},
     failure::{Code, Failure},
     input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
+    mesh::positions,
     settle,
-    target::{EngineTarget, network_estimate},
+    target::EngineTarget,
 };
-use deepsft::{
-    DeviceDescription, DeviceKind, FinderKind, ModelBundle, Sighting, Target, UnknownDevice, View, geometry::Maps,
-    start_device,
-};
-use js_sys::{Array, Float32Array, Object, Promise};
+use deepsft::{DeviceDescription, DeviceKind, ModelBundle, Target, UnknownDevice, View, geometry::Maps, start_device};
+use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
 
@@ -184,12 +182,12 @@ impl Engine {
     /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
     /// them.
     ///
-    /// `canDeny` says whether no sighting means that the target is not there. With `estimated` the network's answer comes as an
+    /// A sighting is the vertices of the target's mesh (x, y, z each, camera frame, mm). `canDeny` says whether no sighting means that the target is not there. With `estimated` the network's answer comes as an
     /// estimate too, if the model's target is among `ids`. `focal` is the focal length of the canonical image that is looked at, pixels: the
     /// training camera's, or a shorter one that sees more. Numbers that are no target have no answer. Rejects as
     /// [`Engine::estimate`].
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }[], estimate: RawEstimate | undefined }>"
+        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: Float32Array[] }[], estimate: RawEstimate | undefined }>"
     )]
     pub fn find(
         &self,
@@ -231,7 +229,7 @@ impl Engine {
             let canonical = picture_from(&canonical, maps.size())?;
             let target = core.target(id)?;
             let camera = target.view_camera(maps.size(), focal)?;
-            let fitted = target.fit(&canonical, &maps, &camera)?;
+            let fitted = target.fit(&canonical, maps, &camera)?;
             Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
@@ -291,17 +289,28 @@ impl Core {
             let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
-                let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?;
-                let by_network = sightings.iter().find(|sighting| sighting.by == FinderKind::Network);
-                let nothing = Maps::empty(canonical.width(), canonical.height());
-                let maps = by_network.map_or(&nothing, |sighting| &sighting.maps);
-                let raw = network_estimate(network, (canonical, &camera), maps, network_ms);
-                estimate = raw.map_err(|error| self.failed(&error))?.into();
+                let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?.clone();
+                let maps = sightings.iter().find_map(|sighting| sighting.maps.clone());
+                let maps = maps.unwrap_or_else(|| Maps::empty(camera.width(), camera.height()));
+                let made = network.estimate_of(canonical, camera, maps);
+                let times = Times {
+                    network_ms,
+                    judge_ms: stopwatch.lap_ms(),
+                    ..Times::default()
+                };
+                estimate = RawEstimate::new(&made.map_err(|error| self.failed(&error))?, &times).into();
             }
             answers.push(&object([
                 ("id", id.into()),
                 ("canDeny", can_deny.into()),
-                ("sightings", sightings.iter().map(maps_of).collect::<Array>().into()),
+                (
+                    "sightings",
+                    sightings
+                        .iter()
+                        .map(|seen| positions(&seen.vertices_camera))
+                        .collect::<Array>()
+                        .into(),
+                ),
             ]));
         }
         Ok(object([("answers", answers.into()), ("estimate", estimate)]))
@@ -310,16 +319,4 @@ impl Core {
     fn failed(&self, error: &deepsft::DeepSftError) -> Failure {
         Failure::of_frame(error, self.device.kind != DeviceKind::Cpu)
     }
-}
-
-fn maps_of(sighting: &Sighting) -> Object {
-    let maps = &sighting.maps;
-    object([
-        ("width", (maps.width() as u32).into()),
-        ("depth", Float32Array::from(maps.depth()).into()),
-        (
-            "registration",
-            Float32Array::from(maps.registration().as_flattened()).into(),
-        ),
-    ])
 }

@@ -1,8 +1,8 @@
 //! One frame's estimate as JavaScript holds it.
 
 use crate::mesh::RawMesh;
-use deepsft::geometry::{Camera, Maps, Picture};
-use deepsft::{FinderKind, Judgement};
+use deepsft::geometry::Picture;
+use deepsft::{Estimate, FinderKind};
 use js_sys::{Float32Array, Object, Reflect, Uint8Array, Uint8ClampedArray};
 use wasm_bindgen::prelude::*;
 
@@ -35,33 +35,23 @@ pub struct RawEstimate {
 
 impl RawEstimate {
     /// Copies the maps and the canonical image out of WebAssembly's memory.
-    pub fn new(
-        maps: &Maps,
-        (canonical, camera): (&Picture, &Camera),
-        judgement: &Judgement,
-        by: Option<FinderKind>,
-        times: &Times,
-    ) -> Self {
+    pub fn new(estimate: &Estimate, times: &Times) -> Self {
+        let maps = &estimate.maps;
         let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
-        let rgba: Vec<u8> = rgba(canonical);
+        let fitted = estimate.surface.as_ref();
         Self {
             width: maps.width(),
-            focal: camera.focal().x,
+            focal: estimate.canonical_camera.focal().x,
             depth: maps.depth().into(),
             registration: maps.registration().as_flattened().into(),
             mask: mask.as_slice().into(),
-            canonical: rgba.as_slice().into(),
-            found: judgement.found,
-            confidence: judgement.confidence,
-            by,
-            fitted: None,
+            canonical: rgba(&estimate.canonical).as_slice().into(),
+            found: estimate.judgement.found,
+            confidence: estimate.judgement.confidence,
+            by: estimate.by,
+            fitted: fitted.map(|surface| RawMesh::of(surface, maps, 0.0)),
             times: times.to_object(),
         }
-    }
-
-    /// With the mesh that was fitted on the way.
-    pub fn with_fit(self, fitted: Option<RawMesh>) -> Self {
-        Self { fitted, ..self }
     }
 }
 

@@ -1,14 +1,13 @@
 //! Meshes as JavaScript holds them.
 
 use crate::estimate::object;
-use deepsft::geometry::{CompletedMaps, TriangleMesh, fitting::FrameFit, glam::DVec3};
+use deepsft::geometry::{Maps, Surface, TriangleMesh, glam::DVec3};
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;
 
 /// One frame with the whole mesh in it. The arrays belong to JavaScript.
 #[wasm_bindgen]
 pub struct RawMesh {
-    accepted: bool,
     vertices: Float32Array,
     confidence: Float32Array,
     depth: Float32Array,
@@ -17,31 +16,13 @@ pub struct RawMesh {
 }
 
 impl RawMesh {
-    /// Copies mesh and maps out of WebAssembly's memory.
-    pub fn of_fit(fitted: &FrameFit, solve_ms: f64) -> Self {
+    /// Copies a surface, and the maps of it, out of WebAssembly's memory.
+    pub fn of(surface: &Surface, maps: &Maps, solve_ms: f64) -> Self {
         Self {
-            accepted: fitted.accepted,
-            vertices: positions(&fitted.vertices_camera),
-            confidence: fitted.confidence.as_slice().into(),
-            depth: fitted.maps.depth().into(),
-            registration: fitted.maps.registration().as_flattened().into(),
-            solve_ms,
-        }
-    }
-
-    /// The same of an ARAP completion: an accepted mesh whose confidence is 1 at the vertices that the maps show and 0 at
-    /// those that were recovered.
-    pub fn of_completion(completed: &CompletedMaps, solve_ms: f64) -> Self {
-        let mut confidence = vec![0.0_f32; completed.vertices_camera.len()];
-        for &vertex in &completed.visible {
-            confidence[vertex] = 1.0;
-        }
-        Self {
-            accepted: true,
-            vertices: positions(&completed.vertices_camera),
-            confidence: confidence.as_slice().into(),
-            depth: completed.maps.depth().into(),
-            registration: completed.maps.registration().as_flattened().into(),
+            vertices: positions(&surface.vertices_camera),
+            confidence: surface.confidence.as_slice().into(),
+            depth: maps.depth().into(),
+            registration: maps.registration().as_flattened().into(),
             solve_ms,
         }
     }
@@ -49,31 +30,25 @@ impl RawMesh {
 
 #[wasm_bindgen]
 impl RawMesh {
-    /// Whether the mesh explains the image better than the finder's maps do.
-    #[wasm_bindgen(getter)]
-    pub fn accepted(&self) -> bool {
-        self.accepted
-    }
-
     /// Vertices of the whole mesh, (x, y, z) each, camera frame, mm.
     #[wasm_bindgen(getter)]
     pub fn vertices(&self) -> Float32Array {
         self.vertices.clone()
     }
 
-    /// How far the image confirms each vertex, 0 to 1.
+    /// How far the image confirms each vertex, 0 to 1; of a completion 1 where the maps show it, else 0.
     #[wasm_bindgen(getter)]
     pub fn confidence(&self) -> Float32Array {
         self.confidence.clone()
     }
 
-    /// Depth as in [`crate::RawEstimate`]: of the mesh where it was accepted, else as it came.
+    /// Depth of the mesh, as in [`crate::RawEstimate`].
     #[wasm_bindgen(getter)]
     pub fn depth(&self) -> Float32Array {
         self.depth.clone()
     }
 
-    /// Registration as in [`crate::RawEstimate`]: of the mesh where it was accepted, else as it came.
+    /// Registration of the mesh, as in [`crate::RawEstimate`].
     #[wasm_bindgen(getter)]
     pub fn registration(&self) -> Float32Array {
         self.registration.clone()

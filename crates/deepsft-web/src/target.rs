@@ -8,11 +8,11 @@ use crate::{
     mesh::{RawMesh, template_mesh},
 };
 use deepsft::{
-    DeepSftError, Estimator, Finder, FinderKind, Sighting, Target, TargetFinder, View,
+    DeepSftError, Estimator, Finder, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, PictureGrade, PictureTarget},
     geometry::{
-        Camera, CompletionOptions, Maps, MapsCompletion, Picture, Template,
-        fitting::{FitOptions, FrameFitter},
+        Camera, CompletionOptions, Maps, MapsCompletion, Picture, Surface, Template,
+        fitting::{FitOptions, FrameFitter, Start},
     },
 };
 use js_sys::{Array, Object, Uint8ClampedArray};
@@ -94,7 +94,7 @@ impl EngineTarget {
     /// What the finders see and the image confirms, as `camera` sees it, and whether seeing nothing means that the target is not there.
     pub async fn find(&self, view: &mut View<'_>, camera: &Camera) -> Result<(Vec<Sighting>, bool), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let seen = finder.find_confirmed(view, camera).await;
+        let seen = finder.find(view, camera).await;
         let can_deny = finder.can_deny();
         self.finder.replace(Some(finder));
         Ok((seen?, can_deny))
@@ -102,36 +102,28 @@ impl EngineTarget {
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
     pub async fn estimate(&self, view: &mut View<'_>) -> Result<RawEstimate, DeepSftError> {
-        let mut stopwatch = Stopwatch::start();
         if let Some(network) = self.target.network() {
-            let (picture, camera) = (view.image(), view.camera());
-            let (estimate, times) = network.estimate_timed(picture, camera, now_ms).await?;
+            let (estimate, times) = network.estimate_timed(view.image(), view.camera(), now_ms).await?;
             let times = Times {
                 warp_ms: times.warp_ms,
                 network_ms: times.network_ms,
                 judge_ms: times.judge_ms,
                 ..Times::default()
             };
-            let seen = (&estimate.canonical, &estimate.canonical_camera);
-            let by = Some(FinderKind::Network);
-            return Ok(RawEstimate::new(&estimate.maps, seen, &estimate.judgement, by, &times));
+            return Ok(RawEstimate::new(&estimate, &times));
         }
+        let mut stopwatch = Stopwatch::start();
         view.canonical(&self.target.canonical_camera(view.size()))?;
         let warp_ms = stopwatch.lap_ms();
         let mut finder = self.taken_finder()?;
         let estimate = finder.estimate(view).await;
         self.finder.replace(Some(finder));
-        let estimate = estimate?;
-        let features_ms = stopwatch.lap_ms();
         let times = Times {
             warp_ms,
-            features_ms,
+            features_ms: stopwatch.lap_ms(),
             ..Times::default()
         };
-        let camera = estimate.canonical_camera;
-        let seen = (view.canonical(&camera)?, &camera);
-        let raw = RawEstimate::new(&estimate.maps, seen, &estimate.judgement, estimate.by, &times);
-        Ok(raw.with_fit(estimate.fit.map(|fit| RawMesh::of_fit(&fit, 0.0))))
+        Ok(RawEstimate::new(&estimate?, &times))
     }
 
     fn taken_finder(&self) -> Result<TargetFinder, DeepSftError> {
@@ -152,20 +144,27 @@ impl EngineTarget {
             )?),
         };
         let mut stopwatch = Stopwatch::start();
-        let completed = completion.complete(maps, camera, None)?;
-        Ok(completed.map(|completed| RawMesh::of_completion(&completed, stopwatch.lap_ms())))
+        let completed = completion.complete(maps, camera)?;
+        Ok(completed.map(|surface| self.raw_mesh(&surface, maps, stopwatch.lap_ms())))
     }
 
-    /// The mesh fitted to a canonical image of `camera`, from maps of it.
-    pub fn fit(&self, canonical: &Picture, maps: &Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
+    /// The mesh fitted to a canonical image of `camera`, from a network's maps of it.
+    pub fn fit(&self, canonical: &Picture, maps: Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
         let mut stopwatch = Stopwatch::start();
         let mut fitter = self.fitter.borrow_mut();
         let fitter = match &mut *fitter {
             Some(fitter) => fitter,
             none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
         };
-        let fitted = fitter.fit(canonical, camera, maps, None)?;
-        Ok(fitted.map(|fitted| RawMesh::of_fit(&fitted, stopwatch.lap_ms())))
+        let start = Start::Maps(maps.clone());
+        let fitted = fitter.fit(canonical, camera, &start)?;
+        Ok(fitted.map(|surface| self.raw_mesh(&surface, &maps, stopwatch.lap_ms())))
+    }
+
+    /// A surface with its maps, in the mask of those that it was made from.
+    fn raw_mesh(&self, surface: &Surface, seen: &Maps, solve_ms: f64) -> RawMesh {
+        let maps = surface.maps(self.target.template().mesh()).within(seen);
+        RawMesh::of(surface, &maps, solve_ms)
     }
 }
 
@@ -176,22 +175,4 @@ fn grade_object(grade: &PictureGrade) -> JsValue {
         .map(|sentence| JsValue::from(sentence.as_str()))
         .collect();
     object([("level", grade.level.name().into()), ("reasons", reasons.into())]).into()
-}
-
-/// The maps of a network in the image of a `camera`, judged. The network took `network_ms`.
-pub fn network_estimate(
-    network: &Estimator,
-    (canonical, camera): (&Picture, &Camera),
-    maps: &Maps,
-    network_ms: f64,
-) -> Result<RawEstimate, DeepSftError> {
-    let mut stopwatch = Stopwatch::start();
-    let judgement = network.judge(canonical, maps)?;
-    let times = Times {
-        network_ms,
-        judge_ms: stopwatch.lap_ms(),
-        ..Times::default()
-    };
-    let by = Some(FinderKind::Network);
-    Ok(RawEstimate::new(maps, (canonical, camera), &judgement, by, &times))
 }

@@ -4,13 +4,15 @@ use crate::{
     clock::{Stopwatch, now_ms},
     estimate::object,
     failure::{Code, Failure},
-    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from, view_from},
+    input::{camera_from, files_from, picture_from, printed_sheet, template_from, view_from},
     mesh::positions,
     settle,
 };
 use deepsft::{
     DeepSftError, ModelBundle, View,
-    geometry::{CalibratedCamera, Camera, Template, canonical_camera, tracking::OneEuroOptions, training_camera},
+    geometry::{
+        CalibratedCamera, Camera, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera,
+    },
     session::{Answer, AnswerTimes, Change, Effect, Followed, Next, Question, Session, SessionOptions, Source},
 };
 use js_sys::{Array, Float32Array, Object, Promise};
@@ -33,23 +35,12 @@ struct Core {
 #[wasm_bindgen]
 extern "C" {
     /// What finders see of one target.
-    #[wasm_bindgen(
-        typescript_type = "{ id: number, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }"
-    )]
+    #[wasm_bindgen(typescript_type = "{ id: number, sightings: Float32Array[] }")]
     pub type RawAnswer;
     #[wasm_bindgen(method, getter)]
     fn id(this: &RawAnswer) -> u32;
     #[wasm_bindgen(method, getter)]
-    fn sightings(this: &RawAnswer) -> Vec<RawSighting>;
-
-    /// Where they see it.
-    pub type RawSighting;
-    #[wasm_bindgen(method, getter)]
-    fn width(this: &RawSighting) -> u32;
-    #[wasm_bindgen(method, getter)]
-    fn depth(this: &RawSighting) -> Vec<f32>;
-    #[wasm_bindgen(method, getter)]
-    fn registration(this: &RawSighting) -> Vec<f32>;
+    fn sightings(this: &RawAnswer) -> Vec<Float32Array>;
 }
 
 /// What following a sheet takes for a moment where it fills the view, for each pixel: half as much of an A4 sheet 400 mm away.
@@ -188,7 +179,7 @@ impl MeshTracker {
     pub fn answer(&self, answers: Vec<RawAnswer>, took_ms: f64, since_missed_ms: f64) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let answers = answers.iter().map(answer_from).collect::<Result<Vec<_>, Failure>>()?;
+            let answers = answers.iter().map(answer_from).collect::<Vec<Answer>>();
             let times = AnswerTimes {
                 now_s: now_ms() / 1000.0,
                 took_s: took_ms / 1000.0,
@@ -218,7 +209,7 @@ impl MeshTracker {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let unknown = || Failure::new(Code::TargetUnknown, "The target is not followed.");
-            let (camera, maps) = core.borrow_mut().session.maps(id).ok_or_else(unknown)?;
+            let (camera, maps) = core.borrow().session.maps(id).ok_or_else(unknown)?;
             let registration = Float32Array::from(maps.registration().as_flattened());
             Ok(object([
                 ("width", (maps.width() as u32).into()),
@@ -308,15 +299,16 @@ fn source_from(numbers: &[f64]) -> Result<Camera, Failure> {
     }
 }
 
-fn answer_from(answer: &RawAnswer) -> Result<Answer, Failure> {
-    let starts = answer
-        .sightings()
-        .into_iter()
-        .map(|seen| maps_from(seen.width(), seen.depth(), &seen.registration()));
-    Ok(Answer {
+fn answer_from(answer: &RawAnswer) -> Answer {
+    let vertices = |seen: &Float32Array| {
+        let coordinates = seen.to_vec();
+        let points = coordinates.as_chunks::<3>().0.iter();
+        points.map(|&point| Vec3::from(point).as_dvec3()).collect()
+    };
+    Answer {
         target: answer.id(),
-        starts: starts.collect::<Result<_, _>>()?,
-    })
+        starts: answer.sightings().iter().map(vertices).collect(),
+    }
 }
 
 /// Makes room for what a frame takes for a moment where the sheet fills the view, without touching it. Memory of WebAssembly never
@@ -339,13 +331,17 @@ fn target_object(followed: &Followed) -> Object {
         Change::Found => "found".into(),
         Change::Lost => "lost".into(),
     });
+    let (vertices, confidence) = match &followed.surface {
+        Some(surface) => (surface.vertices_camera.as_slice(), surface.confidence.as_slice()),
+        None => (&[][..], &[][..]),
+    };
     object([
         ("id", followed.target.into()),
         ("found", followed.found.into()),
         ("held", followed.held.into()),
         ("change", change),
-        ("vertices", positions(&followed.vertices_camera).into()),
-        ("confidence", Float32Array::from(followed.confidence.as_slice()).into()),
+        ("vertices", positions(vertices).into()),
+        ("confidence", Float32Array::from(confidence).into()),
         ("correlation", followed.correlation.into()),
         ("iterations", (followed.iterations as u32).into()),
     ])

@@ -3,6 +3,8 @@
 use crate::bundle::{FoundRule, MODEL_FILE, ModelBundle, WEIGHTS_FILE};
 use crate::device::Device;
 use crate::error::DeepSftError;
+use crate::estimate::{Estimate, Judgement};
+use crate::finding::FinderKind;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Maps, Picture, canonical_camera,
@@ -16,31 +18,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
 const MIN_PIECE: f64 = 0.1;
-
-/// What a frame's maps are worth; by default nothing was found.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Judgement {
-    /// Whether the template is seen.
-    pub found: bool,
-    /// Near 1 when the maps explain the image, near 0 when they do not or nothing is seen: of a network's own maps the
-    /// photo-consistency of image and template, of a fitted mesh the fraction of the print that the image confirms.
-    pub confidence: f32,
-    /// Fraction of the image that the mask covers.
-    pub area: f32,
-}
-
-/// What the estimator finds in one frame.
-#[derive(Clone, Debug)]
-pub struct Estimate {
-    /// Depth (mm) and registration in the canonical image.
-    pub maps: Maps,
-    /// The canonical image they belong to.
-    pub canonical: Picture,
-    /// The camera of that image, zoomed out where the object is too near for the canonical one ([`CanonicalViews`]).
-    pub canonical_camera: Camera,
-    /// Whether to believe them.
-    pub judgement: Judgement,
-}
 
 /// Milliseconds that the stages of a frame took, over all views that were tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -310,11 +287,6 @@ impl Estimator {
         self.runners.network.config.architecture.stages()
     }
 
-    /// Fraction of the image that the mask of `maps` covers.
-    pub(crate) fn area(maps: &Maps) -> f64 {
-        maps.area() as f64 / (maps.width() * maps.height()) as f64
-    }
-
     /// Whether a mask that covers this fraction of the image is enough for the template to be there.
     pub(crate) fn covers_enough(&self, area: f32) -> bool {
         f64::from(area) >= self.found.min_area
@@ -326,17 +298,36 @@ impl Estimator {
     /// [`DeepSftError::Geometry`] when image and maps differ in size.
     pub fn judge(&self, canonical: &Picture, maps: &Maps) -> Result<Judgement, DeepSftError> {
         check_size(maps.size(), canonical.size())?;
-        let area = Self::area(maps);
+        let area = Judgement::area_of(maps);
         let confidence = self
             .template
             .consistency(canonical, maps)
             .unwrap_or(0.0)
             .clamp(0.0, 1.0);
-        let found = area >= self.found.min_area && confidence >= self.found.min_confidence;
         Ok(Judgement {
-            found,
+            found: self.covers_enough(area) && confidence >= self.found.min_confidence,
             confidence: confidence as f32,
-            area: area as f32,
+            area,
+        })
+    }
+
+    /// The estimate that `maps` are of the image `canonical` of `canonical_camera`, judged.
+    ///
+    /// # Errors
+    /// As [`Estimator::judge`].
+    pub fn estimate_of(
+        &self,
+        canonical: Picture,
+        canonical_camera: Camera,
+        maps: Maps,
+    ) -> Result<Estimate, DeepSftError> {
+        Ok(Estimate {
+            by: Some(FinderKind::Network),
+            judgement: self.judge(&canonical, &maps)?,
+            maps,
+            canonical,
+            canonical_camera,
+            surface: None,
         })
     }
 
@@ -367,16 +358,11 @@ impl Estimator {
             let warped = clock_ms();
             let maps = self.infer_in(&canonical, view).await?;
             let inferred = clock_ms();
-            let judgement = self.judge(&canonical, &maps)?;
+            let estimate = self.estimate_of(canonical, *view, maps)?;
             times.warp_ms += warped - began;
             times.network_ms += inferred - warped;
             times.judge_ms += clock_ms() - inferred;
-            Ok(Estimate {
-                maps,
-                canonical,
-                canonical_camera: *view,
-                judgement,
-            })
+            Ok(estimate)
         };
         let mut best = timed(views.nearest()).await?;
         for view in &views.all()[1..] {

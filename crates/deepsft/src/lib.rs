@@ -11,6 +11,7 @@
 mod bundle;
 mod device;
 mod error;
+mod estimate;
 mod estimator;
 mod finding;
 mod photo_consistency;
@@ -33,10 +34,10 @@ pub use deepsft_inference::{
 };
 pub use device::{Device, start_device};
 pub use error::DeepSftError;
-pub use estimator::{Estimate, EstimateTimes, Estimator, Judgement};
+pub use estimate::{Estimate, Judgement};
+pub use estimator::{EstimateTimes, Estimator};
 pub use finding::{
-    DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetEstimate, TargetFinder,
-    View, is_found,
+    DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder, View,
 };
 // For our own tests; no stable interface.
 #[doc(hidden)]

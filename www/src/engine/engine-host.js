@@ -118,7 +118,7 @@ async function estimated({ id, frame, intrinsics, fit }) {
   const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
   if (fit && value.found && !value.fitted) {
     value.fitted = await solvedMesh({ ...value, id });
-    if (value.fitted?.accepted) ({ depth: value.depth, registration: value.registration } = value.fitted);
+    if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
   }
   const { depth, registration, fitted } = value;
   const arrays = [depth, registration, ...(fitted ? [fitted.vertices, fitted.confidence] : [])];
@@ -136,8 +136,7 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
   const camera = new Float64Array(intrinsics);
   const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, camera, focal);
   const { answers } = found;
-  const maps = answers.flatMap(({ sightings }) => sightings);
-  const transfer = maps.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
+  const transfer = answers.flatMap(({ sightings }) => sightings.map(({ buffer }) => buffer));
   if (!found.estimate) return { value: { answers, estimate: null }, transfer };
   const estimate = carried(found.estimate, null, readMs);
   return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
@@ -201,7 +200,7 @@ async function solvedMesh({ id, width, focal, depth, registration, canonical }) 
  * @returns {RawMesh}
  */
 function plainMesh(raw) {
-  const { accepted, vertices, confidence, depth, registration, solveMs } = raw;
+  const { vertices, confidence, depth, registration, solveMs } = raw;
   raw.free();
-  return { accepted, vertices, confidence, depth, registration, solveMs };
+  return { vertices, confidence, depth, registration, solveMs };
 }

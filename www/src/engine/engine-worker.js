@@ -50,7 +50,6 @@ import { WorkerCalls } from "./worker-calls.js";
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {boolean} accepted whether the mesh explains the image better than the finder's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
@@ -82,10 +81,10 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
- * What the finders say of one target in a frame: the first sighting is the likeliest. `canDeny`: whether no sighting means that it is not
+ * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first. `canDeny`: whether no sighting means that it is not
  * there.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ * @typedef {{ id: number, canDeny: boolean, sightings: Float32Array<ArrayBuffer>[] }} RawAnswer
  */
 
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */

@@ -116,7 +116,7 @@ export class Estimate {
     /** 1 where the object is seen, else 0. */
     this.mask = new EstimateMap(raw.mask, raw.width, 1);
     /** Whether depth and registration are those of a mesh fitted to the image; else they are the finder's own. */
-    this.fitted = raw.fitted?.accepted === true;
+    this.fitted = raw.fitted !== null;
     /**
      * Focal length of the canonical image, pixels: `CANONICAL_FOCAL`, or shorter where the target is too near for that. The functions between
      * the canonical image and the camera's take it.
@@ -135,9 +135,8 @@ export class Estimate {
   /**
    * The whole surface, hidden parts included, computed once per method.
    *
-   * `fit` (the default) fits the target's mesh to this image; where no mesh explains the image better than the finder's
-   * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the finder has them and
-   * the others follow as rigidly as possible. The mesh's `method` says which it is.
+   * `fit` (the default) fits the target's mesh to this image. `completion` is the paper's way: visible vertices stay about where the
+   * finder has them and the others follow as rigidly as possible.
    *
    * @param {{ method?: "fit" | "completion" }} [options]
    * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
@@ -152,7 +151,7 @@ export class Estimate {
     this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
       const fitted = await this.#fitted;
-      return fitted?.accepted ? new SurfaceMesh(fitted, this.target.mesh, "fit") : await this.#completedMesh(maps);
+      return fitted && new SurfaceMesh(fitted, this.target.mesh, "fit");
     } catch (error) {
       this.#fitted = null;
       throw error;

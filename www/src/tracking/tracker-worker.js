@@ -97,8 +97,7 @@ export class TrackerWorker extends WorkerCalls {
    */
   answer(request) {
     const sightings = request.answers.flatMap(({ sightings }) => sightings);
-    const arrays = sightings.flatMap(({ depth, registration }) => [depth.buffer, registration.buffer]);
-    return this.call("answer", request, arrays);
+    return this.call("answer", request, sightings.map(({ buffer }) => buffer));
   }
 
   /**

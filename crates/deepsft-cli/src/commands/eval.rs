@@ -32,8 +32,8 @@ both the true and the predicted mask, and prints mean and median over the frames
   frames_per_second        how many frames the model answers per second, one after the other
 --json of one model on one set has the means at the top (\"depth_rmse_mm\"), the medians in \"median\" (\"median\":
 {\"depth_rmse_mm\"}) and each frame in \"per_frame\". For several it has a list of such objects, \"rows\". With --mesh,
-\"fit\" counts the frames whose mesh was rejected and those where it is worse than the network's own maps. Each frame then
-also has the errors of those maps (\"network_...\").
+\"fit\" counts the frames that got a mesh and those where it is worse than the network's own maps. Each frame then also has
+the errors of those maps (\"network_...\").
 
 --data takes data sets of `deepsft synth` and RGB-D recordings. A simulated recording has its truth beside it. Other
 recordings have only what their depth camera measured: no true registration, and masks only if somebody made them. Their

@@ -8,9 +8,8 @@ use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, Estimate, Estimator, FinderKind, Judgement, TargetFinder, View, encode_png};
+use deepsft::{DeviceKind, Estimate, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::{FolderKind, StagedFolder};
-use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,7 +51,7 @@ The line of each image says which. deepsft camera calibrate makes a camera file.
 
 A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
 hardly any corners. --mesh fit fits the template's mesh to what was found and then to the image, and the agreement of both
-tells whether the object is there. The maps become those of the mesh, unless those it started from explain the image better.
+tells whether the object is there. The maps become those of the mesh.
 
 --mesh none gives a network's own maps. --mesh complete keeps them and recovers the hidden rest as rigidly as possible
 (ARAP, as in the paper); it corrects nothing that is seen. Both need a model.
@@ -104,8 +103,8 @@ struct Report {
     confidence: f32,
     /// Fraction of the canonical image that the object covers.
     mask_area: f32,
-    /// Whether the maps are those of a mesh; absent when none was asked for. False when the maps that it started from explained
-    /// the image better or showed too little for a mesh.
+    /// Whether the maps are those of a mesh; absent when none was asked for. False when the object was not found or too little of it
+    /// is seen for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh_taken: Option<bool>,
     /// Least, median and greatest depth, mm.
@@ -197,18 +196,6 @@ struct Object {
     texture_png: Vec<u8>,
 }
 
-/// What was found in an image.
-struct Outcome {
-    by: Option<FinderKind>,
-    judgement: Judgement,
-    maps: Maps,
-    /// The image of the maps, and its camera.
-    canonical: Picture,
-    canonical_camera: Camera,
-    mesh_taken: Option<bool>,
-    vertices_camera: Option<Vec<DVec3>>,
-}
-
 impl Object {
     /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
@@ -216,36 +203,44 @@ impl Object {
         let (image, exif) = stages.time("decode", || input::photograph(path))?;
         let (camera, source) = camera_of(&image, camera, exif)?;
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
-        let outcome = match &mut self.recovery {
+        let estimate = match &mut self.recovery {
             None => fitted(&mut self.finder, &image, &camera, &mut stages)?,
-            Some(recovery) => {
-                let network = self.finder.target().network().context("the model has a network")?;
-                network_only(network, recovery.as_mut(), (&image, &camera), &mut stages)?
-            }
+            Some(recovery) => network_only(&self.finder, recovery.as_mut(), (&image, &camera), &mut stages)?,
         };
         let template = self.finder.target().template();
-        let whole = outcome
-            .vertices_camera
-            .map(|vertices| template.mesh().with_vertices(vertices))
-            .transpose()?;
-        let (judgement, maps, canonical) = (outcome.judgement, outcome.maps, outcome.canonical);
+        let asks_for_mesh = match &self.recovery {
+            None => template.is_sheet(),
+            Some(recovery) => recovery.is_some(),
+        };
+        let Estimate {
+            by,
+            maps,
+            canonical,
+            canonical_camera,
+            judgement,
+            surface,
+            ..
+        } = estimate;
+        // What was not found is shown as the finder saw it, and no mesh of it.
+        let surface = surface.filter(|_| judgement.found);
+        let whole = surface.map(|surface| surface.mesh(template.mesh())).transpose()?;
         let report = Report {
             image: path.display().to_string(),
             object: self.name.clone(),
             found: judgement.found,
-            found_by: outcome.by,
+            found_by: by,
             confidence: judgement.confidence,
             mask_area: judgement.area,
-            mesh_taken: outcome.mesh_taken,
+            mesh_taken: asks_for_mesh.then_some(whole.is_some()),
             depth_mm: depth_range(&maps),
             photo_consistency_error: photo_consistency_error(&canonical, template.texture(), &maps),
             camera: CameraReport::new(&camera, source),
-            canonical_camera: CameraReport::new(&outcome.canonical_camera, "model"),
+            canonical_camera: CameraReport::new(&canonical_camera, "model"),
             device: self.device.clone(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        let seen = (&canonical, &outcome.canonical_camera);
+        let seen = (&canonical, &canonical_camera);
         let mut files = self.files(seen, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
@@ -315,35 +310,24 @@ impl Object {
 }
 
 /// The object by its finders and the fit.
-fn fitted(finder: &mut TargetFinder, image: &Picture, camera: &Camera, stages: &mut Stages) -> Result<Outcome> {
+fn fitted(finder: &mut TargetFinder, image: &Picture, camera: &Camera, stages: &mut Stages) -> Result<Estimate> {
     let mut view = View::new(image, camera);
     let nearest = finder.target().canonical_camera(camera.size());
     stages.time("canonical_warp", || view.canonical(&nearest).map(|_| ()))?;
-    let estimate = stages.time("find_and_fit", || pollster::block_on(finder.estimate(&mut view)))?;
-    let judgement = estimate.judgement;
-    let fit = estimate.fit.filter(|fit| fit.accepted && judgement.found);
-    Ok(Outcome {
-        by: estimate.by,
-        mesh_taken: finder.target().template().is_sheet().then_some(fit.is_some()),
-        // What was not found is shown as the finder saw it, and no mesh of it.
-        vertices_camera: fit.map(|fit| fit.vertices_camera),
-        judgement,
-        maps: estimate.maps,
-        canonical: view.canonical(&estimate.canonical_camera)?.clone(),
-        canonical_camera: estimate.canonical_camera,
-    })
+    Ok(stages.time("find_and_fit", || pollster::block_on(finder.estimate(&mut view)))?)
 }
 
 /// The object by its network's own maps, completed if that is asked for.
 fn network_only(
-    network: &Estimator,
+    finder: &TargetFinder,
     recovery: Option<&mut MeshRecovery>,
     (image, camera): (&Picture, &Camera),
     stages: &mut Stages,
-) -> Result<Outcome> {
+) -> Result<Estimate> {
+    let network = finder.target().network().context("the model has a network")?;
     let began = Instant::now();
     let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
-    let (estimate, times) = pollster::block_on(network.estimate_timed(image, camera, clock_ms))?;
+    let (mut estimate, times) = pollster::block_on(network.estimate_timed(image, camera, clock_ms))?;
     for (stage, ms) in [
         ("canonical_warp", times.warp_ms),
         ("network", times.network_ms),
@@ -351,31 +335,17 @@ fn network_only(
     ] {
         stages.milliseconds.insert(stage, ms);
     }
-    let Estimate {
-        mut maps,
-        canonical,
-        canonical_camera,
-        judgement,
-    } = estimate;
-    let mut mesh_taken = recovery.as_ref().map(|_| false);
-    let mut vertices_camera = None;
-    if let Some(recovery) = recovery.filter(|_| judgement.found) {
-        let recovered = stages.time("mesh", || recovery.recover(&canonical, &canonical_camera, &maps))?;
-        if let Some(recovered) = recovered.filter(|recovered| recovered.accepted) {
-            mesh_taken = Some(true);
-            maps = recovered.maps;
-            vertices_camera = Some(recovered.vertices_camera);
+    if !estimate.judgement.found {
+        estimate.by = None;
+    } else if let Some(recovery) = recovery {
+        let (canonical, camera) = (&estimate.canonical, &estimate.canonical_camera);
+        estimate.surface = stages.time("mesh", || recovery.recover(canonical, camera, &estimate.maps))?;
+        if let Some(surface) = &estimate.surface {
+            let mesh = finder.target().template().mesh();
+            estimate.maps = surface.maps(mesh).within(&estimate.maps);
         }
     }
-    Ok(Outcome {
-        by: judgement.found.then_some(FinderKind::Network),
-        judgement,
-        maps,
-        canonical,
-        canonical_camera,
-        mesh_taken,
-        vertices_camera,
-    })
+    Ok(estimate)
 }
 
 /// Whether the object was found and how sure that is, for people.

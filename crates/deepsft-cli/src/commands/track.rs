@@ -313,21 +313,23 @@ impl Track<'_> {
             times,
             ..
         } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
+        let surface = followed.surface.as_ref();
+        let vertices = surface.map_or(&[][..], |surface| &surface.vertices_camera);
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
             Some(samples) => match samples.next().transpose()? {
-                Some(sample) => Some(self.compare(&sample, &seen_by, &followed.vertices_camera)?),
+                Some(sample) => Some(self.compare(&sample, &seen_by, vertices)?),
                 None => None,
             },
             None => None,
         };
         if self.pictures {
-            let (vertices, confidence) = (&followed.vertices_camera, &followed.confidence);
+            let confidence = surface.map_or(&[][..], |surface| &surface.confidence);
             let drawn = wireframe::wireframe(image, &self.camera, self.template, vertices, confidence);
             self.folder.write("pictures", number, "png", &encode_png(&drawn)?)?;
         }
-        if let Some(texture) = self.texture_png.as_ref().filter(|_| followed.found) {
-            let mesh = self.template.mesh().with_vertices(followed.vertices_camera.clone())?;
+        if let (Some(texture), Some(surface)) = (&self.texture_png, surface) {
+            let mesh = surface.mesh(self.template.mesh())?;
             self.folder
                 .write("meshes", number, "glb", &deepsft_formats::mesh_to_glb(&mesh, texture))?;
         }
@@ -342,8 +344,7 @@ impl Track<'_> {
             ms: StageTimes::new(decode_ms, &times),
             truth,
         };
-        let vertices = followed.found.then_some(followed.vertices_camera.as_slice());
-        self.folder.add(&report, vertices)?;
+        self.folder.add(&report, surface.map(|_| vertices))?;
         self.frames.push(report);
         Ok(())
     }

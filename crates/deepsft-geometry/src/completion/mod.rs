@@ -12,7 +12,7 @@ mod visible_points;
 mod visible_vertices;
 
 pub use arap_completion::ArapCompletion;
-pub use maps_completion::{CompletedMaps, MapsCompletion};
+pub use maps_completion::MapsCompletion;
 pub use options::CompletionOptions;
 pub use report::{Completion, CompletionEnergy, CompletionReport};
 pub use visible_points::VertexPoint;

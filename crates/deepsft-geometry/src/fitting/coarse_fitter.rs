@@ -2,16 +2,17 @@
 
 use super::correlation::Correlation;
 use super::isometric_mesh::IsometricMesh;
-use super::measurements::{Measurement, measurements};
+use super::measurements::{Measurement, measurements, measurements_of_mesh};
 use super::mesh_fitter::{FitRound, MeshFitter, Resolution, check_blurs, window_of};
 use super::options::FitOptions;
 use super::self_similarity::SelfSimilarity;
+use super::start::Start;
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size, check_start};
 use crate::image::GreyImage;
 use crate::maps::Maps;
 use crate::mesh::{RigidMotion, SurfacePoint, Template};
-use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust, SolveReport};
+use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust};
 use glam::{DVec2, DVec3};
 
 /// Fewest measurements from which a mesh is fitted.
@@ -30,17 +31,22 @@ const CONTINUATION_STEPS: usize = 12;
 pub(crate) struct CoarseFit {
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) correlation: Correlation,
-    pub(crate) reports: Vec<SolveReport>,
+    /// Solver steps that it took.
+    pub(crate) iterations: usize,
 }
 
-/// What a fit starts from.
-pub(crate) struct FitStart {
+/// What the coarse fit starts from.
+pub(crate) struct CoarseStart<'a> {
     pub(crate) measured: Vec<Measurement>,
-    /// Whether they lie elsewhere on the print than the maps say.
-    pub(crate) is_moved: bool,
+    /// The coarse mesh to begin with; `None`: the flat sheet where the measurements are.
+    mesh: Option<Vec<DVec3>>,
+    /// Maps whose mask says where the object is seen; `None`: wherever the mesh is drawn.
+    mask: Option<&'a Maps>,
+    /// Whether the measurements were moved to a place that looks alike: such a place has one try.
+    is_moved: bool,
 }
 
-impl FitStart {
+impl CoarseStart<'_> {
     /// The same pixels at the places of the print that look as theirs do.
     pub(crate) fn moved(&self, like: &SelfSimilarity) -> Self {
         let is_on_print = |uv: &DVec2| uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all();
@@ -50,8 +56,15 @@ impl FitStart {
         };
         Self {
             measured: self.measured.iter().filter_map(moved).collect(),
+            mesh: None,
+            mask: None,
             is_moved: true,
         }
+    }
+
+    /// Whether the object may be seen at a pixel (column, row).
+    pub(crate) fn shows(&self, x: usize, y: usize) -> bool {
+        self.mask.is_none_or(|maps| maps.inside(y * maps.width() + x))
     }
 }
 
@@ -71,96 +84,109 @@ impl CoarseFitter {
         })
     }
 
-    /// The coarse mesh where `maps` and the image say, with its correlation and reports: how a track starts. `None` when
-    /// the maps show too little.
-    pub(crate) fn start(
-        &mut self,
-        grey: &GreyImage,
+    /// What the coarse fit takes from `start`. `None` when that shows too little.
+    pub(crate) fn start<'a>(
+        &self,
+        start: &'a Start,
         camera: &Camera,
-        maps: &Maps,
-    ) -> Result<Option<CoarseFit>, GeometryError> {
-        let measured = measurements(maps, &self.mesh_fitter.template);
-        if measured.len() < MIN_MEASUREMENTS {
-            return Ok(None);
-        }
-        let blurs = self.options.blurs.clone();
-        let from = FitStart {
-            measured,
-            is_moved: false,
+    ) -> Result<Option<CoarseStart<'a>>, GeometryError> {
+        let template = &self.mesh_fitter.template;
+        let (measured, mesh, mask) = match start {
+            Start::Maps(maps) => {
+                check_size(maps.size(), camera.size())?;
+                (measurements(maps, template), None, Some(maps))
+            }
+            Start::Mesh(vertices) => {
+                check_start(vertices, template.mesh().vertices().len())?;
+                let vertices = self.mesh_fitter.coarse_vertices(vertices);
+                let measured = measurements_of_mesh(&self.mesh_fitter.coarse.mesh, &vertices, camera);
+                (measured, Some(vertices), None)
+            }
         };
-        self.fit((grey, camera), maps, &from, None, &blurs).map(Some)
+        let is_enough = measured.len() >= MIN_MEASUREMENTS;
+        Ok(is_enough.then_some(CoarseStart {
+            measured,
+            mesh,
+            mask,
+            is_moved: false,
+        }))
     }
 
-    /// The coarse mesh solved by continuation on the measurements and fitted to the image. Where the image does not confirm the whole of
-    /// it, a second try solves with less trust in the registration, whose errors then bend the mesh less; the try that
-    /// the image confirms over more of the print is kept. Places that look alike have one try.
+    /// The coarse mesh where the measurements of `from` are, without the image.
+    pub(crate) fn placed(&mut self, from: &CoarseStart<'_>, camera: &Camera) -> Result<Vec<DVec3>, GeometryError> {
+        if let Some(mesh) = &from.mesh {
+            return Ok(mesh.clone());
+        }
+        let trust = self.options.continuation_registrations;
+        let (reprojection, depth) =
+            self.measured_terms(&self.mesh_fitter.coarse, &from.measured, camera, trust, |_| 1.0)?;
+        let start = self.aligned(&from.measured, camera);
+        let coarse = &mut self.mesh_fitter.coarse;
+        Ok(coarse
+            .solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?
+            .0)
+    }
+
+    /// The coarse mesh placed on the measurements and fitted to the image. Where the image does not confirm the whole of it, a
+    /// second try begins with less trust in the registration, whose errors then bend the mesh less. The try that the image
+    /// confirms over more of the print is kept.
     pub(crate) fn fit(
         &mut self,
-        (grey, camera): (&GreyImage, &Camera),
-        maps: &Maps,
-        from: &FitStart,
-        start: Option<&[DVec3]>,
+        frame: (&GreyImage, &Camera),
+        from: &CoarseStart<'_>,
         blurs: &[f32],
     ) -> Result<CoarseFit, GeometryError> {
-        let measured = &from.measured;
-        let seen = |x: usize, y: usize| from.is_moved || maps.inside(y * maps.width() + x);
+        let camera = frame.1;
         let worth = self.options.independent_registrations;
-        let (reprojection, depth) = self.measured_terms(&self.mesh_fitter.coarse, measured, camera, worth, |_| 1.0)?;
+        let (reprojection, depth) =
+            self.measured_terms(&self.mesh_fitter.coarse, &from.measured, camera, worth, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
-        if let Some(start) = start {
-            let start = self.mesh_fitter.coarse_vertices(start);
-            let (vertices, report) = self.mesh_fitter.coarse.solve(&priors, &start, CONTINUATION_STEPS)?;
-            return self.fitted_from((grey, camera), &seen, (vertices, vec![report]), blurs, &priors);
-        }
-        let start = self.aligned(measured, camera);
-        let trust = self.options.continuation_registrations;
-        let (trusted, trusted_depth) =
-            self.measured_terms(&self.mesh_fitter.coarse, measured, camera, trust, |_| 1.0)?;
-        let continued = self.mesh_fitter.coarse.solve_by_continuation(
-            &[&trusted, &trusted_depth],
-            start.clone(),
-            CONTINUATION_STEPS,
-        )?;
-        let first = self.fitted_from((grey, camera), &seen, continued, blurs, &priors)?;
+        let placed = self.placed(from, camera)?;
+        let first = self.fitted_from(frame, from, placed, blurs, &priors)?;
         if first.correlation.whole >= CONFIRMED || from.is_moved {
             return Ok(first);
         }
-        let continued = self
-            .mesh_fitter
-            .coarse
-            .solve_by_continuation(&priors, start, CONTINUATION_STEPS)?;
-        let second = self.fitted_from((grey, camera), &seen, continued, blurs, &priors)?;
+        let start = match &from.mesh {
+            Some(mesh) => mesh.clone(),
+            None => self.aligned(&from.measured, camera),
+        };
+        let coarse = &mut self.mesh_fitter.coarse;
+        let (placed, _) = coarse.solve_by_continuation(&priors, start, CONTINUATION_STEPS)?;
+        let second = self.fitted_from(frame, from, placed, blurs, &priors)?;
         let confirmed = |fit: &CoarseFit| fit.correlation.whole * fit.correlation.points as f64;
-        Ok(if confirmed(&second) > confirmed(&first) {
-            second
+        let (mut better, other) = if confirmed(&second) > confirmed(&first) {
+            (second, first)
         } else {
-            first
-        })
+            (first, second)
+        };
+        better.iterations += other.iterations;
+        Ok(better)
     }
 
-    /// The photo-consistency rounds of the coarse mesh from where the continuation has brought it.
+    /// The photo-consistency rounds of the coarse mesh from `vertices`.
     fn fitted_from(
         &mut self,
-        (grey, camera): (&GreyImage, &Camera),
-        seen: &impl Fn(usize, usize) -> bool,
-        (mut vertices, mut reports): (Vec<DVec3>, Vec<SolveReport>),
+        frame: (&GreyImage, &Camera),
+        from: &CoarseStart<'_>,
+        mut vertices: Vec<DVec3>,
         blurs: &[f32],
         priors: &[&dyn Energy],
     ) -> Result<CoarseFit, GeometryError> {
-        let mut correlation = Correlation::default();
+        let (mut correlation, mut iterations) = (Correlation::default(), 0);
+        let shows = |x: usize, y: usize| from.shows(x, y);
         for &blur in blurs {
             let round = self.round(Resolution::Coarse, blur);
             let fitted = self
                 .mesh_fitter
-                .round((grey, camera), &vertices, &round, seen, |_| true, priors)?;
+                .round(frame, &vertices, &round, shows, |_| true, priors)?;
             vertices = fitted.vertices;
             correlation = fitted.correlation;
-            reports.push(fitted.report);
+            iterations += fitted.report.iterations;
         }
         Ok(CoarseFit {
             vertices,
             correlation,
-            reports,
+            iterations,
         })
     }
 

@@ -1,9 +1,11 @@
 //! How well the image confirms a mesh, as a whole and around each vertex.
 
+use super::mesh_fitter::POINT_STEP;
 use crate::camera::Camera;
 use crate::image::ContrastNormalizedImage;
 use crate::mesh::TriangleMesh;
 use crate::solver::TexturePoint;
+use crate::verdict::Verdict;
 use glam::DVec3;
 
 /// Square of the normalised contrast that counts as none (a fifth of a local deviation): around a vertex with less
@@ -27,8 +29,8 @@ pub(crate) struct Correlation {
     pub(crate) explained: f64,
     /// Points around those that it confirms.
     pub(crate) confirmed_points: f64,
-    /// How sure it is that something hides each vertex: 1 where the print has contrast and the image shows something else.
-    pub(crate) hidden: Vec<f32>,
+    /// Whether something hides each vertex: the print has contrast there and the image shows something else.
+    pub(crate) is_hidden: Vec<bool>,
 }
 
 /// Weighted sums over points of image, print and weight.
@@ -73,6 +75,16 @@ impl CorrelationSums {
 }
 
 impl Correlation {
+    /// What the image says of the mesh; `ambiguity` as in [`Verdict`].
+    pub(crate) fn verdict(&self, ambiguity: Option<f64>) -> Verdict {
+        Verdict {
+            correlation: self.whole,
+            explained: self.explained,
+            confirmed_px: self.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
+            ambiguity,
+        }
+    }
+
     /// Compares what the print shows at `points` with the image where the mesh at `vertices` (camera frame) puts them.
     pub(crate) fn of(
         mesh: &TriangleMesh,
@@ -123,9 +135,7 @@ impl Correlation {
             }
         }
         let contradicted = |(own, wide): (&CorrelationSums, &CorrelationSums)| {
-            f32::from(u8::from(
-                own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED,
-            ))
+            own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED
         };
         Self {
             whole: whole.correlation(),
@@ -133,7 +143,7 @@ impl Correlation {
             points: compared,
             explained: if telling > 0.0 { confirmed / telling } else { 0.0 },
             confirmed_points,
-            hidden: around.iter().zip(&wide).map(contradicted).collect(),
+            is_hidden: around.iter().zip(&wide).map(contradicted).collect(),
         }
     }
 }

@@ -4,20 +4,27 @@ use crate::error::GeometryError;
 use crate::mesh::{Template, TriangleMesh, catmull_rom};
 use glam::{DVec2, DVec3};
 
-/// How values at the vertices of one grid on the sheet become values at those of another: fixed weights.
-pub(crate) struct GridInterpolation {
+/// The interpolation of values from the vertices of one grid on the sheet to those of another, with fixed weights.
+#[derive(Debug)]
+pub struct GridInterpolation {
     weights: Vec<Vec<(usize, f64)>>,
 }
 
 impl GridInterpolation {
-    /// From the grid of `from` to the vertices of `to`: cubic (Catmull and Rom 1974) along both sides, so that a bent
-    /// sheet stays smooth, with the curvature continued as zero beyond the border.
-    pub(crate) fn cubic(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
+    /// Prepares cubic interpolation (Catmull and Rom 1974) from the grid of `from` to the vertices of `to`: a bent sheet stays smooth.
+    /// Beyond the border the curvature is zero.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotASheet`] for a template without a grid.
+    pub fn cubic(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, catmull_rom)
     }
 
-    /// The same, linear along both sides.
-    pub(crate) fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
+    /// Prepares linear interpolation along both sides.
+    ///
+    /// # Errors
+    /// As [`GridInterpolation::cubic`].
+    pub fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, |t| [0.0, 1.0 - t, t, 0.0])
     }
 
@@ -60,14 +67,14 @@ impl GridInterpolation {
         })
     }
 
-    /// Values at the vertices of the second grid.
-    pub(crate) fn apply(&self, values: &[DVec3]) -> Vec<DVec3> {
+    /// Interpolates to the vertices of the second grid.
+    pub fn apply(&self, values: &[DVec3]) -> Vec<DVec3> {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w * values[i]).sum();
         self.weights.iter().map(sum).collect()
     }
 
     /// The same for numbers from 0 to 1.
-    pub(crate) fn apply_fractions(&self, values: &[f32]) -> Vec<f32> {
+    pub fn apply_fractions(&self, values: &[f32]) -> Vec<f32> {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w as f32 * values[i]).sum::<f32>();
         self.weights.iter().map(|w| sum(w).clamp(0.0, 1.0)).collect()
     }

@@ -1,7 +1,8 @@
-//! From maps to measurements: registered points that the maps agree on.
+//! From what a finder says to measurements: registered points with depth.
 
+use crate::camera::Camera;
 use crate::maps::Maps;
-use crate::mesh::Template;
+use crate::mesh::{Template, TriangleMesh};
 use glam::{DVec2, DVec3};
 
 /// Pixels between two measurements.
@@ -61,4 +62,25 @@ pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
         }
     }
     found
+}
+
+/// Measurements of a mesh that `camera` sees: the middles of its faces.
+pub(crate) fn measurements_of_mesh(
+    mesh: &TriangleMesh,
+    vertices_camera: &[DVec3],
+    camera: &Camera,
+) -> Vec<Measurement> {
+    let (width, height) = camera.size();
+    let image = DVec2::new(width as f64, height as f64);
+    let middle = |face: &[usize; 3]| {
+        let p_camera = face.iter().map(|&v| vertices_camera[v]).sum::<DVec3>() / 3.0;
+        let pixel = camera.project(p_camera)?;
+        let is_seen = p_camera.z > 0.0 && pixel.cmpge(DVec2::ZERO).all() && pixel.cmple(image).all();
+        is_seen.then(|| Measurement {
+            pixel,
+            uv: face.iter().map(|&v| mesh.texture_coordinates()[v]).sum::<DVec2>() / 3.0,
+            depth_mm: p_camera.z,
+        })
+    };
+    mesh.faces().iter().filter_map(middle).collect()
 }

@@ -114,11 +114,6 @@ impl MeshFitter {
         })
     }
 
-    /// The robust function of photo_consistency residuals.
-    pub(crate) fn robust(&self) -> Robust {
-        self.robust
-    }
-
     /// The coarse mesh's vertices as the fine mesh's: smooth between them.
     pub(crate) fn fine_vertices(&self, coarse: &[DVec3]) -> Vec<DVec3> {
         self.to_fine.apply(coarse)

@@ -1,15 +1,15 @@
 //! Fitting: the mesh that explains the image.
 //!
-//! The network finds the object. [`FrameFitter`] then fits the template's mesh to the network's maps and to the image
-//! itself, under isometry:
+//! A finder gives a [`Start`], maps or a mesh. [`FrameFitter`] fits the template's mesh to it and to the image itself, under
+//! isometry, and answers with a [`Surface`](crate::Surface):
 //!
-//! 1. [`measurements`]: registered pixels with depth, away from edges and breaks of the maps.
-//! 2. Rigid alignment, then a solve with reprojection, depth prior, isometry and bending.
+//! 1. [`measurements`]: registered points with depth; of maps away from edges and breaks.
+//! 2. From maps: rigid alignment, then a solve with reprojection, depth prior, isometry and bending. A mesh is there already.
 //! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
 //!    so that light drops out; the mesh moves until they agree.
-//! 4. Where the print is similar to itself, shifted or turned, the places that look alike are tried too: the fit may be in
-//!    the wrong mode.
-//! 5. The maps are drawn from the mesh. Where they explain the image no better than the network's maps, the network's stay.
+//! 4. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
+//!    may have led to the wrong one.
+//! 5. The verdict: how far the image shows the print where the mesh puts it.
 
 mod coarse_fitter;
 mod correlation;
@@ -23,13 +23,16 @@ mod options;
 mod print;
 mod rigid_fit;
 mod self_similarity;
+mod start;
 pub mod tracking;
 
 pub use crate::mesh::SurfaceLocator;
-pub use frame_fitter::{FrameFit, FrameFitter, PhotoConsistencyCost};
+pub use frame_fitter::FrameFitter;
+pub use grid_interpolation::GridInterpolation;
 // For our other crates and tests; no stable interface.
 #[doc(hidden)]
 pub use isometric_mesh::IsometricMesh;
 #[doc(hidden)]
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
+pub use start::Start;

@@ -1,11 +1,10 @@
 //! Mode hops: fits on a neighbouring row of a print that repeats itself, or on a playing card's other half.
 
-use super::coarse_fitter::{CoarseFit, CoarseFitter, FitStart, MIN_MEASUREMENTS};
+use super::coarse_fitter::{CoarseFit, CoarseFitter, CoarseStart, MIN_MEASUREMENTS};
 use super::self_similarity::SelfSimilarity;
 use crate::camera::Camera;
 use crate::error::GeometryError;
 use crate::image::GreyImage;
-use crate::maps::Maps;
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
 const MAX_HOPS: usize = 3;
@@ -20,14 +19,13 @@ const SAME_PLACE: f64 = 0.01;
 /// `found` or, where the print looks alike elsewhere, the place there that the image confirms most; and how much it
 /// confirms of the next, as a fraction: `None` where the print looks alike nowhere, 1 where the fit is not worth trying
 /// elsewhere.
-pub(super) fn best_of_mode_hops(
+pub(super) fn best_of_mode_hops<'a>(
     fitter: &mut CoarseFitter,
     self_similarities: &[SelfSimilarity],
     frame: (&GreyImage, &Camera),
-    maps: &Maps,
-    (found, from): (CoarseFit, FitStart),
+    (found, from): (CoarseFit, CoarseStart<'a>),
     blurs: &[f32],
-) -> Result<(CoarseFit, FitStart, Option<f64>), GeometryError> {
+) -> Result<(CoarseFit, CoarseStart<'a>, Option<f64>), GeometryError> {
     if self_similarities.is_empty() {
         return Ok((found, from, None));
     }
@@ -39,13 +37,13 @@ pub(super) fn best_of_mode_hops(
     // The most that is confirmed of any other place.
     let mut next = 0.0_f64;
     for hops in 0..=MAX_HOPS {
-        let mut around: Option<(f64, CoarseFit, FitStart)> = None;
+        let mut around: Option<(f64, CoarseFit, CoarseStart<'a>)> = None;
         for like in self_similarities {
             let from = best.2.moved(like);
             if from.measured.len() < MIN_MEASUREMENTS {
                 continue;
             }
-            let found = fitter.fit(frame, maps, &from, None, blurs)?;
+            let found = fitter.fit(frame, &from, blurs)?;
             if is_same_place(&found, &best.1, side) {
                 continue;
             }

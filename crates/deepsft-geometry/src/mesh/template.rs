@@ -25,7 +25,7 @@ const TEXTURE_ROUNDING: f64 = 1e-6;
 /// number of charts and seams.
 #[derive(Clone, Debug)]
 pub struct Template {
-    surface: Surface,
+    shape: Shape,
     /// Millimetres that a difference of 1 in u and in v covers.
     size_mm: DVec2,
     mesh: TriangleMesh,
@@ -34,7 +34,7 @@ pub struct Template {
 }
 
 #[derive(Clone, Debug)]
-enum Surface {
+enum Shape {
     /// Vertices across and down.
     Sheet { columns: usize, rows: usize },
     /// From texture to surface; shared by clones.
@@ -97,7 +97,7 @@ impl Template {
         let texture_coordinates = mesh.texture_coordinates().iter().map(unit).collect();
         let mesh = TriangleMesh::new(mesh.vertices().to_vec(), texture_coordinates, mesh.faces().to_vec())?;
         Ok(Self {
-            surface: Surface::Mesh(Arc::new(SurfaceLocator::new(&mesh))),
+            shape: Shape::Mesh(Arc::new(SurfaceLocator::new(&mesh))),
             size_mm: texture_scale(&mesh),
             mesh,
             texture: Arc::new(texture),
@@ -184,7 +184,7 @@ impl Template {
         }
         let mesh = TriangleMesh::new(vertices, texture_coordinates, faces)?;
         Ok(Self {
-            surface: Surface::Sheet { columns, rows },
+            shape: Shape::Sheet { columns, rows },
             size_mm: DVec2::new(width_mm, height_mm),
             mesh,
             texture,
@@ -215,9 +215,9 @@ impl Template {
     /// Vertices (columns, rows) of a sheet's grid; vertex (i, j) has index j * columns + i. `None` for a template of
     /// another shape.
     pub fn grid(&self) -> Option<(usize, usize)> {
-        match self.surface {
-            Surface::Sheet { columns, rows } => Some((columns, rows)),
-            Surface::Mesh(_) => None,
+        match self.shape {
+            Shape::Sheet { columns, rows } => Some((columns, rows)),
+            Shape::Mesh(_) => None,
         }
     }
 
@@ -235,9 +235,9 @@ impl Template {
     /// The point of the rest shape at texture position `uv`, mm, template frame. A sheet's plane goes on beyond its
     /// edges; of other templates `None` where the texture belongs to no face.
     pub fn point_template(&self, uv: DVec2) -> Option<DVec3> {
-        match &self.surface {
-            Surface::Sheet { .. } => Some(((uv - 0.5) * self.size_mm).extend(0.0)),
-            Surface::Mesh(locator) => {
+        match &self.shape {
+            Shape::Sheet { .. } => Some(((uv - 0.5) * self.size_mm).extend(0.0)),
+            Shape::Mesh(locator) => {
                 let point = locator.locate(uv)?;
                 Some(point.position(self.mesh.faces(), self.mesh.vertices()))
             }

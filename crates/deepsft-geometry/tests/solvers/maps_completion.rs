@@ -114,17 +114,18 @@ fn a_mesh_is_completed_from_maps_and_its_maps_stay_in_the_mask() {
     let disc = |x: f64, y: f64| (x - 255.0).hypot(y - 127.0) < 50.0;
     cover(&mut seen, |x, y| disc(x as f64 + 0.5, y as f64 + 0.5));
     let mut completion = MapsCompletion::new(&mesh, CompletionOptions::default()).unwrap();
-    let completed = completion.complete(&seen, &camera, None).unwrap().unwrap();
+    let completed = completion.complete(&seen, &camera).unwrap().unwrap();
     let hidden = |i: usize| camera.project(truth[i]).is_some_and(|p| disc(p.x, p.y));
     assert!((0..truth.len()).filter(|&i| hidden(i)).count() > truth.len() / 6);
     // The paper's weights let the visible part give way by some tenths; see also the tests of completion.
     assert!(rmse(&completed.vertices_camera, &truth, |i| !hidden(i)) < 1.0);
     assert!(rmse(&completed.vertices_camera, &truth, hidden) < 1.0);
-    assert_eq!(completed.maps.mask(), seen.mask());
+    let maps = completed.maps(&mesh).within(&seen);
+    assert_eq!(maps.mask(), seen.mask());
     let inside: Vec<usize> = (0..seen.depth().len()).filter(|&p| seen.inside(p)).collect();
-    let change = |&p: &usize| (completed.maps.depth()[p] - seen.depth()[p]).abs();
+    let change = |&p: &usize| (maps.depth()[p] - seen.depth()[p]).abs();
     assert!(inside.iter().map(change).sum::<f32>() / (inside.len() as f32) < 1.0);
-    assert_ne!(completed.maps, seen, "they are drawn from the mesh");
+    assert_ne!(maps, seen, "they are drawn from the mesh");
 }
 
 #[test]
@@ -133,11 +134,7 @@ fn maps_that_show_less_than_a_patch_are_not_completed() {
     let mut completion = MapsCompletion::new(&mesh, CompletionOptions::default()).unwrap();
     cover(&mut maps, |x, y| !((230..240).contains(&x) && (130..140).contains(&y)));
     assert!(maps.area() > 0);
-    assert!(completion.complete(&maps, &camera, None).unwrap().is_none());
-    assert!(
-        completion
-            .complete(&Maps::empty(480, 270), &camera, None)
-            .unwrap()
-            .is_none()
-    );
+    assert!(completion.complete(&maps, &camera).unwrap().is_none());
+    let nothing = Maps::empty(480, 270);
+    assert!(completion.complete(&nothing, &camera).unwrap().is_none());
 }

@@ -17,22 +17,24 @@ pub fn template() -> Template {
     Template::thin_shell(print(), 297.0, 210.0).unwrap()
 }
 
-/// The sheet bent over a cylinder of radius 180 mm, tilted, some half a metre away: an isometry. With `time_s` it sways
-/// with up to 200 mm/s and bends more and less.
+/// The sheet bent as [`place`] says.
 pub fn bent(template: &Template, time_s: f64) -> Vec<DVec3> {
+    template.mesh().vertices().iter().map(|p| place(p, time_s)).collect()
+}
+
+/// Where a point of the sheet is when it is bent over a cylinder of radius 180 mm, tilted, some half a metre away: an isometry. With
+/// `time_s` it sways with up to 200 mm/s and bends more and less.
+pub fn place(p: &DVec3, time_s: f64) -> DVec3 {
     let (sway, tilt) = ((4.0 * time_s).sin(), 0.35 + 0.2 * (3.0 * time_s).sin());
     let radius = 180.0 + 60.0 * sway;
-    let place = |p: &DVec3| {
-        let angle = (p.x + 0.3 * p.y) / 1.09_f64.sqrt() / radius;
-        let along = (p.y - 0.3 * p.x) / 1.09_f64.sqrt();
-        let across = radius * angle.sin();
-        let lift = radius * (1.0 - angle.cos());
-        let x = (across - 0.3 * along) / 1.09_f64.sqrt();
-        let y = (along + 0.3 * across) / 1.09_f64.sqrt();
-        let (y, z) = (y * tilt.cos() - lift * tilt.sin(), y * tilt.sin() + lift * tilt.cos());
-        DVec3::new(x + 20.0 + 50.0 * sway, y - 10.0, z + 430.0)
-    };
-    template.mesh().vertices().iter().map(place).collect()
+    let angle = (p.x + 0.3 * p.y) / 1.09_f64.sqrt() / radius;
+    let along = (p.y - 0.3 * p.x) / 1.09_f64.sqrt();
+    let across = radius * angle.sin();
+    let lift = radius * (1.0 - angle.cos());
+    let x = (across - 0.3 * along) / 1.09_f64.sqrt();
+    let y = (along + 0.3 * across) / 1.09_f64.sqrt();
+    let (y, z) = (y * tilt.cos() - lift * tilt.sin(), y * tilt.sin() + lift * tilt.cos());
+    DVec3::new(x + 20.0 + 50.0 * sway, y - 10.0, z + 430.0)
 }
 
 /// The sheet in light that falls off to the right, before a chequered wall.

@@ -1,11 +1,11 @@
-//! A swaying, bending sheet is followed from one late answer of a network.
+//! A swaying, bending sheet is followed from one late answer of a finder.
 
 use crate::sheet::{bent, image, template};
-use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Surface, Template, training_camera};
 
 const FRAME_S: f64 = 1.0 / 30.0;
 
@@ -26,9 +26,12 @@ impl Video {
         }
     }
 
+    fn vertices(&self, frame: u64) -> Vec<DVec3> {
+        bent(&self.template, frame as f64 * FRAME_S)
+    }
+
     fn truth(&self, frame: u64) -> Maps {
-        let vertices = bent(&self.template, frame as f64 * FRAME_S);
-        VisibleSurface::new(self.template.mesh(), &vertices, &self.camera).maps()
+        VisibleSurface::new(self.template.mesh(), &self.vertices(frame), &self.camera).maps()
     }
 
     fn picture(&self, frame: u64) -> Picture {
@@ -37,15 +40,30 @@ impl Video {
 
     fn follow(&mut self, frame: u64, picture: &Picture) -> bool {
         let time_s = frame as f64 * FRAME_S;
-        self.tracker.follow(frame, time_s, picture, &self.camera).unwrap().found
+        self.tracker
+            .follow(frame, time_s, picture, &self.camera)
+            .unwrap()
+            .surface
+            .is_some()
     }
 
     /// Registration error of the track in `frame`, pixels.
-    fn error_px(&mut self, frame: u64) -> f64 {
-        let (truth, size) = (self.truth(frame), self.template.size_mm());
-        let metrics = frame_metrics(&self.tracker.maps(), &truth, &self.camera, size).unwrap();
-        metrics.registration_rmse_px.unwrap()
+    fn error_px(&self, frame: u64) -> f64 {
+        error_px(&self.tracker, &self.template, &self.truth(frame))
     }
+}
+
+/// Registration error of what is followed, pixels; infinite where nothing is.
+fn error_px(tracker: &Tracker, template: &Template, truth: &Maps) -> f64 {
+    tracker.current().surface.as_ref().map_or(f64::INFINITY, |surface| {
+        let maps = surface.maps(template.mesh());
+        let metrics = frame_metrics(&maps, truth, &surface.camera, template.size_mm()).unwrap();
+        metrics.registration_rmse_px.unwrap()
+    })
+}
+
+fn surface(tracker: &Tracker) -> &Surface {
+    tracker.current().surface.as_ref().unwrap()
 }
 
 #[test]
@@ -65,7 +83,7 @@ fn images_in_the_buffers_of_forgotten_ones_are_followed_as_new_ones_are() {
     };
     let mut trackers = [(); 2].map(|()| Tracker::new(&video.template, options.clone()).unwrap());
     for frame in 0..8 {
-        let (picture, truth) = (video.picture(frame), video.truth(frame));
+        let (picture, truth) = (video.picture(frame), video.vertices(frame));
         // Both have forgotten it, and it goes to the last that says so.
         let spare = trackers.iter_mut().filter_map(Tracker::spare_image).last();
         assert_eq!(spare.is_some(), frame as usize > MEMORY, "{frame}");
@@ -77,11 +95,7 @@ fn images_in_the_buffers_of_forgotten_ones_are_followed_as_new_ones_are() {
         for tracker in &mut trackers {
             tracker.follow_shared(frame, time_s, &shared, &video.camera).unwrap();
             tracker.update(frame, Some(&truth)).unwrap();
-            assert!(tracker.current().found);
-            assert_eq!(
-                tracker.current().vertices_camera,
-                video.tracker.current().vertices_camera
-            );
+            assert_eq!(surface(tracker), surface(&video.tracker));
         }
     }
 }
@@ -92,18 +106,18 @@ fn a_camera_that_is_turned_starts_the_video_afresh() {
     let mut video = Video::new();
     let pictures: Vec<Picture> = (0..4).map(|frame| video.picture(frame)).collect();
     video.follow(0, &pictures[0]);
-    let truth = video.truth(0);
+    let truth = video.vertices(0);
     assert_eq!(video.tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
     assert!(video.follow(1, &pictures[1]));
-    let across = (video.truth(1), video.truth(3));
+    let across = (video.vertices(1), video.vertices(3));
     video.camera = video.camera.turned_anticlockwise();
     let turned = |picture: &Picture| (0..3).fold(picture.clone(), |picture, _| picture.turned_clockwise());
     assert!(!video.follow(2, &turned(&pictures[2])));
     assert_eq!(video.tracker.update(1, Some(&across.0)).unwrap(), TrackUpdate::Ignored);
     assert!(!video.follow(3, &turned(&pictures[3])));
-    let upright = across.1.turned_anticlockwise();
+    let upright: Vec<DVec3> = across.1.iter().map(|p| DVec3::new(p.y, -p.x, p.z)).collect();
     assert_eq!(video.tracker.update(3, Some(&upright)).unwrap(), TrackUpdate::Started);
-    assert_eq!(video.tracker.maps().size(), (270, 480));
+    assert_eq!(surface(&video.tracker).maps(video.template.mesh()).size(), (270, 480));
 }
 
 /// Zoomed out, the same camera sees more: the mesh stays, and late answers are about the view in which their frame was followed.
@@ -120,14 +134,14 @@ fn a_view_that_is_zoomed_between_frames_keeps_the_track() {
         let picture = video.picture(frame);
         assert_eq!(video.follow(frame, &picture), frame > 0, "frame {frame}");
         if frame == 0 {
-            let truth = video.truth(0);
+            let truth = video.vertices(0);
             assert_eq!(video.tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
         }
         let error = video.error_px(frame);
         assert!(error < 0.7, "{error} px in frame {frame}");
     }
     video.camera = wide;
-    let seen_wide = video.truth(4);
+    let seen_wide = video.vertices(4);
     assert_eq!(
         video.tracker.update(4, Some(&seen_wide)).unwrap(),
         TrackUpdate::Confirmed
@@ -138,14 +152,14 @@ fn a_view_that_is_zoomed_between_frames_keeps_the_track() {
     for frame in 9..14 {
         video.follow(frame, &wall);
     }
-    assert!(!video.tracker.current().found);
+    assert!(video.tracker.current().surface.is_none());
     for frame in 14..18 {
         video.camera = if frame < 16 { wide } else { near };
         let picture = video.picture(frame);
         video.follow(frame, &picture);
     }
     video.camera = wide;
-    let seen_wide = video.truth(14);
+    let seen_wide = video.vertices(14);
     assert_eq!(
         video.tracker.update(14, Some(&seen_wide)).unwrap(),
         TrackUpdate::Started
@@ -162,20 +176,20 @@ fn a_track_starts_from_an_answer_four_frames_late_and_stays_within_a_pixel() {
         let picture = video.picture(frame);
         assert!(!video.follow(frame, &picture), "nothing has been found yet");
     }
-    let answer = video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    let answer = video.tracker.update(0, Some(&video.vertices(0))).unwrap();
     assert_eq!(answer, TrackUpdate::Started);
     for frame in 5..40 {
         let picture = video.picture(frame);
         assert!(video.follow(frame, &picture), "lost in frame {frame}");
         let error = video.error_px(frame);
         assert!(error < 0.7, "{error} px in frame {frame}");
-        assert!(video.tracker.current().correlation > 0.8);
+        assert!(surface(&video.tracker).verdict.correlation > 0.8);
     }
     assert_eq!(
-        video.tracker.update(36, Some(&video.truth(36))).unwrap(),
+        video.tracker.update(36, Some(&video.vertices(36))).unwrap(),
         TrackUpdate::Confirmed
     );
-    let seen = video.tracker.current().confidence.iter().filter(|&&c| c > 0.7).count();
+    let seen = surface(&video.tracker).confidence.iter().filter(|&&c| c > 0.7).count();
     assert!(
         2 * seen > video.template.mesh().vertices().len(),
         "{seen} vertices are confirmed"
@@ -187,24 +201,23 @@ fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
     let mut video = Video::new();
     let picture = video.picture(0);
     video.follow(0, &picture);
-    video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    video.tracker.update(0, Some(&video.vertices(0))).unwrap();
     let wall = Picture::from_fn(480, 270, |x, y| [if (x / 12 + y / 9) % 2 == 0 { 60 } else { 150 }; 3]);
     assert!(video.follow(1, &wall), "one frame without it is not the end");
     for frame in 2..5 {
         video.follow(frame, &wall);
     }
-    assert!(!video.tracker.current().found && video.tracker.current().vertices_camera.is_empty());
-    assert_eq!(video.tracker.maps().area(), 0);
+    assert!(video.tracker.current().surface.is_none());
     assert_eq!(video.tracker.update(4, None).unwrap(), TrackUpdate::Ignored);
     // An answer on a frame that does not show it starts nothing.
     assert_eq!(
-        video.tracker.update(4, Some(&video.truth(4))).unwrap(),
+        video.tracker.update(4, Some(&video.vertices(4))).unwrap(),
         TrackUpdate::Ignored
     );
     let picture = video.picture(5);
     video.follow(5, &picture);
     assert_eq!(
-        video.tracker.update(5, Some(&video.truth(5))).unwrap(),
+        video.tracker.update(5, Some(&video.vertices(5))).unwrap(),
         TrackUpdate::Started
     );
     assert!(video.error_px(5) < 1.0);
@@ -219,14 +232,14 @@ fn a_track_ends_after_so_many_seconds_whatever_the_frame_rate() {
         let mut video = Video::new();
         let picture = video.picture(0);
         video.tracker.follow(0, 0.0, &picture, &video.camera).unwrap();
-        video.tracker.update(0, Some(&video.truth(0))).unwrap();
+        video.tracker.update(0, Some(&video.vertices(0))).unwrap();
         let mut found = Vec::new();
         while found.last() != Some(&false) {
             let frame = found.len() as u64 + 1;
             let time_s = frame as f64 * frame_s;
             let tracked = video.tracker.follow(frame, time_s, &covered, &video.camera).unwrap();
-            assert_eq!(tracked.held, tracked.found);
-            found.push(tracked.found);
+            assert_eq!(tracked.held, tracked.surface.is_some());
+            found.push(tracked.surface.is_some());
         }
         assert_eq!(found.len() - 1, survived, "at {frame_s} s a frame");
     }
@@ -240,29 +253,27 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
         camera,
         mut tracker,
     } = Video::new();
-    let truth = |frame: u64| {
+    let vertices = |frame: u64| {
         let mut vertices = bent(&template, 0.0);
         vertices
             .iter_mut()
             .for_each(|p| p.x += 42.0 * (frame as f64 - 4.0) - 20.0);
-        VisibleSurface::new(template.mesh(), &vertices, &camera).maps()
+        vertices
     };
+    let truth = |frame: u64| VisibleSurface::new(template.mesh(), &vertices(frame), &camera).maps();
     for frame in 0..5 {
         let picture = image(&template, &truth(frame));
         tracker
             .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
             .unwrap();
     }
-    assert_eq!(tracker.update(0, Some(&truth(0))).unwrap(), TrackUpdate::Started);
-    let mut error_px = || {
-        let metrics = frame_metrics(&tracker.maps(), &truth(4), &camera, template.size_mm()).unwrap();
-        metrics.registration_rmse_px.unwrap()
-    };
+    assert_eq!(tracker.update(0, Some(&vertices(0))).unwrap(), TrackUpdate::Started);
     // A search finds the place, not every bend.
-    assert!(error_px() < 8.0, "{} px", error_px());
-    tracker.update(4, Some(&truth(4))).unwrap();
-    let metrics = frame_metrics(&tracker.maps(), &truth(4), &camera, template.size_mm()).unwrap();
-    assert!(metrics.registration_rmse_px.unwrap() < 1.0, "{metrics:?}");
+    let error = error_px(&tracker, &template, &truth(4));
+    assert!(error < 8.0, "{error} px");
+    tracker.update(4, Some(&vertices(4))).unwrap();
+    let error = error_px(&tracker, &template, &truth(4));
+    assert!(error < 1.0, "{error} px");
 }
 
 #[test]
@@ -280,24 +291,27 @@ fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
         tracker
             .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
             .unwrap();
-        truth
+        vertices
     };
     let truth = show(0, 0.0, &mut tracker);
     tracker.update(0, Some(&truth)).unwrap();
     show(1, 1.0, &mut tracker);
-    assert!(tracker.current().correlation > 0.8);
+    assert!(surface(&tracker).verdict.correlation > 0.8);
     // The image shows it clearly: the network has overlooked it.
     assert_eq!(tracker.update(1, None).unwrap(), TrackUpdate::Confirmed);
     // 60 mm are some 50 pixels: only a search finds it again.
     show(2, 61.0, &mut tracker);
-    assert!(tracker.current().found && tracker.current().correlation > 0.5);
+    assert!(surface(&tracker).verdict.correlation > 0.5);
     assert_eq!(
         tracker.update(1, None).unwrap(),
         TrackUpdate::Confirmed,
         "that was before the search"
     );
+    // An answer that shows too little changes nothing, and so the doubt stays.
+    let behind = vec![-DVec3::Z; template.mesh().vertices().len()];
+    assert_eq!(tracker.update(2, Some(&behind)).unwrap(), TrackUpdate::Ignored);
     assert_eq!(tracker.update(2, None).unwrap(), TrackUpdate::Dropped);
-    assert!(!tracker.current().found);
+    assert!(tracker.current().surface.is_none());
 }
 
 #[test]
@@ -305,11 +319,11 @@ fn after_a_jump_the_next_answer_puts_the_track_right() {
     let mut video = Video::new();
     let picture = video.picture(0);
     video.follow(0, &picture);
-    video.tracker.update(0, Some(&video.truth(0))).unwrap();
+    video.tracker.update(0, Some(&video.vertices(0))).unwrap();
     // The sheet of another time: elsewhere, and bent more.
     let jumped = video.picture(12);
     video.follow(1, &jumped);
-    let found = video.tracker.update(1, Some(&video.truth(12))).unwrap();
+    let found = video.tracker.update(1, Some(&video.vertices(12))).unwrap();
     assert!(
         matches!(
             found,
@@ -324,23 +338,24 @@ fn after_a_jump_the_next_answer_puts_the_track_right() {
 #[test]
 fn a_sheet_that_rushes_at_the_camera_and_is_predicted_behind_it_is_no_error() {
     let mut video = Video::new();
-    let nearer = |fraction: f64| -> Maps {
-        let vertices: Vec<_> = bent(&video.template, 0.0).into_iter().map(|p| p * fraction).collect();
-        VisibleSurface::new(video.template.mesh(), &vertices, &video.camera).maps()
+    let truths = [1.0, 0.6]
+        .map(|fraction| -> Vec<DVec3> { bent(&video.template, 0.0).into_iter().map(|p| p * fraction).collect() });
+    let picture_of = |vertices: &[DVec3], video: &Video| {
+        let truth = VisibleSurface::new(video.template.mesh(), vertices, &video.camera).maps();
+        image(&video.template, &truth)
     };
-    let truths = [nearer(1.0), nearer(0.6)];
     for (frame, truth) in truths.iter().enumerate() {
-        let picture = image(&video.template, truth);
+        let picture = picture_of(truth, &video);
         video.follow(frame as u64, &picture);
         video.tracker.update(frame as u64, Some(truth)).unwrap();
     }
     // After a pause twice as long as the step before, it would be a tenth of a metre behind the camera.
-    let picture = image(&video.template, &truths[0]);
+    let picture = picture_of(&truths[0], &video);
     for frame in 3..8 {
         video.follow(frame, &picture);
     }
     let answer = video.tracker.update(7, Some(&truths[0])).unwrap();
-    assert!(video.tracker.current().found, "{answer:?}");
+    assert!(video.tracker.current().surface.is_some(), "{answer:?}");
 }
 
 #[test]
@@ -354,13 +369,12 @@ fn a_forgotten_frame_is_ignored_and_wrong_sizes_are_refused() {
     let picture = video.picture(0);
     video.follow(7, &picture);
     assert_eq!(
-        video.tracker.update(3, Some(&video.truth(0))).unwrap(),
+        video.tracker.update(3, Some(&video.vertices(0))).unwrap(),
         TrackUpdate::Ignored
     );
-    let small = Maps::empty(48, 27);
     assert!(matches!(
-        video.tracker.update(7, Some(&small)),
-        Err(GeometryError::MapSize { .. })
+        video.tracker.update(7, Some(&[DVec3::Z; 3])),
+        Err(GeometryError::StartLength { actual: 3, .. })
     ));
     let little = Picture::from_fn(48, 27, |_, _| [0; 3]);
     let refused = video.tracker.follow(8, 1.0, &little, &video.camera);

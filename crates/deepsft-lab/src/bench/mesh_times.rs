@@ -5,7 +5,7 @@ use crate::measuring::{Times, timed};
 use crate::reading;
 use anyhow::{Context, Result, ensure};
 use deepsft::ModelBundle;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
 use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
 use serde::Serialize;
@@ -40,10 +40,11 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     let (mut track_start, mut track) = (Vec::new(), Vec::new());
     for (image, maps) in frames.iter().zip(&maps) {
         let mut ms = 0.0;
-        let fitted = timed(&mut ms, || fitter.fit(image, &camera, maps, None))?;
+        let start = Start::Maps(maps.clone());
+        let fitted = timed(&mut ms, || fitter.fit(image, &camera, &start))?;
         ensure!(fitted.is_some(), "the network did not find the template in the clip");
         fit.push(ms);
-        let completed = timed(&mut ms, || arap.complete(maps, &camera, None))?;
+        let completed = timed(&mut ms, || arap.complete(maps, &camera))?;
         ensure!(
             completed.is_some(),
             "the network shows too little of the template in the clip"
@@ -55,7 +56,10 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         tracker.reset();
         tracker.follow(k as u64, k as f64, image, &camera)?;
         let mut ms = 0.0;
-        let answer = timed(&mut ms, || tracker.update(k as u64, Some(maps)))?;
+        let answer = timed(&mut ms, || -> Result<TrackUpdate> {
+            let seen = fitter.placed(&camera, &Start::Maps(maps.clone()))?;
+            Ok(tracker.update(k as u64, seen.as_deref())?)
+        })?;
         ensure!(
             answer == TrackUpdate::Started,
             "the tracker did not start on frame {k} of the clip"
@@ -68,10 +72,11 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         let found = timed(&mut ms, || {
             tracker
                 .follow(k as u64, k as f64 / 30.0, image, &camera)
-                .map(|t| t.found)
+                .map(|t| t.surface.is_some())
         })?;
         if k == 0 {
-            tracker.update(0, maps.first())?;
+            let seen = fitter.placed(&camera, &Start::Maps(maps[0].clone()))?;
+            tracker.update(0, seen.as_deref())?;
         } else {
             ensure!(found, "the tracker lost frame {k} of the clip");
             track.push(ms);

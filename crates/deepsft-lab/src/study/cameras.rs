@@ -7,9 +7,9 @@ mod scenes;
 use crate::reading;
 use anyhow::Result;
 use clap::Args;
-use deepsft::{Estimator, is_found};
+use deepsft::Estimator;
 use deepsft_formats::write_file;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
 use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
@@ -159,7 +159,9 @@ impl Bench<'_> {
         let canonical = self.estimator.canonical_camera(camera.size());
         let seen = self.estimator.canonical_image(image, believed)?;
         let maps = pollster::block_on(self.estimator.infer(&seen))?;
-        let fit = self.fitter.fit(&seen, &canonical, &maps, None)?;
+        let fit = self.fitter.fit(&seen, &canonical, &Start::Maps(maps.clone()))?;
+        let mesh = self.template.mesh();
+        let fitted = fit.as_ref().map(|surface| surface.maps(mesh).within(&maps));
         let errors = |maps: &Maps| -> Result<Errors> {
             let maps = as_canonical(maps, &canonical, camera, believed);
             let metrics = frame_metrics(&maps, truth, &canonical, self.template.size_mm())?;
@@ -170,9 +172,9 @@ impl Bench<'_> {
             })
         };
         Ok(Answer {
-            found: fit.as_ref().is_some_and(is_found),
+            found: fit.is_some_and(|surface| surface.verdict.is_found()),
             network: errors(&maps)?,
-            fitted: errors(fit.as_ref().map_or(&maps, |fit| &fit.maps))?,
+            fitted: errors(fitted.as_ref().unwrap_or(&maps))?,
         })
     }
 }

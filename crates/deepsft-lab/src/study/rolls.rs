@@ -124,7 +124,7 @@ fn roll(template: &Template, sample: &Sample) -> f64 {
 
 fn look(finder: &mut TargetFinder, template: &Template, sample: &Sample) -> Result<Said> {
     let estimate = pollster::block_on(finder.estimate(&mut View::new(&sample.image, &sample.camera)))?;
-    let Some(fit) = estimate.fit.filter(|_| estimate.judgement.found) else {
+    let Some(fit) = estimate.surface.filter(|_| estimate.judgement.found) else {
         return Ok(estimate.judgement.found.then_some((None, None)));
     };
     let canonical = finder.target().canonical_camera(sample.camera.size());

@@ -193,21 +193,16 @@ fn track(
         let followed = pollster::block_on(tracker.follow(time_s, &mut view))?;
         let tracked = followed.followed;
         // A mesh that is held says where the sheet was.
-        let found = tracked.found && !tracked.held;
-        let errors = match found {
-            true => Some(tracking_errors::mesh_errors(
-                template,
-                &tracked.vertices_camera,
-                truth,
-                camera,
-            )?),
-            false => None,
-        };
+        let surface = tracked.surface.filter(|_| !tracked.held);
+        let errors = surface
+            .as_ref()
+            .map(|surface| tracking_errors::mesh_errors(template, &surface.vertices_camera, truth, camera))
+            .transpose()?;
         let effect = followed.detection.map(|detection| detection.effect);
         frames.push(FrameRecord {
             frame,
             print_in_view: tracking_errors::print_in_view(truth),
-            found,
+            found: surface.is_some(),
             correlation: tracked.correlation,
             iterations: tracked.iterations,
             registration_rmse_px: errors.and_then(|errors| errors.registration_rmse_px),
@@ -218,11 +213,11 @@ fn track(
         if matches!(effect, Some(TrackUpdate::Started | TrackUpdate::Restarted)) {
             filter.reset();
         }
-        if found {
-            let mut vertices = tracked.vertices_camera.clone();
+        if let Some(surface) = surface {
+            let mut vertices = surface.vertices_camera.clone();
             filter.smooth(time_s, &mut vertices);
             smooth.push(Some(vertices));
-            meshes.push(Some(tracked.vertices_camera));
+            meshes.push(Some(surface.vertices_camera));
         } else {
             filter.reset();
             smooth.push(None);

@@ -91,9 +91,8 @@ fn remarks(row: &EvaluationReport) -> String {
     }
     if let Some(fit) = &summary.fit {
         parts.push(format!(
-            "a mesh was fitted to {}: in {} of them the network's maps stay, {} are worse than these in registration, {} in 3D",
+            "a mesh was fitted to {}: {} of them are worse than the network's maps in registration, {} in 3D",
             fit.frames,
-            percent(Some(fit.rejected_fraction)),
             percent(Some(fit.worse_registration_fraction)),
             percent(Some(fit.worse_3d_fraction)),
         ));

@@ -3,7 +3,6 @@
 use super::evaluation_frame::EvaluationFrame;
 use crate::error::TrainError;
 use deepsft::{DeepSftError, Estimate, Estimator, Judgement, Stage};
-use deepsft_geometry::fitting::PhotoConsistencyCost;
 use deepsft_geometry::metrics::{FrameMetrics, Summary};
 use deepsft_geometry::{Maps, MeshRecovery, Template, photo_consistency_error};
 use serde::Serialize;
@@ -25,8 +24,9 @@ pub struct FrameResult {
     pub photo_consistency_error: Option<f64>,
     /// Of a measured depth: over how many pixels the depth was compared.
     pub measured_pixels: Option<MeasuredPixels>,
-    /// What the fit of the mesh did, where it was asked for and could fit one.
-    pub fit: Option<FitOutcome>,
+    /// Errors of the network's own maps, where a mesh was asked for and made of them; against a measured depth at the pixels that
+    /// the mesh covers.
+    pub network: Option<FrameMetrics>,
     /// What the answer took: canonical warp, network, judgement and fit, one frame at a time. An ablation, whose
     /// rows come out of one pass, does not have it.
     pub seconds: Option<f64>,
@@ -40,17 +40,6 @@ pub struct MeasuredPixels {
     /// Measured pixels over which the model's error is. They are all, whatever its own mask says, but of a mesh those that it
     /// covers.
     pub compared: usize,
-}
-
-/// What the fit of the mesh did to one frame.
-#[derive(Clone, Copy, Debug)]
-pub struct FitOutcome {
-    /// Whether the mesh was taken; otherwise the network's own maps stay.
-    pub mesh_taken: bool,
-    /// Errors of the network's own maps. Against a measured depth they are at the pixels that the mesh covers, if it was taken.
-    pub network: FrameMetrics,
-    /// Of a fit to the image: mean robust photo-consistency cost of the network's maps and of the mesh's.
-    pub photo_consistency_cost: Option<PhotoConsistencyCost>,
 }
 
 /// All frames of a set.
@@ -115,8 +104,6 @@ pub struct EvaluationSummary {
 pub struct FitSummary {
     /// Frames that got a mesh.
     pub frames: usize,
-    /// Fraction of them in which the fit was rejected and the network's own maps stay.
-    pub rejected_fraction: f64,
     /// Fraction of them whose registration error is larger than the network's.
     pub worse_registration_fraction: f64,
     /// Fraction of them whose 3D error is larger than the network's.
@@ -149,34 +136,30 @@ impl Evaluation {
                 Some(mask) => pollster::block_on(estimator.infer_stages_where(&estimate.canonical, mask))?.pop(),
                 None => None,
             };
-            let mut fit = None;
+            let mut network = None;
             if let Some(recovery) = recovery.as_deref_mut()
                 && estimate.judgement.found
             {
                 let start = Instant::now();
-                let recovered = recovery.recover(&estimate.canonical, &estimate.canonical_camera, &estimate.maps);
+                let surface = recovery.recover(&estimate.canonical, &estimate.canonical_camera, &estimate.maps);
                 seconds += start.elapsed().as_secs_f64();
-                if let Some(recovered) = recovered.map_err(DeepSftError::from)? {
-                    let network = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
+                if let Some(surface) = surface.map_err(DeepSftError::from)? {
+                    let maps = surface.maps(template.mesh()).within(&estimate.maps);
+                    let own = compared.take().map(|(_, maps)| maps);
                     // A mesh is measured where it covers the measured pixels: there its rival is, too.
-                    let shared = if recovered.accepted && !frame.truth.has_registration() {
-                        Cow::Owned(reference_within(&reference, &recovered.maps))
-                    } else {
-                        Cow::Borrowed(&*reference)
+                    let shared = match frame.truth.has_registration() {
+                        true => Cow::Borrowed(&*reference),
+                        false => Cow::Owned(reference_within(&reference, &maps)),
                     };
-                    fit = Some(FitOutcome {
-                        mesh_taken: recovered.accepted,
-                        network: frame.metrics(&estimate.maps, network, &shared, template.size_mm())?,
-                        photo_consistency_cost: recovered.photo_consistency_cost,
-                    });
-                    estimate.maps = recovered.maps;
-                    compared = compared.filter(|_| !recovered.accepted);
+                    let own = own.as_ref().unwrap_or(&estimate.maps);
+                    network = Some(frame.metrics(&estimate.maps, own, &shared, template.size_mm())?);
+                    estimate.maps = maps;
                 }
             }
             let compared = compared.as_ref().map_or(&estimate.maps, |(_, maps)| maps);
             let result = FrameResult::new(index as u64, &frame, &estimate, compared, &reference, template)?;
             let result = FrameResult {
-                fit,
+                network,
                 seconds: Some(seconds),
                 ..result
             };
@@ -211,12 +194,8 @@ impl Evaluation {
                 None => stages.clone(),
             };
             for (((_, row), (_, maps)), (_, compared)) in rows.iter_mut().zip(stages).zip(compared) {
-                let estimate = Estimate {
-                    judgement: estimator.judge(&canonical, &maps)?,
-                    canonical: canonical.clone(),
-                    canonical_camera: estimator.canonical_camera(canonical.size()),
-                    maps,
-                };
+                let camera = estimator.canonical_camera(canonical.size());
+                let estimate = estimator.estimate_of(canonical.clone(), camera, maps)?;
                 let result = FrameResult::new(index as u64, &frame, &estimate, &compared, &reference, template)?;
                 row.frames.push(result);
             }
@@ -268,21 +247,18 @@ impl Evaluation {
     }
 
     fn fit_summary(&self) -> Option<FitSummary> {
-        let fitted: Vec<(&FrameMetrics, &FitOutcome)> = self
+        let fitted: Vec<(&FrameMetrics, &FrameMetrics)> = self
             .shown()
-            .filter_map(|frame| Some((&frame.metrics, frame.fit.as_ref()?)))
+            .filter_map(|frame| Some((&frame.metrics, frame.network.as_ref()?)))
             .collect();
-        let fraction = |counts: &dyn Fn(&FrameMetrics, &FitOutcome) -> bool| {
-            let counted = fitted.iter().filter(|(metrics, fit)| counts(metrics, fit));
-            counted.count() as f64 / fitted.len() as f64
+        let worse = |error: fn(&FrameMetrics) -> Option<f64>| {
+            let worse = fitted.iter().filter(|(mesh, network)| error(mesh) > error(network));
+            worse.count() as f64 / fitted.len() as f64
         };
         (!fitted.is_empty()).then(|| FitSummary {
             frames: fitted.len(),
-            rejected_fraction: fraction(&|_, fit| !fit.mesh_taken),
-            worse_registration_fraction: fraction(&|metrics, fit| {
-                metrics.registration_rmse_px > fit.network.registration_rmse_px
-            }),
-            worse_3d_fraction: fraction(&|metrics, fit| metrics.points_rmse_mm > fit.network.points_rmse_mm),
+            worse_registration_fraction: worse(|metrics| metrics.registration_rmse_px),
+            worse_3d_fraction: worse(|metrics| metrics.points_rmse_mm),
         })
     }
 
@@ -327,7 +303,7 @@ impl FrameResult {
                 compared: compared_pixels,
             }),
             photo_consistency_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
-            fit: None,
+            network: None,
             seconds: None,
         })
     }

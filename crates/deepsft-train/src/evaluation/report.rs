@@ -2,7 +2,6 @@
 
 use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
 use deepsft::Stage;
-use deepsft_geometry::fitting::PhotoConsistencyCost;
 use serde::Serialize;
 
 /// A row of the table: a model, or a stage of it, on a data set.
@@ -50,22 +49,14 @@ pub struct FrameReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     measured_pixels: Option<MeasuredPixels>,
     #[serde(flatten)]
-    fit: Option<FitReport>,
+    network: Option<NetworkReport>,
 }
 
 #[derive(Debug, Serialize)]
-struct FitReport {
-    mesh_taken: bool,
+struct NetworkReport {
     network_depth_rmse_mm: Option<f64>,
     network_registration_rmse_px: Option<f64>,
     network_rmse_3d_mm: Option<f64>,
-    photo_consistency_cost: Option<CostReport>,
-}
-
-#[derive(Debug, Serialize)]
-struct CostReport {
-    maps: f64,
-    mesh: f64,
 }
 
 impl EvaluationReport {
@@ -110,14 +101,10 @@ impl FrameReport {
             coverage: metrics.coverage,
             photo_consistency_error: result.photo_consistency_error,
             measured_pixels: result.measured_pixels,
-            fit: result.fit.map(|fit| FitReport {
-                mesh_taken: fit.mesh_taken,
-                network_depth_rmse_mm: fit.network.depth_rmse_mm,
-                network_registration_rmse_px: fit.network.registration_rmse_px,
-                network_rmse_3d_mm: fit.network.points_rmse_mm,
-                photo_consistency_cost: fit
-                    .photo_consistency_cost
-                    .map(|PhotoConsistencyCost { maps, mesh }| CostReport { maps, mesh }),
+            network: result.network.map(|network| NetworkReport {
+                network_depth_rmse_mm: network.depth_rmse_mm,
+                network_registration_rmse_px: network.registration_rmse_px,
+                network_rmse_3d_mm: network.points_rmse_mm,
             }),
         }
     }

@@ -1,11 +1,10 @@
 //! What the summary of an evaluation counts.
 
-use deepsft_geometry::fitting::PhotoConsistencyCost;
 use deepsft_geometry::metrics::FrameMetrics;
-use deepsft_train::{Evaluation, FitOutcome, FitSummary, FrameResult};
+use deepsft_train::{Evaluation, FitSummary, FrameResult};
 
 /// A frame in which the network was off by 2 px and 20 mm.
-fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> FrameResult {
+fn frame(has_template: bool, has_mesh: bool, px: f64, mm: f64) -> FrameResult {
     let metrics = |px, mm| FrameMetrics {
         registration_rmse_px: Some(px),
         points_rmse_mm: Some(mm),
@@ -14,11 +13,7 @@ fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> Fram
     FrameResult {
         has_template,
         metrics: metrics(px, mm),
-        fit: mesh_taken.map(|mesh_taken| FitOutcome {
-            mesh_taken,
-            network: metrics(2.0, 20.0),
-            photo_consistency_cost: Some(PhotoConsistencyCost { maps: 1.0, mesh: 0.5 }),
-        }),
+        network: has_mesh.then(|| metrics(2.0, 20.0)),
         ..FrameResult::default()
     }
 }
@@ -27,10 +22,10 @@ fn frame(has_template: bool, mesh_taken: Option<bool>, px: f64, mm: f64) -> Fram
 fn frames_per_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
     let timed = |seconds| FrameResult {
         seconds: Some(seconds),
-        ..frame(true, None, 1.0, 1.0)
+        ..frame(true, false, 1.0, 1.0)
     };
     let evaluation = Evaluation {
-        frames: vec![timed(0.25), timed(0.5), timed(2.25), frame(false, None, 1.0, 1.0)],
+        frames: vec![timed(0.25), timed(0.5), timed(2.25), frame(false, false, 1.0, 1.0)],
     };
     let summary = evaluation.summary();
     assert_eq!(summary.mean.frames_per_second, Some(1.0));
@@ -38,20 +33,19 @@ fn frames_per_second_are_one_over_the_mean_and_the_median_of_the_seconds() {
 }
 
 #[test]
-fn the_summary_tells_where_the_fit_lost_and_where_the_networks_maps_stay() {
+fn the_summary_tells_where_the_fit_is_worse_than_the_network() {
     let mut evaluation = Evaluation {
         frames: vec![
-            frame(true, Some(true), 0.5, 3.0),
-            frame(true, Some(true), 3.0, 15.0),
-            frame(true, Some(true), 0.4, 25.0),
-            frame(true, Some(false), 2.0, 20.0),
-            frame(true, None, 9.0, 90.0),
-            frame(false, Some(true), 9.0, 90.0),
+            frame(true, true, 0.5, 3.0),
+            frame(true, true, 3.0, 15.0),
+            frame(true, true, 0.4, 25.0),
+            frame(true, true, 2.0, 20.0),
+            frame(true, false, 9.0, 90.0),
+            frame(false, true, 9.0, 90.0),
         ],
     };
     let expected = FitSummary {
         frames: 4,
-        rejected_fraction: 0.25,
         worse_registration_fraction: 0.25,
         worse_3d_fraction: 0.25,
     };
@@ -60,6 +54,6 @@ fn the_summary_tells_where_the_fit_lost_and_where_the_networks_maps_stay() {
         evaluation.summary().mean.rmse_3d_mm,
         Some((3.0 + 15.0 + 25.0 + 20.0 + 90.0) / 5.0)
     );
-    evaluation.frames.retain(|frame| frame.fit.is_none());
+    evaluation.frames.retain(|frame| frame.network.is_none());
     assert_eq!(evaluation.summary().fit, None);
 }

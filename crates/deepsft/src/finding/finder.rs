@@ -1,11 +1,12 @@
-//! What can find a target.
+//! The ways to find a target.
 
 use super::picture_descriptors::{PictureDescriptors, SharedDescriptorNetwork};
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
 use deepsft_finding::{FeatureFinder, FoundSheet, Match, PictureTarget};
-use deepsft_geometry::{Camera, Maps, Template};
+use deepsft_geometry::fitting::Start;
+use deepsft_geometry::{Camera, Template};
 use serde::Serialize;
 
 /// The ways of finding.
@@ -32,19 +33,6 @@ impl FinderKind {
     }
 }
 
-/// Where a finder sees a target: what a mesh fit starts from.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Sighting {
-    /// Who says so.
-    pub by: FinderKind,
-    /// Depth (mm) and registration in the canonical image. Features give the whole surface, as if nothing hid it.
-    pub maps: Maps,
-    /// Whether the finder believes it before any fit, so that no other need be asked. A network may; matches never do: a wrong
-    /// sheet can have as many.
-    pub is_sure: bool,
-}
-
 /// One way to find one target.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -57,7 +45,7 @@ pub enum Finder {
     Descriptors(Box<DescriptorFinder>),
 }
 
-/// What finds a picture by the network that describes any picture.
+/// The finder of a picture by learned descriptors.
 pub struct DescriptorFinder {
     network: SharedDescriptorNetwork,
     picture: PictureDescriptors,
@@ -103,7 +91,7 @@ impl DescriptorFinder {
     fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<FoundSheet>, DeepSftError> {
         let candidates = self.matches(view, canonical)?;
         let (features, camera) = view.features()?;
-        Ok(self.features.find_among(&candidates, features, camera, canonical)?)
+        Ok(self.features.find_among(&candidates, features, camera)?)
     }
 }
 
@@ -117,39 +105,33 @@ impl Finder {
         }
     }
 
-    /// Where it sees the target in `view`, as `canonical` sees it, the canonical camera or one zoomed out. `None` where it sees nothing that a fit could start from;
-    /// something else may look like the target, and only the fit tells.
+    /// Where it sees the target in `view`, as `canonical` sees it, the canonical camera or one zoomed out, and whether it is sure before
+    /// any fit, so that no other finder need be asked. A network may be; matches never are: a wrong sheet can have as many. `None`
+    /// where it sees nothing that a fit could start from.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not of its camera's size, [`DeepSftError::Execution`] when the device
     /// fails.
-    pub async fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<Sighting>, DeepSftError> {
-        let by = self.kind();
-        match self {
+    pub async fn find(
+        &mut self,
+        view: &mut View<'_>,
+        canonical: &Camera,
+    ) -> Result<Option<(Start, bool)>, DeepSftError> {
+        let sheet = match self {
             Self::Network(network) => {
                 let image = view.canonical(canonical)?;
                 let maps = network.infer_in(image, canonical).await?;
                 let judgement = network.judge(image, &maps)?;
-                let is_sure = judgement.found;
                 // Where the target is not in the image, the mask is empty or nearly so.
                 let is_seen = network.covers_enough(judgement.area);
-                Ok(is_seen.then_some(Sighting { by, maps, is_sure }))
+                return Ok(is_seen.then_some((Start::Maps(maps), judgement.found)));
             }
             Self::Features(finder) => {
                 let (features, camera) = view.features()?;
-                Ok(finder
-                    .find(features, camera, canonical)?
-                    .map(|sheet| by_matches(by, sheet)))
+                finder.find(features, camera)?
             }
-            Self::Descriptors(finder) => Ok(finder.find(view, canonical)?.map(|sheet| by_matches(by, sheet))),
-        }
-    }
-}
-
-fn by_matches(by: FinderKind, FoundSheet { maps, .. }: FoundSheet) -> Sighting {
-    Sighting {
-        by,
-        maps,
-        is_sure: false,
+            Self::Descriptors(finder) => finder.find(view, canonical)?,
+        };
+        Ok(sheet.map(|sheet| (Start::Mesh(sheet.vertices_camera), false)))
     }
 }

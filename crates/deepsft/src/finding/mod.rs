@@ -1,9 +1,9 @@
 //! Finding: where targets are in an image, by whichever finder can tell.
 //!
-//! A [`Target`] is an object to look for. A [`View`] is an image with everything that finders share. A [`TargetFinder`] has
-//! the finders of one target: its own network, if one was trained for it, and the features of its picture, which need no
-//! training. Each gives depth and registration, or nothing ([`Sighting`]). The mesh fit starts from any of them, and its
-//! agreement with the image tells whether the target is there: found or not means the same for all finders.
+//! A [`Target`] is an object to look for. A [`View`] is an image with everything that finders share. A [`TargetFinder`] has the
+//! finders of one target: its own network, if one was trained for it, and the features of its picture, which need no training. Each
+//! answers with a [`Start`](deepsft_geometry::fitting::Start), maps or a mesh, or with nothing. The fit makes a
+//! [`Surface`](deepsft_geometry::Surface) of it, whose verdict tells whether the target is there.
 
 mod finder;
 mod picture_descriptors;
@@ -11,8 +11,8 @@ mod target;
 mod target_finder;
 mod view;
 
-pub use finder::{DescriptorFinder, Finder, FinderKind, Sighting};
+pub use finder::{DescriptorFinder, Finder, FinderKind};
 pub use picture_descriptors::SharedDescriptorNetwork;
 pub use target::Target;
-pub use target_finder::{TargetEstimate, TargetFinder, is_found};
+pub use target_finder::{Sighting, TargetFinder};
 pub use view::View;

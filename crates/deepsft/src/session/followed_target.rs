@@ -6,7 +6,8 @@ use crate::error::DeepSftError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{
-    CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Template, canonical_camera,
+    CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface, Template,
+    canonical_camera,
 };
 
 /// Correlation from which a mesh is good enough to tell of the camera.
@@ -21,8 +22,8 @@ pub(super) struct FollowedTarget {
     presence: Presence,
     /// Started afresh with each track.
     smoothing: Option<OneEuro>,
-    /// The mesh that was confirmed last, or stands since: vertices (smoothed) and their confidence.
-    mesh: Option<(Vec<DVec3>, Vec<f32>)>,
+    /// The surface that was confirmed last, or stands since, smoothed.
+    surface: Option<Surface>,
     /// Whether its caller knows it as found.
     is_told: bool,
     template: Template,
@@ -43,7 +44,7 @@ impl FollowedTarget {
             can_deny,
             presence: Presence::default(),
             smoothing: options.smoothing.clone().map(OneEuro::new),
-            mesh: None,
+            surface: None,
             is_told: false,
             template: template.clone(),
             calibration: None,
@@ -66,14 +67,25 @@ impl FollowedTarget {
 
     /// The vertices of the mesh in the newest frame, as the tracker has it; `None` without a track.
     pub(super) fn tracked_vertices(&self) -> Option<&[DVec3]> {
-        let tracked = self.tracker.current();
-        tracked.found.then_some(&tracked.vertices_camera)
+        let surface = self.tracker.current().surface.as_ref();
+        surface.map(|surface| surface.vertices_camera.as_slice())
+    }
+
+    /// Depth and registration of its track in the newest frame, and their camera; empty maps without a track.
+    pub(super) fn maps(&self) -> (Camera, Maps) {
+        let camera = self.tracker.camera().unwrap_or(self.training_camera);
+        let surface = self.tracker.current().surface.as_ref();
+        let drawn = surface.map(|surface| surface.maps(self.template.mesh()));
+        (
+            camera,
+            drawn.unwrap_or_else(|| Maps::empty(camera.width(), camera.height())),
+        )
     }
 
     /// How well the newest frame confirms its track, if there is one.
     pub(super) fn correlation(&self) -> Option<f64> {
-        let tracked = self.tracker.current();
-        tracked.found.then_some(tracked.correlation)
+        let surface = self.tracker.current().surface.as_ref();
+        surface.map(|surface| surface.verdict.correlation)
     }
 
     /// Follows frame number `frame` in the canonical `image` of `camera`.
@@ -91,15 +103,15 @@ impl FollowedTarget {
     /// Takes over what the tracker says of the newest frame.
     fn take(&mut self, time_s: f64) {
         let tracked = self.tracker.current();
-        let is_confirmed = tracked.found && !tracked.held;
+        let confirmed = tracked.surface.as_ref().filter(|_| !tracked.held);
         self.presence
-            .update(is_confirmed.then_some(tracked.correlation), time_s);
-        if tracked.found {
-            let mut vertices = tracked.vertices_camera.clone();
+            .update(confirmed.map(|surface| surface.verdict.correlation), time_s);
+        if let Some(surface) = &tracked.surface {
+            let mut surface = surface.clone();
             if let Some(filter) = &mut self.smoothing {
-                filter.smooth(time_s, &mut vertices);
+                filter.smooth(time_s, &mut surface.vertices_camera);
             }
-            self.mesh = Some((vertices, tracked.confidence.clone()));
+            self.surface = Some(surface);
         }
     }
 
@@ -107,7 +119,7 @@ impl FollowedTarget {
     pub(super) fn answer(
         &mut self,
         frame: u64,
-        starts: &[Maps],
+        starts: &[Vec<DVec3>],
         newest_s: f64,
     ) -> Result<(TrackUpdate, Option<usize>), DeepSftError> {
         let (mut update, mut by) = (TrackUpdate::Ignored, None);
@@ -136,7 +148,6 @@ impl FollowedTarget {
 
     /// What the newest frame shows of it; changes count from what was told before.
     pub(super) fn tell(&mut self, target: TargetId) -> Followed {
-        let tracked = self.tracker.current();
         let found = self.presence.is_found();
         let change = match (self.is_told, found) {
             (false, true) => Some(Change::Found),
@@ -144,17 +155,14 @@ impl FollowedTarget {
             _ => None,
         };
         self.is_told = found;
-        let mesh = self.mesh.as_ref().filter(|_| found);
-        let (vertices_camera, confidence) = mesh.cloned().unwrap_or_default();
         Followed {
             target,
             found,
             change,
             held: found && !self.presence.is_confirmed(),
-            vertices_camera,
-            confidence,
-            correlation: tracked.correlation,
-            iterations: tracked.iterations,
+            surface: self.surface.clone().filter(|_| found),
+            correlation: self.correlation().unwrap_or(0.0),
+            iterations: self.tracker.current().iterations,
         }
     }
 
@@ -162,7 +170,7 @@ impl FollowedTarget {
     pub(super) fn restart(&mut self) {
         self.tracker.reset();
         self.presence = Presence::default();
-        self.mesh = None;
+        self.surface = None;
         self.forget_views();
     }
 
@@ -187,9 +195,10 @@ impl FollowedTarget {
             Some(calibration) => calibration,
             none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),
         };
-        let tracked = self.tracker.current();
-        if tracked.found && tracked.correlation >= TELLING {
-            calibration.offer(image, canonical, &tracked.vertices_camera)?;
+        if let Some(surface) = &self.tracker.current().surface
+            && surface.verdict.correlation >= TELLING
+        {
+            calibration.offer(image, canonical, &surface.vertices_camera)?;
         }
         Ok(if steps { calibration.step()? } else { None })
     }

@@ -191,7 +191,7 @@ impl<'a> VideoFollower<'a> {
         let start = (self.clock_ms)();
         let (by, starts): (Vec<_>, _) = sightings
             .into_iter()
-            .map(|sighting| (sighting.by, sighting.maps))
+            .map(|sighting| (sighting.by, sighting.vertices_camera))
             .unzip();
         let answer = Answer { target: TARGET, starts };
         let answer_times = AnswerTimes {

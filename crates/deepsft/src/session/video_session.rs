@@ -8,7 +8,7 @@ use crate::error::DeepSftError;
 use crate::finding::View;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate, TrackerImage, TrackingOptions};
-use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Template, training_camera};
+use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Surface, Template, training_camera};
 use std::collections::BTreeMap;
 
 /// Number of a target, chosen by the caller.
@@ -81,8 +81,8 @@ pub struct Question {
 pub struct Answer {
     /// The target.
     pub target: TargetId,
-    /// Where they see it, the likeliest first, in the frame's view; empty where they do not.
-    pub starts: Vec<Maps>,
+    /// Where they see it, the likeliest first: vertices of its mesh, camera frame, mm. Empty where they do not.
+    pub starts: Vec<Vec<DVec3>>,
 }
 
 /// When an answer came, by the caller's clock.
@@ -130,11 +130,9 @@ pub struct Followed {
     pub change: Option<Change>,
     /// Whether it is found and the frame does not confirm its mesh, which stands where it was.
     pub held: bool,
-    /// Vertices of the mesh, mm, camera frame; empty unless found.
-    pub vertices_camera: Vec<DVec3>,
-    /// Correlation of image and print around each vertex, 0 to 1; empty unless found.
-    pub confidence: Vec<f32>,
-    /// The same for the whole visible print; 0 without a track.
+    /// Its surface; `None` unless found.
+    pub surface: Option<Surface>,
+    /// Correlation of image and visible print in this frame, 0 to 1; 0 without a track.
     pub correlation: f64,
     /// Solver steps that the frame took.
     pub iterations: usize,
@@ -345,7 +343,7 @@ impl Session {
     /// Takes the answer to the last question. Targets without one, and those that are followed no longer, are left as they are.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] when maps are not of the frame's size.
+    /// [`DeepSftError::Geometry`] when a start does not have the vertices of its template.
     pub fn answer(&mut self, answers: &[Answer], times: AnswerTimes) -> Result<Vec<Effect>, DeepSftError> {
         let Some((of_frame, question)) = self.asked.take() else {
             return Ok(Vec::new());
@@ -383,10 +381,8 @@ impl Session {
     }
 
     /// Depth and registration of a target's mesh in the newest frame, and their camera; empty maps without a track.
-    pub fn maps(&mut self, id: TargetId) -> Option<(Camera, Maps)> {
-        let target = self.targets.get_mut(&id)?;
-        let camera = target.tracker.camera().unwrap_or(*target.training_camera());
-        Some((camera, target.tracker.maps()))
+    pub fn maps(&self, id: TargetId) -> Option<(Camera, Maps)> {
+        Some(self.targets.get(&id)?.maps())
     }
 
     /// The canonical camera as the views of a target so far tell it, of a [`Source`] that was not known well enough; `None` where they do

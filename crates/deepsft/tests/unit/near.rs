@@ -76,11 +76,11 @@ fn a_sheet_that_only_the_whole_image_holds_is_measured_whole() {
         let estimate = pollster::block_on(finder.estimate(&mut view)).unwrap();
         let views = CanonicalViews::new(&training_camera(), &camera);
         assert!(estimate.judgement.found && estimate.canonical_camera == *views.widest());
-        let error = distance(&estimate.fit.unwrap().vertices_camera, &vertices);
+        let error = distance(&estimate.surface.unwrap().vertices_camera, &vertices);
         // The nearest view shows four fifths of the sheet. The rest is guessed.
         let cut = pollster::block_on(finder.estimate_in(&mut view, views.nearest())).unwrap();
         let cut = cut
-            .fit
+            .surface
             .map_or(f64::INFINITY, |fit| distance(&fit.vertices_camera, &vertices));
         assert!(error < 0.4, "{error} mm");
         assert!(cut > 2.0 * error, "{cut} mm in the nearest view");
@@ -129,8 +129,10 @@ fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
             let mut view = View::new(&image, &camera);
             let time_s = frame as f64 / 30.0;
             let followed = pollster::block_on(tracker.follow(time_s, &mut view)).unwrap();
-            let mesh = &followed.followed.vertices_camera;
-            let error = followed.followed.found.then(|| distance(mesh, &vertices));
+            let surface = &followed.followed.surface;
+            let error = surface
+                .as_ref()
+                .map(|surface| distance(&surface.vertices_camera, &vertices));
             seen.push((followed.view.focal().x, error));
         }
         seen

@@ -7,9 +7,8 @@ use deepsft::session::{
     Answer, AnswerTimes, Asking, Change, Followed, FollowedFrame, Session, SessionOptions, Source, TargetId,
 };
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate};
-use deepsft_geometry::{Camera, Maps, Picture, Template, training_camera};
+use deepsft_geometry::{Camera, Picture, Template, training_camera};
 
 const FRAME_S: f64 = 1.0 / 30.0;
 const SHEET: TargetId = 3;
@@ -62,7 +61,7 @@ impl Video {
         targets.remove(0)
     }
 
-    fn answer(&mut self, target: TargetId, starts: Vec<Maps>) -> TrackUpdate {
+    fn answer(&mut self, target: TargetId, starts: Vec<Vec<DVec3>>) -> TrackUpdate {
         let times = AnswerTimes {
             now_s: self.time_s(),
             took_s: FRAME_S,
@@ -73,17 +72,16 @@ impl Video {
     }
 
     /// The sheet at a distance, in its image and as finders see it.
-    fn sheet(&self, depth_mm: f64) -> (Picture, Maps) {
-        let (vertices, camera) = (bent(&self.template, depth_mm), self.source.camera);
-        let maps = VisibleSurface::new(self.template.mesh(), &vertices, &camera).maps();
-        (photograph(&self.template, &vertices, &camera), maps)
+    fn sheet(&self, depth_mm: f64) -> (Picture, Vec<DVec3>) {
+        let vertices = bent(&self.template, depth_mm);
+        (photograph(&self.template, &vertices, &self.source.camera), vertices)
     }
 
     /// The sheet is found in its first frame, by an answer about that frame.
     fn begin(&mut self) -> Picture {
-        let (picture, maps) = self.sheet(480.0);
+        let (picture, seen) = self.sheet(480.0);
         assert!(!self.sees(&picture).found);
-        assert_eq!(self.answer(SHEET, vec![maps]), TrackUpdate::Started);
+        assert_eq!(self.answer(SHEET, vec![seen]), TrackUpdate::Started);
         picture
     }
 }
@@ -147,13 +145,14 @@ fn a_target_is_found_by_a_strong_answer_held_while_it_is_covered_and_lost_after_
     let mut covered: Vec<Followed> = (0..11).map(|_| video.sees(&noise)).collect();
     for held in &covered {
         assert!(held.found && held.held && held.change.is_none(), "{held:?}");
-        assert_eq!(held.vertices_camera, sheet.vertices_camera);
+        let vertices = |seen: &Followed| seen.surface.as_ref().map(|surface| surface.vertices_camera.clone());
+        assert_eq!(vertices(held), vertices(&sheet));
     }
     // The tracker gave up at 0.1 seconds: from then on finders look for it.
     assert_eq!(covered.remove(10).correlation, 0.0);
     let lost = video.sees(&noise);
     assert_eq!((lost.found, lost.change), (false, Some(Change::Lost)));
-    assert!(lost.vertices_camera.is_empty() && lost.confidence.is_empty());
+    assert!(lost.surface.is_none());
     assert!(video.sees(&noise).change.is_none());
 }
 
@@ -176,7 +175,7 @@ fn another_video_begins_without_what_was_found_and_without_late_answers() {
     assert_eq!((frame.afresh, frame.targets[0].change), (true, Some(Change::Lost)));
     assert_eq!(asked, [SHEET]);
     // The same of a camera that is turned, and of a time that does not ascend.
-    let maps = video.sheet(480.0).1;
+    let seen = video.sheet(480.0).1;
     video.source = training_camera()
         .resized((480, 270))
         .unwrap()
@@ -185,7 +184,7 @@ fn another_video_begins_without_what_was_found_and_without_late_answers() {
     let (frame, asked) = video.look(&Picture::from_fn(270, 480, |_, _| [90; 3]));
     assert!(frame.afresh && asked.is_empty());
     assert_eq!(
-        video.answer(SHEET, vec![maps]),
+        video.answer(SHEET, vec![seen]),
         TrackUpdate::Ignored,
         "that was of the video before"
     );
@@ -202,7 +201,7 @@ fn where_what_was_seen_started_nothing_the_next_look_is_into_the_widest_view() {
     for _ in 0..3 {
         views.push(video.session.next(&video.source.camera, video.time_s()).view.focal().x);
         video.look(&picture);
-        let seen = Maps::empty(480, 270);
+        let seen = vec![-DVec3::Z; video.template.mesh().vertices().len()];
         assert_eq!(video.answer(SHEET, vec![seen]), TrackUpdate::Ignored);
     }
     assert!(views[0] == 380.0 && views[1] < 300.0 && views[2] == 380.0, "{views:?}");
@@ -215,9 +214,9 @@ fn two_sheets_are_followed_in_one_video_until_one_is_removed() {
     let art = Picture::from_fn(60, 40, |x, y| [(x * y % 251) as u8, (4 * x) as u8, (6 * y) as u8]);
     let other = Template::thin_shell(art, 297.0, 198.0).unwrap();
     video.session.add(OTHER, &other, training_camera(), false).unwrap();
-    let (picture, maps) = video.sheet(480.0);
+    let (picture, seen) = video.sheet(480.0);
     assert_eq!(video.look(&picture).1, [SHEET, OTHER]);
-    assert_eq!(video.answer(SHEET, vec![maps]), TrackUpdate::Started);
+    assert_eq!(video.answer(SHEET, vec![seen]), TrackUpdate::Started);
     let (frame, asked) = video.look(&picture);
     let found: Vec<_> = frame.targets.iter().map(|one| (one.target, one.found)).collect();
     assert_eq!((found, asked), (vec![(SHEET, true), (OTHER, false)], vec![OTHER]));
@@ -240,7 +239,7 @@ fn smoothing_is_for_who_looks_and_changes_nothing_of_what_the_meshes_tell_of_the
         for frame in 0..16 {
             // 12 mm a frame.
             let (picture, _) = video.sheet(480.0 + 12.0 * f64::from(frame));
-            meshes.push(video.sees(&picture).vertices_camera);
+            meshes.push(video.sees(&picture).surface.unwrap().vertices_camera);
         }
         let found = video.session.solve_camera(SHEET, 30).unwrap();
         (meshes, found, video.session.maps(SHEET).unwrap().1)

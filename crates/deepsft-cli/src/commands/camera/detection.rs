@@ -11,7 +11,7 @@ use deepsft::View;
 use deepsft::features::{FeatureFinder, PictureTarget};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::planar_calibration::PlanarView;
-use deepsft_geometry::{Camera, Picture, Template, training_camera};
+use deepsft_geometry::{Camera, Picture, Template};
 
 /// Side of a square where none is given, mm: the camera does not depend on it.
 const ANY_SQUARE_MM: f64 = 30.0;
@@ -139,7 +139,7 @@ fn print_points(finder: &mut FeatureFinder, picture: &Picture) -> Result<Vec<(DV
     let mut view = View::new(picture, &camera);
     let (features, feature_camera) = view.features()?;
     let scale = camera.width() as f64 / feature_camera.width() as f64;
-    let found = finder.find(features, feature_camera, &training_camera())?;
+    let found = finder.find(features, feature_camera)?;
     let matches: Vec<_> = found
         .iter()
         .flat_map(|found| &found.matches)

@@ -236,6 +236,8 @@ mod tests {
             area: 0.1,
         };
         let estimate = Estimate {
+            by: None,
+            surface: None,
             maps,
             canonical: image.clone(),
             canonical_camera: training_camera(),
@@ -252,7 +254,7 @@ mod tests {
             },
             photo_consistency_error: None,
             measured_pixels: None,
-            fit: None,
+            network: None,
             seconds: None,
         };
         let camera = training_camera();

@@ -6,14 +6,16 @@ use super::tracked::{TrackUpdate, Tracked};
 use super::tracker_image::{HalvedPair, TrackerImage};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
-use crate::fitting::coarse_fitter::CoarseFitter;
-use crate::fitting::measurements::measurements;
+use crate::fitting::coarse_fitter::{CoarseFitter, CoarseStart};
+use crate::fitting::correlation::Correlation;
+use crate::fitting::measurements::Measurement;
 use crate::fitting::mesh_fitter::{FitRound, Resolution, check_blurs, window_of};
 use crate::fitting::print::Drawing;
+use crate::fitting::start::Start;
 use crate::image::{GreyImage, Picture};
-use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template};
+use crate::surface::Surface;
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -31,9 +33,7 @@ struct RememberedFrame {
 #[derive(Clone)]
 struct TrackedMesh {
     vertices: Vec<DVec3>,
-    confidence: Vec<f32>,
-    correlation: f64,
-    points: usize,
+    correlation: Correlation,
     iterations: usize,
     /// Left standing in a frame that was missed.
     held: bool,
@@ -41,7 +41,7 @@ struct TrackedMesh {
 
 /// Follows one template through one video.
 ///
-/// Give it every frame ([`follow`](Self::follow)) and, whenever the network has them, its maps of an earlier frame
+/// Give it every frame ([`follow`](Self::follow)) and, whenever a finder has one, its mesh in an earlier frame
 /// ([`update`](Self::update)). The image must be a canonical one. From frame to frame the view may be zoomed (another focal length,
 /// [`CanonicalViews`](crate::CanonicalViews)); any other change of the camera starts the video afresh.
 pub struct Tracker {
@@ -52,7 +52,7 @@ pub struct Tracker {
     spare: Option<TrackerImage>,
     /// Missed frames in a row.
     missed: usize,
-    /// The first frame since the network's last answer in which the mesh was found by a search: it may sit in a wrong fold,
+    /// The first frame since a finder's last answer in which the mesh was found by a search: it may sit in a wrong fold,
     /// or on something else.
     searched: Option<u64>,
     current: Tracked,
@@ -90,18 +90,6 @@ impl Tracker {
     /// The object in the newest frame.
     pub fn current(&self) -> &Tracked {
         &self.current
-    }
-
-    /// Depth and registration of the mesh in the newest frame; empty while nothing is followed.
-    pub fn maps(&mut self) -> Maps {
-        match self.camera() {
-            Some(camera) if self.current.found => {
-                let mesh = self.fitter.mesh_fitter.template.mesh();
-                VisibleSurface::new(mesh, &self.current.vertices_camera, &camera).maps()
-            }
-            Some(camera) => Maps::empty(camera.width(), camera.height()),
-            None => Maps::empty(crate::camera::CANONICAL_WIDTH, crate::camera::CANONICAL_HEIGHT),
-        }
     }
 
     /// The camera of the newest frame.
@@ -170,7 +158,7 @@ impl Tracker {
             self.spare = self.frames.pop_front().map(|forgotten| forgotten.image);
         }
         let newest = self.frames.len() - 1;
-        if self.current.found {
+        if self.current.surface.is_some() {
             let last = self.frames[newest.saturating_sub(1)].mesh.clone();
             match last {
                 Some(last) if newest > 0 => {
@@ -188,46 +176,49 @@ impl Tracker {
         Ok(&self.current)
     }
 
-    /// Takes the network's `maps` of an earlier frame or of the newest, in the view that the frame was followed in; `None` when the network
+    /// Takes a finder's mesh in an earlier frame or in the newest: `vertices` of the template, camera frame, mm. `None` when the finder
     /// does not see the object there.
     ///
-    /// Without a track, a mesh is fitted to them in that frame and followed through the frames since. With one, the two are
-    /// compared; where they disagree, the image decides.
+    /// Without a track, the mesh is fitted to that frame and followed through the frames since. With one, the two are compared; where
+    /// they disagree, the image decides.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when the maps are not of the frames' size.
-    pub fn update(&mut self, frame: u64, maps: Option<&Maps>) -> Result<TrackUpdate, GeometryError> {
+    /// [`GeometryError::StartLength`] when there are not as many vertices as the template has.
+    pub fn update(&mut self, frame: u64, vertices: Option<&[DVec3]>) -> Result<TrackUpdate, GeometryError> {
         let Ok(index) = self.frames.binary_search_by_key(&frame, |f| f.frame) else {
             return Ok(TrackUpdate::Ignored);
         };
-        let Some(maps) = maps else {
+        let Some(vertices) = vertices else {
             return Ok(self.deny(frame));
         };
         let camera = self.frames[index].camera;
-        check_size(maps.size(), camera.size())?;
-        // After a search the image decides also where the two are near each other.
-        let searched = std::mem::take(&mut self.searched);
-        if self.current.found && searched.is_none() && self.agrees(index, maps, &camera) {
-            return Ok(TrackUpdate::Confirmed);
-        }
-        // The candidate is followed with its own history, not with the misses and the doubt of the track that it may replace.
-        let missed = std::mem::take(&mut self.missed);
-        let candidate = self.caught_up(index, maps, &camera);
-        let candidates_search = std::mem::replace(&mut self.searched, searched);
-        self.missed = missed;
-        let Some(meshes) = candidate? else {
+        let start = Start::Mesh(vertices.to_vec());
+        let Some(start) = self.fitter.start(&start, &camera)? else {
             return Ok(TrackUpdate::Ignored);
         };
-        let was_found = self.current.found;
-        let (reached, points) = meshes.last().map_or((0.0, 0), |mesh| (mesh.correlation, mesh.points));
-        if was_found && reached <= self.current.correlation {
+        // After a search the image decides also where the two are near each other.
+        let was_found = self.current.surface.is_some();
+        let doubt = std::mem::take(&mut self.searched);
+        if was_found && doubt.is_none() && self.agrees(index, &start.measured, &camera) {
+            return Ok(TrackUpdate::Confirmed);
+        }
+        // The candidate is followed with its own history, not with the misses of the track that it may replace.
+        let missed = std::mem::take(&mut self.missed);
+        let candidate = self.caught_up(index, &start, &camera);
+        let searched = std::mem::replace(&mut self.searched, doubt);
+        self.missed = missed;
+        let meshes = candidate?;
+        let (reached, points) = meshes
+            .last()
+            .map_or((0.0, 0), |mesh| (mesh.correlation.whole, mesh.correlation.points));
+        if was_found && reached <= self.correlation() {
             self.searched = None;
             return Ok(TrackUpdate::Confirmed);
         }
         if reached < self.options.start_correlation || points < self.options.min_points {
             return Ok(TrackUpdate::Ignored);
         }
-        self.searched = candidates_search;
+        self.searched = searched;
         let newest = self.frames.len() - 1;
         // Meshes of an earlier track tell nothing of this one's speed.
         self.frames.iter_mut().take(index).for_each(|frame| frame.mesh = None);
@@ -245,12 +236,12 @@ impl Tracker {
         })
     }
 
-    /// The network does not see the object in `frame`.
+    /// A finder that can tell does not see the object in `frame`.
     fn deny(&mut self, frame: u64) -> TrackUpdate {
         let found_by_search = self.searched.is_some_and(|since| since <= frame);
-        if !self.current.found {
+        if self.current.surface.is_none() {
             TrackUpdate::Ignored
-        } else if !found_by_search && self.current.correlation >= self.options.start_correlation {
+        } else if !found_by_search && self.correlation() >= self.options.start_correlation {
             TrackUpdate::Confirmed
         } else {
             self.lose();
@@ -258,20 +249,28 @@ impl Tracker {
         }
     }
 
-    /// Whether the mesh in frame `index` shows what `maps` say on four fifths of what they show.
-    fn agrees(&mut self, index: usize, maps: &Maps, camera: &Camera) -> bool {
+    /// Correlation of image and print in the newest frame; 0 while nothing is followed.
+    fn correlation(&self) -> f64 {
+        self.current
+            .surface
+            .as_ref()
+            .map_or(0.0, |surface| surface.verdict.correlation)
+    }
+
+    /// Whether the mesh in frame `index` shows four fifths of what is `measured` where it was measured.
+    fn agrees(&self, index: usize, measured: &[Measurement], camera: &Camera) -> bool {
         let Some(mesh) = &self.frames[index].mesh else {
             return false;
         };
-        let fit = &mut self.fitter.mesh_fitter;
-        let mut distances: Vec<f64> = measurements(maps, &fit.template)
-            .iter()
-            .filter_map(|m| {
-                let point = fit.coarse.locator.locate(m.uv)?;
-                let position = point.position(fit.coarse.mesh.faces(), &mesh.vertices);
-                Some(camera.project(position)?.distance(m.pixel))
-            })
-            .collect();
+        let coarse = &self.fitter.mesh_fitter.coarse;
+        let distance = |m: &Measurement| {
+            let position = coarse
+                .locator
+                .locate(m.uv)?
+                .position(coarse.mesh.faces(), &mesh.vertices);
+            Some(camera.project(position)?.distance(m.pixel))
+        };
+        let mut distances: Vec<f64> = measured.iter().filter_map(distance).collect();
         let rank = distances.len() * 4 / 5;
         if distances.is_empty() {
             return true;
@@ -280,23 +279,20 @@ impl Tracker {
         *distance <= self.options.disagreement_px
     }
 
-    /// The meshes of frame `index`, fitted to `maps`, and of all frames since.
+    /// The meshes of frame `index`, fitted from `start`, and of all frames since.
     fn caught_up(
         &mut self,
         index: usize,
-        maps: &Maps,
+        start: &CoarseStart<'_>,
         camera: &Camera,
-    ) -> Result<Option<Vec<TrackedMesh>>, GeometryError> {
+    ) -> Result<Vec<TrackedMesh>, GeometryError> {
         let image = Arc::clone(&self.frames[index].image.0);
-        let Some(start) = self.fitter.start(&image.whole, camera, maps)? else {
-            return Ok(None);
-        };
+        let blurs = self.fitter.options.blurs.clone();
+        let fitted = self.fitter.fit((&image.whole, camera), start, &blurs)?;
         let mut meshes = vec![TrackedMesh {
-            iterations: start.reports.iter().map(|r| r.iterations).sum(),
-            correlation: start.correlation.whole,
-            confidence: start.correlation.confidence,
-            points: start.correlation.points,
-            vertices: start.vertices,
+            vertices: fitted.vertices,
+            correlation: fitted.correlation,
+            iterations: fitted.iterations,
             held: false,
         }];
         for later in index + 1..self.frames.len() {
@@ -308,7 +304,7 @@ impl Tracker {
             let mesh = self.fitted(later, start, &last.clone())?;
             meshes.push(mesh);
         }
-        Ok(Some(meshes))
+        Ok(meshes)
     }
 
     /// The mesh of frame `index` from those of the frames before, the last of them `last`.
@@ -341,13 +337,13 @@ impl Tracker {
     /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &TrackedMesh) -> Result<TrackedMesh, GeometryError> {
         let first = self.fitted_in((&self.options.blurs.clone(), false), index, start, last)?;
-        if first.correlation >= self.options.start_correlation.min(0.8 * last.correlation) {
+        if first.correlation.whole >= self.options.start_correlation.min(0.8 * last.correlation.whole) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
         let mut second = self.fitted_in((&self.options.wide_blurs.clone(), true), index, shifted, last)?;
         second.iterations += first.iterations;
-        Ok(if second.correlation > first.correlation {
+        Ok(if second.correlation.whole > first.correlation.whole {
             self.searched.get_or_insert(self.frames[index].frame);
             second
         } else {
@@ -391,10 +387,8 @@ impl Tracker {
         let image = Arc::clone(&self.frames[index].image.0);
         let half_camera = camera.halved()?;
         let mut mesh = TrackedMesh {
-            confidence: vec![0.0; start.len()],
             vertices: start,
-            correlation: 0.0,
-            points: 0,
+            correlation: Correlation::default(),
             iterations: 0,
             held: false,
         };
@@ -404,7 +398,9 @@ impl Tracker {
         let anything = self.missed > 0;
         let trusted = |point: &SurfacePoint| {
             let corners = faces[point.face].iter().zip(point.barycentric);
-            let confidence: f64 = corners.map(|(&v, w)| w * f64::from(last.confidence[v])).sum();
+            let confidence: f64 = corners
+                .map(|(&v, w)| w * f64::from(last.correlation.confidence[v]))
+                .sum();
             anything || confidence > HIDDEN
         };
         for (k, &blur) in blurs.iter().enumerate() {
@@ -430,23 +426,21 @@ impl Tracker {
             let fitted = fit.round(frame, &mesh.vertices, &round, |_, _| true, trusted, &[])?;
             mesh.vertices = fitted.vertices;
             mesh.iterations += fitted.report.iterations;
-            mesh.confidence = fitted.correlation.confidence;
-            mesh.correlation = fitted.correlation.whole;
-            mesh.points = fitted.correlation.points;
+            mesh.correlation = fitted.correlation;
         }
         Ok(mesh)
     }
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
     fn take(&mut self, newest: usize, mesh: TrackedMesh, last: TrackedMesh) {
-        let in_view = mesh.points >= self.options.min_points;
+        let in_view = mesh.correlation.points >= self.options.min_points;
         // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
         let enough = if self.searched.is_some() {
             self.options.start_correlation
         } else {
             self.options.min_correlation
         };
-        let confirmed = mesh.correlation >= enough && in_view;
+        let confirmed = mesh.correlation.whole >= enough && in_view;
         if confirmed {
             self.missed = 0;
             self.frames[newest].mesh = Some(mesh.clone());
@@ -475,14 +469,18 @@ impl Tracker {
     }
 
     fn show(&mut self, index: usize, mesh: TrackedMesh) {
-        let fit = &mut self.fitter.mesh_fitter;
+        let fit = &self.fitter.mesh_fitter;
+        let RememberedFrame { frame, camera, .. } = self.frames[index];
         self.current = Tracked {
-            frame: self.frames[index].frame,
-            found: true,
+            frame,
+            surface: Some(Surface {
+                camera,
+                vertices_camera: fit.fine_vertices(&mesh.vertices),
+                confidence: fit.fine_confidence(&mesh.correlation.confidence),
+                is_hidden: Vec::new(),
+                verdict: mesh.correlation.verdict(None),
+            }),
             held: mesh.held,
-            vertices_camera: fit.fine_vertices(&mesh.vertices),
-            confidence: fit.fine_confidence(&mesh.confidence),
-            correlation: mesh.correlation,
             iterations: mesh.iterations,
         };
     }

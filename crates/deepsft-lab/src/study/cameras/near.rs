@@ -4,7 +4,7 @@
 use super::scenes::{NamedCamera, Scenes, cameras, cut_off, holds};
 use crate::reading;
 use anyhow::Result;
-use deepsft::{Device, Target, TargetEstimate, TargetFinder, View};
+use deepsft::{Device, Estimate, Target, TargetFinder, View};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::Summary;
@@ -101,8 +101,8 @@ pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
 }
 
 impl Answers {
-    fn add(&mut self, estimate: TargetEstimate, truth: &[DVec3]) {
-        let Some(fit) = estimate.fit.filter(|_| estimate.judgement.found) else {
+    fn add(&mut self, estimate: Estimate, truth: &[DVec3]) {
+        let Some(fit) = estimate.surface.filter(|_| estimate.judgement.found) else {
             return;
         };
         self.found += 1;

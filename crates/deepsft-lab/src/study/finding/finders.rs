@@ -4,7 +4,8 @@ use crate::measuring::Stopwatch;
 use anyhow::{Context, Result};
 use deepsft::{DescriptorFinder, Estimator, FinderKind, SharedDescriptorNetwork};
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget, feature_image};
-use deepsft_geometry::{Camera, Maps, Picture, Template};
+use deepsft_geometry::fitting::Start;
+use deepsft_geometry::{Camera, Picture, Template};
 
 /// An image with its camera, and the canonical camera, for which maps are wanted.
 #[derive(Clone, Copy)]
@@ -17,10 +18,8 @@ pub struct View<'a> {
 /// What a finder found.
 #[derive(Default)]
 pub struct Found {
-    /// Depth and registration for the canonical camera; `None` when it did not find the print.
-    pub maps: Option<Maps>,
-    /// Whether the maps leave out what hides the print.
-    pub is_masked: bool,
+    /// Where it sees the print, for the canonical camera; `None` when it did not find it.
+    pub start: Option<Start>,
     /// Processor time on one thread: what does not depend on the print, and the rest.
     pub features_ms: f64,
     pub find_ms: f64,
@@ -59,12 +58,11 @@ impl Finder for FeatureFinding {
         let features = Features::of(&small, &FeatureOptions::default());
         let features_ms = start.ms();
         let start = Stopwatch::start();
-        let found = finder.find(&features, &camera, view.canonical)?;
+        let found = finder.find(&features, &camera)?;
         Ok(Found {
-            maps: found.map(|found| found.maps),
+            start: found.map(|found| Start::Mesh(found.vertices_camera)),
             features_ms,
             find_ms: start.ms(),
-            ..Found::default()
         })
     }
 }
@@ -124,11 +122,9 @@ impl Finder for NetworkFinding {
         let start = Stopwatch::start();
         let found = pollster::block_on(finder.find(&mut seen, view.canonical))?;
         Ok(Found {
-            maps: found.map(|found| found.maps),
-            is_masked: self.kind == FinderKind::Network,
+            start: found.map(|(start, _)| start),
             features_ms,
             find_ms: start.ms(),
-            ..Found::default()
         })
     }
 }

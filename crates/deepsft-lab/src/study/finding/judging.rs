@@ -4,9 +4,9 @@ use super::finders::{Finder, View};
 use super::prints::{Kind, Print};
 use crate::measuring::Stopwatch;
 use anyhow::Result;
-use deepsft::is_found;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
-use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, training_camera};
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
 
@@ -147,26 +147,32 @@ impl<'a> Studied<'a> {
         let mut attempts = Vec::new();
         for finder in self.finders.iter_mut() {
             let found = finder.find(view)?;
+            let mesh = self.print.template.mesh();
             let error = |maps: &Maps| error_px(maps, truth?, self.print, &self.canonical);
-            let start = Stopwatch::start();
-            let fit = match &found.maps {
-                Some(maps) if found.is_masked => self.fitter.fit(&canonical, &self.canonical, maps, None)?,
-                Some(maps) => self.fitter.fit_unmasked(&canonical, &self.canonical, maps)?,
+            let start_px = found.start.as_ref().and_then(|start| match start {
+                Start::Maps(maps) => error(maps),
+                Start::Mesh(vertices) => error(&VisibleSurface::new(mesh, vertices, &self.canonical).maps()),
+            });
+            let stopwatch = Stopwatch::start();
+            let fit = match &found.start {
+                Some(start) => self.fitter.fit(&canonical, &self.canonical, start)?,
                 None => None,
             };
+            let fit_ms = stopwatch.ms();
+            let verdict = fit.as_ref().map_or_else(Verdict::default, |surface| surface.verdict);
             attempts.push(Attempt {
                 finder: finder.name(),
-                started: found.maps.is_some(),
-                start_px: found.maps.as_ref().and_then(error),
-                fitted_px: fit.as_ref().and_then(|fit| error(&fit.maps)),
-                is_found: fit.as_ref().is_some_and(is_found),
-                ambiguity: fit.as_ref().and_then(|fit| fit.ambiguity),
-                correlation: fit.as_ref().map_or(0.0, |fit| fit.correlation),
-                explained: fit.as_ref().map_or(0.0, |fit| fit.explained),
-                confirmed_px: fit.as_ref().map_or(0.0, |fit| fit.confirmed_px),
+                started: found.start.is_some(),
+                start_px,
+                fitted_px: fit.as_ref().and_then(|surface| error(&surface.maps(mesh))),
+                is_found: verdict.is_found(),
+                ambiguity: verdict.ambiguity,
+                correlation: verdict.correlation,
+                explained: verdict.explained,
+                confirmed_px: verdict.confirmed_px,
                 features_ms: found.features_ms,
                 find_ms: found.find_ms,
-                fit_ms: start.ms(),
+                fit_ms,
             });
         }
         Ok(attempts)

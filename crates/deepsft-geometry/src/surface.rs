@@ -1,0 +1,58 @@
+//! The deformed object in front of a camera: what fit, tracker and completion answer with.
+
+use crate::camera::Camera;
+use crate::error::GeometryError;
+use crate::maps::Maps;
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::TriangleMesh;
+use crate::verdict::Verdict;
+use glam::DVec3;
+
+/// The deformed surface of a template in front of a camera, hidden parts included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// The camera in whose frame the vertices are; its image is the one that was looked at.
+    pub camera: Camera,
+    /// Vertices of the template's mesh, camera frame, mm.
+    pub vertices_camera: Vec<DVec3>,
+    /// How far the image confirms the mesh around each vertex, 0 to 1: the correlation of the normalised image with the normalised
+    /// print. 0 where the print is not seen or has no contrast. Of a completion: 1 at vertices that the maps show, else 0.
+    pub confidence: Vec<f32>,
+    /// Vertices around which the image shows something else than the print: something hides the object. Empty where that is not
+    /// judged.
+    pub is_hidden: Vec<bool>,
+    /// What the image says of the whole.
+    pub verdict: Verdict,
+}
+
+impl Surface {
+    /// Depth (mm) and registration of the surface in its camera's image, without what something hides. `template`: the mesh at rest.
+    pub fn maps(&self, template: &TriangleMesh) -> Maps {
+        let surface = VisibleSurface::new(template, &self.vertices_camera, &self.camera);
+        let mut maps = surface.maps();
+        if self.is_hidden.is_empty() {
+            return maps;
+        }
+        let width = maps.width();
+        for (column, row, face, triangle) in surface.front() {
+            let at = surface.centres().position(column, row);
+            let corners = template.faces()[face].into_iter().zip(triangle.barycentric(at.x, at.y));
+            let hidden: f64 = corners
+                .filter(|(v, _)| self.is_hidden[*v])
+                .map(|(_, weight)| weight)
+                .sum();
+            if hidden > 0.5 {
+                maps.clear(row * width + column);
+            }
+        }
+        maps
+    }
+
+    /// The deformed mesh, mm, camera frame, with faces and texture coordinates of `template`, the mesh at rest.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for a mesh with another number of vertices.
+    pub fn mesh(&self, template: &TriangleMesh) -> Result<TriangleMesh, GeometryError> {
+        template.with_vertices(self.vertices_camera.clone())
+    }
+}

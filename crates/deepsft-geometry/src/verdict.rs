@@ -1,0 +1,69 @@
+//! Whether the image shows the object where a mesh lies.
+
+/// Least fraction of the visible print that the image confirms.
+const MIN_EXPLAINED: f64 = 0.4;
+
+/// Ambiguity from which the image must confirm [`MIN_EXPLAINED_IF_AMBIGUOUS`] of the print: a sheet one row off shows much that is
+/// right. From [`MAX_AMBIGUITY`] on nothing is found.
+const AMBIGUOUS: f64 = 0.5;
+const MIN_EXPLAINED_IF_AMBIGUOUS: f64 = 0.7;
+const MAX_AMBIGUITY: f64 = 0.94;
+
+/// Least explained fraction times confirmed pixels: a large sheet has to show less of itself than a small one. On frames with
+/// another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a hundred has less than 2,500.
+const MIN_EVIDENCE_PX: f64 = 2500.0;
+
+/// The verdict of an image on a mesh: how far it shows the print where the mesh puts it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// Correlation of image and visible print, both locally normalised, 0 to 1.
+    pub correlation: f64,
+    /// Fraction of the visible print with contrast that the image confirms.
+    pub explained: f64,
+    /// Pixels of the image that confirm the mesh, about.
+    pub confirmed_px: f64,
+    /// What the image confirms of the next best place where the print looks alike, as a fraction of this one. Near 1 nothing tells
+    /// the two apart; 1 also where the fit was too bad to be tried elsewhere. `None` for a print that looks like itself nowhere
+    /// else, and for a mesh that started from a network's maps or from the last frame.
+    pub ambiguity: Option<f64>,
+}
+
+impl Verdict {
+    /// Whether the object is found: the one rule for all finders.
+    pub fn is_found(&self) -> bool {
+        let is_clear = match self.ambiguity {
+            Some(ambiguity) if ambiguity >= AMBIGUOUS => {
+                self.explained >= MIN_EXPLAINED_IF_AMBIGUOUS && ambiguity < MAX_AMBIGUITY
+            }
+            _ => self.explained >= MIN_EXPLAINED,
+        };
+        is_clear && self.evidence_px() >= MIN_EVIDENCE_PX
+    }
+
+    /// The evidence for the mesh: explained fraction times confirmed pixels.
+    pub fn evidence_px(&self) -> f64 {
+        self.explained * self.confirmed_px
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_a_large_print_is_enough_unless_the_next_row_is_as_likely_or_the_print_is_small() {
+        let found = |explained: f64, ambiguity: Option<f64>, confirmed_px: f64| {
+            let verdict = Verdict {
+                correlation: 0.8,
+                explained,
+                confirmed_px,
+                ambiguity,
+            };
+            verdict.is_found()
+        };
+        assert!(found(0.5, None, 2e4) && found(0.5, Some(0.3), 2e4));
+        assert!(!found(0.3, None, 2e4) && !found(0.5, Some(0.8), 2e4));
+        assert!(found(0.9, Some(0.8), 2e4) && !found(0.9, Some(0.96), 2e4));
+        assert!(!found(0.9, None, 2000.0) && !Verdict::default().is_found());
+    }
+}
