@@ -1,7 +1,7 @@
 //! Corners of a grey picture: the segment test (Rosten and Drummond 2006), ranked by Harris's measure, with the direction of
 //! the intensity centroid (Rosin 1999), as ORB does (Rublee et al. 2011).
 
-use crate::pyramid::Level;
+use crate::pyramid::PyramidLevel;
 
 /// Pixels at a level's border in which no corner is taken: descriptors reach this far.
 pub(crate) const MARGIN: usize = 16;
@@ -61,7 +61,7 @@ pub(crate) struct CornerSearch {
 impl CornerSearch {
     /// At most about `budget` corners of a level, spread over it: cells of 32 pixels have the same number each, and what poor
     /// cells leave goes to the strongest corners anywhere. `threshold`: least difference in grey levels.
-    pub fn corners(&mut self, level: &Level, threshold: u8, budget: usize) -> &[Corner] {
+    pub fn corners(&mut self, level: &PyramidLevel, threshold: u8, budget: usize) -> &[Corner] {
         self.kept.clear();
         let (width, height) = (level.width, level.height);
         if width <= 2 * MARGIN + 1 || height <= 2 * MARGIN + 1 {
@@ -78,7 +78,7 @@ impl CornerSearch {
     }
 
     /// The segment test: nine pixels of the circle in a row are all brighter or all darker by more than `threshold`.
-    fn score(&mut self, level: &Level, threshold: u8) {
+    fn score(&mut self, level: &PyramidLevel, threshold: u8) {
         let (width, values) = (level.width, &level.values);
         let offsets = CIRCLE.map(|(dx, dy)| dy as isize * width as isize + dx as isize);
         self.scores.clear();
@@ -108,7 +108,7 @@ impl CornerSearch {
     }
 
     /// Those whose score no neighbour exceeds.
-    fn select(&mut self, level: &Level) {
+    fn select(&mut self, level: &PyramidLevel) {
         let (width, height, scores) = (level.width, level.height, &self.scores);
         let columns = width.div_ceil(CELL);
         self.found.clear();
@@ -191,7 +191,7 @@ fn longest_run(ring: &[i16; 32]) -> i16 {
 }
 
 /// Harris's measure over 7 x 7 pixels.
-fn harris(level: &Level, x: usize, y: usize) -> f32 {
+fn harris(level: &PyramidLevel, x: usize, y: usize) -> f32 {
     let width = level.width;
     let at = |x: usize, y: usize| f32::from(level.values[y * width + x]);
     let (mut xx, mut yy, mut xy) = (0.0_f32, 0.0_f32, 0.0_f32);
@@ -211,7 +211,7 @@ fn disc_halves() -> [i32; CENTROID_RADIUS as usize + 1] {
     std::array::from_fn(|v| ((CENTROID_RADIUS * CENTROID_RADIUS - (v * v) as i32) as f32).sqrt() as i32)
 }
 
-fn centroid_angle(level: &Level, corner: &Corner, halves: &[i32]) -> f32 {
+fn centroid_angle(level: &PyramidLevel, corner: &Corner, halves: &[i32]) -> f32 {
     let (x, y) = (usize::from(corner.x), usize::from(corner.y));
     let (mut across, mut down) = (0_i32, 0_i32);
     for v in -CENTROID_RADIUS..=CENTROID_RADIUS {

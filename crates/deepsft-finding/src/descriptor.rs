@@ -1,7 +1,7 @@
 //! Binary descriptors: comparisons of pairs of blurred pixels (BRIEF, Calonder et al. 2010), turned with the corner.
 
 use crate::corners::Corner;
-use crate::pyramid::Level;
+use crate::pyramid::PyramidLevel;
 use std::sync::LazyLock;
 
 const WORDS: usize = 4;
@@ -35,7 +35,7 @@ impl Descriptor {
     }
 
     /// The descriptor of a corner of `level`.
-    pub fn of(level: &Level, corner: &Corner) -> Self {
+    pub fn of(level: &PyramidLevel, corner: &Corner) -> Self {
         let turn = (corner.angle / std::f32::consts::TAU * TURNS as f32).round() as i32;
         let pattern = &PATTERNS[turn.rem_euclid(TURNS as i32) as usize];
         let centre = usize::from(corner.y) * level.width + usize::from(corner.x);

@@ -2,14 +2,14 @@
 
 use crate::corners::CornerSearch;
 use crate::descriptor::Descriptor;
-use crate::pyramid::Pyramid;
+use crate::pyramid::pyramid_levels;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec2;
 
 /// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
 const SHORTEST_SIDE: usize = 48;
 
-/// How features are looked for.
+/// Options of the search for features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureOptions {
     /// Corners in all levels together, at most; a few more where cells are many. Default 2000.
@@ -41,13 +41,11 @@ pub(crate) struct Feature {
     pub scale: f32,
 }
 
-/// The features of one picture.
+/// The features of one picture: corners at many sizes with their descriptors.
 #[derive(Clone, Debug, Default)]
 pub struct Features {
     all: Vec<Feature>,
     descriptors: Vec<Descriptor>,
-    pyramid: Pyramid,
-    search: CornerSearch,
 }
 
 impl Features {
@@ -55,49 +53,33 @@ impl Features {
     /// [`crate::feature_image`]. A picture with a side beyond 65,535 pixels has no features.
     pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
         let mut features = Self::default();
-        features.renew(picture, options);
-        features
-    }
-
-    /// Makes them the features of another picture. Pictures of one size after another need no new memory.
-    pub fn renew(&mut self, picture: &Picture, options: &FeatureOptions) {
-        self.all.clear();
-        self.descriptors.clear();
         if picture.width().max(picture.height()) > usize::from(u16::MAX) {
-            return;
+            return features;
         }
-        self.pyramid.renew(picture, SHORTEST_SIDE, options.levels);
-        let levels = self.pyramid.levels();
+        let levels = pyramid_levels(picture, SHORTEST_SIDE, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
-        for level in levels {
+        let mut search = CornerSearch::default();
+        for level in &levels {
             let part = (level.width * level.height) as f32 / whole;
             let budget = (part * options.corners as f32).ceil() as usize;
-            for corner in self.search.corners(level, options.threshold, budget) {
-                self.all.push(Feature {
+            for corner in search.corners(level, options.threshold, budget) {
+                features.all.push(Feature {
                     position: level.position(corner.x, corner.y),
                     angle: corner.angle,
                     scale: level.scale,
                 });
-                self.descriptors.push(Descriptor::of(level, corner));
+                features.descriptors.push(Descriptor::of(level, corner));
             }
         }
+        features
     }
 
-    /// The same features without the memory for the next picture.
-    pub(crate) fn kept(self) -> Self {
-        Self {
-            all: self.all,
-            descriptors: self.descriptors,
-            ..Self::default()
-        }
-    }
-
-    /// Number of features.
+    /// Returns the number of features.
     pub fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Whether there is none.
+    /// Reports whether there is none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }

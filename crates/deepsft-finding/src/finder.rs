@@ -1,8 +1,8 @@
-//! The finder: one picture in images.
+//! The feature finder: one printed picture in images.
 
 use crate::consensus::{Neighbourhood, groups};
 use crate::features::Features;
-use crate::guided_matching::{Seen, guided_matches};
+use crate::guided_matching::{ImageEvidence, guided_matches};
 use crate::matching::{Match, Matching};
 use crate::pyramid::resized;
 use crate::sheet_solver::SheetSolver;
@@ -52,7 +52,7 @@ const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
 /// Standard deviation of matches, as a fraction of the distance within which they were looked for.
 const DEVIATION: f64 = 0.2;
 
-/// A sheet as the features show it.
+/// A sheet that was found, as its coarse mesh shows it.
 #[derive(Clone, Debug)]
 pub struct FoundSheet {
     /// Vertices of the template's mesh, camera frame, mm: the whole sheet, as if nothing hid it.
@@ -61,7 +61,7 @@ pub struct FoundSheet {
     pub matches: Vec<Match>,
 }
 
-/// The image that features are taken from, and its camera: `image` with at most 960 pixels along its longer side.
+/// Shrinks `image` to at most 960 pixels along its longer side, as features need it, and its camera with it.
 ///
 /// # Errors
 /// [`GeometryError::CameraParameter`] for a camera without pixels.
@@ -71,7 +71,7 @@ pub fn feature_image<'a>(image: &'a Picture, camera: &Camera) -> Result<(Cow<'a,
     Ok((image, camera))
 }
 
-/// Finds one picture.
+/// Finds one printed picture in images, by matches of features.
 pub struct FeatureFinder {
     target: PictureTarget,
     solver: SheetSolver,
@@ -99,7 +99,7 @@ impl FeatureFinder {
         })
     }
 
-    /// What it finds.
+    /// Returns the picture that it finds.
     pub fn target(&self) -> &PictureTarget {
         &self.target
     }
@@ -133,7 +133,7 @@ impl FeatureFinder {
             distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
             place_mm: PLACE_PX * self.target.mm_per_pixel(),
         };
-        let seen = Seen {
+        let seen = ImageEvidence {
             candidates,
             features,
             camera,
@@ -173,7 +173,7 @@ impl FeatureFinder {
     /// The mesh bent to a group's matches from a flat start, then to all matches near it, and how many of these it explains.
     fn tried(
         &mut self,
-        seen: &Seen<'_>,
+        seen: &ImageEvidence<'_>,
         group: &[Match],
         start: &[DVec3],
     ) -> Result<Option<(f64, Vec<DVec3>)>, GeometryError> {
@@ -190,7 +190,12 @@ impl FeatureFinder {
         Ok(Some((score, vertices)))
     }
 
-    fn guided(&self, seen: &Seen<'_>, vertices: &[DVec3], search_px: f64) -> Result<Vec<Match>, GeometryError> {
+    fn guided(
+        &self,
+        seen: &ImageEvidence<'_>,
+        vertices: &[DVec3],
+        search_px: f64,
+    ) -> Result<Vec<Match>, GeometryError> {
         guided_matches(seen, &self.target, (self.solver.mesh(), vertices), search_px)
     }
 }

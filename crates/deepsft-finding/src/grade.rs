@@ -1,4 +1,4 @@
-//! How well a print will be found, said before anybody prints it.
+//! The grade of a print: how well it will be found, before anybody prints it.
 //!
 //! Bounds come from 732 synthetic frames of 183 prints (four frames each, any way up, bent, tilted, half of them partly hidden): 75
 //! painted prints and photographs, and 108 that were spoilt on purpose. "Found" below is a start within 8 pixels. Of the frames of
@@ -42,7 +42,7 @@ const CONTRAST: [u8; 2] = [20, 35];
 const STRIP: f32 = 0.4;
 const MIN_PART: f64 = 0.12;
 
-/// How well a print will be found.
+/// Levels of a [`PictureGrade`], the worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum GradeLevel {
@@ -57,7 +57,7 @@ pub enum GradeLevel {
 }
 
 impl GradeLevel {
-    /// `hopeless`, `poor`, `fair` or `good`.
+    /// Returns its name: `hopeless`, `poor`, `fair` or `good`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hopeless => "hopeless",
@@ -68,7 +68,7 @@ impl GradeLevel {
     }
 }
 
-/// What features can make of a print: see [`PictureTarget::grade`].
+/// Grades how well features will find a print, see [`PictureTarget::grade`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PictureGrade {
@@ -89,8 +89,15 @@ pub struct PictureGrade {
     pub advice: Vec<String>,
 }
 
+impl PictureTarget {
+    /// Grades how well the print will be found. Takes up to 50 ms.
+    pub fn grade(&self) -> PictureGrade {
+        PictureGrade::of(self)
+    }
+}
+
 impl PictureGrade {
-    pub(crate) fn of(target: &PictureTarget) -> Self {
+    fn of(target: &PictureTarget) -> Self {
         let twins = Twins::of(target);
         let corners = target.places().len();
         let share = |some: &[bool]| some.iter().filter(|&&is| is).count() as f64 / corners.max(1) as f64;

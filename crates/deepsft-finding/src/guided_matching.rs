@@ -24,12 +24,12 @@ const COARSER: usize = 4;
 /// For each feature of the image on the surface of `mesh` with its vertices at `vertices`: the most similar feature of the target
 /// whose place is within `search_px` pixels. Without features: those of `candidates` that lie so near.
 pub(crate) fn guided_matches(
-    seen: &Seen<'_>,
+    seen: &ImageEvidence<'_>,
     target: &PictureTarget,
     (mesh, vertices): (&TriangleMesh, &[DVec3]),
     search_px: f64,
 ) -> Result<Vec<Match>, GeometryError> {
-    let surface = Surface::new(mesh, vertices, seen.camera, target.template().size_mm())?;
+    let surface = ProjectedMesh::new(mesh, vertices, seen.camera, target.template().size_mm())?;
     let (features, others) = (seen.features, target.features());
     let most = (MAX_DIFFERENT * BITS as f32) as u16;
     let mut found = Vec::new();
@@ -59,15 +59,15 @@ pub(crate) fn guided_matches(
     Ok(found)
 }
 
-/// What is known of one image.
-pub(crate) struct Seen<'a> {
+/// What an image shows: its features, and matches from elsewhere.
+pub(crate) struct ImageEvidence<'a> {
     pub candidates: &'a [Match],
     pub features: &'a Features,
     pub camera: &'a Camera,
 }
 
 /// A mesh as the camera sees it.
-struct Surface {
+struct ProjectedMesh {
     coarse: VisibleSurface,
     /// Pixels of the coarse image per pixel.
     scale: DVec2,
@@ -75,7 +75,7 @@ struct Surface {
     focal: f64,
 }
 
-impl Surface {
+impl ProjectedMesh {
     fn new(mesh: &TriangleMesh, vertices: &[DVec3], camera: &Camera, size_mm: DVec2) -> Result<Self, GeometryError> {
         let (width, height) = camera.size();
         let coarse = camera.resized((width.div_ceil(COARSER), height.div_ceil(COARSER)))?;

@@ -16,7 +16,7 @@ const MAX_RATIO: f32 = 0.95;
 /// reject one another.
 pub(crate) const ELSEWHERE_PX: f32 = 13.0;
 
-/// A point of the image and one of the sheet that look alike.
+/// A match: a point of the image and one of the sheet that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Match {
     /// Position in the image, pixels.

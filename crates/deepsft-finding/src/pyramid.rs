@@ -1,18 +1,18 @@
-//! A grey picture at many sizes.
+//! Image pyramids: a grey picture at many sizes.
 
 use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Picture, luma};
 use std::borrow::Cow;
 
 /// How much smaller each level is than the one before.
-pub(crate) const STEP: f32 = 1.25;
+const STEP: f32 = 1.25;
 
 /// The blur's window: binomial weights, a deviation of 1.2 pixels.
 const BLUR: [u16; 7] = [1, 6, 15, 20, 15, 6, 1];
 
-/// One level of a pyramid.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Level {
+/// A level of an image pyramid.
+#[derive(Debug)]
+pub(crate) struct PyramidLevel {
     pub width: usize,
     pub height: usize,
     /// Pixels of the whole picture per pixel of this level.
@@ -23,135 +23,95 @@ pub(crate) struct Level {
     pub smooth: Vec<u8>,
 }
 
-impl Level {
+/// The levels of `picture`, the whole picture first, down to `shortest_side` pixels or `most` levels.
+pub(crate) fn pyramid_levels(picture: &Picture, shortest_side: usize, most: usize) -> Vec<PyramidLevel> {
+    let grey = picture.rgb().as_chunks().0.iter().map(|&c| (luma(c) + 0.5) as u8);
+    let mut levels = vec![PyramidLevel::new(picture.size(), 1.0, grey.collect())];
+    while let Some(level) = levels.last().filter(|_| levels.len() < most) {
+        let side = |length: usize| (length as f32 / STEP).round() as usize;
+        let (width, height) = (side(level.width), side(level.height));
+        if width.min(height) < shortest_side.max(8) {
+            break;
+        }
+        levels.push(level.shrunk((width, height)));
+    }
+    levels
+}
+
+impl PyramidLevel {
+    fn new((width, height): (usize, usize), scale: f32, values: Vec<u8>) -> Self {
+        let smooth = blurred(&values, width);
+        Self {
+            width,
+            height,
+            scale,
+            values,
+            smooth,
+        }
+    }
+
     /// Position in the whole picture, pixels, of the centre of pixel (`x`, `y`).
     pub fn position(&self, x: u16, y: u16) -> Vec2 {
         (Vec2::new(f32::from(x), f32::from(y)) + 0.5) * self.scale
     }
-}
 
-/// The levels of a picture. Its memory is used again for the next picture.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Pyramid {
-    levels: Vec<Level>,
-    /// Of each column of a smaller level: the two of the larger one that it lies between, and the weight of the second in 256ths.
-    columns: Vec<(usize, usize, u32)>,
-    /// Sums over two or seven pixels.
-    sums: Vec<u16>,
-    row: Vec<u16>,
-}
-
-impl Pyramid {
-    /// The levels, the whole picture first.
-    pub fn levels(&self) -> &[Level] {
-        &self.levels
-    }
-
-    /// Makes it the pyramid of `picture`, down to `shortest_side` pixels or `most` levels.
-    pub fn renew(&mut self, picture: &Picture, shortest_side: usize, most: usize) {
-        let mut count = 1;
-        let (mut width, mut height) = picture.size();
-        self.level(0, (width, height), 1.0);
-        let grey = picture.rgb().as_chunks().0.iter().map(|&c| (luma(c) + 0.5) as u8);
-        self.levels[0].values.extend(grey);
-        while count < most {
-            let side = |length: usize| (length as f32 / STEP).round() as usize;
-            let (across, down) = (side(width), side(height));
-            if across.min(down) < shortest_side.max(8) {
-                break;
-            }
-            let scale = self.levels[count - 1].scale * width as f32 / across as f32;
-            (width, height) = (across, down);
-            self.level(count, (width, height), scale);
-            self.shrink(count);
-            count += 1;
-        }
-        self.levels.truncate(count);
-        for level in 0..count {
-            self.blur(level);
-        }
-    }
-
-    /// Makes an empty level `index` of this size.
-    fn level(&mut self, index: usize, (width, height): (usize, usize), scale: f32) {
-        if index == self.levels.len() {
-            self.levels.push(Level::default());
-        }
-        let level = &mut self.levels[index];
-        (level.width, level.height, level.scale) = (width, height, scale);
-        level.values.clear();
-    }
-
-    /// Fills level `index` from the one before, by bilinear interpolation.
-    fn shrink(&mut self, index: usize) {
-        let (before, after) = self.levels.split_at_mut(index);
-        let (from, to) = (&before[index - 1], &mut after[0]);
+    /// The same in fewer pixels, by bilinear interpolation.
+    fn shrunk(&self, (width, height): (usize, usize)) -> Self {
+        // The two pixels that a smaller one lies between, and the weight of the second in 256ths.
         let place = |i: usize, to: usize, from: usize| {
             let at = ((i as f32 + 0.5) * from as f32 / to as f32 - 0.5).clamp(0.0, (from - 1) as f32);
             let first = at as usize;
             let weight = ((at - first as f32) * 256.0 + 0.5) as u32;
             (first, (first + 1).min(from - 1), weight)
         };
-        self.columns.clear();
-        self.columns
-            .extend((0..to.width).map(|x| place(x, to.width, from.width)));
-        self.sums.clear();
-        self.sums.resize(from.width, 0);
-        for y in 0..to.height {
-            let (above, below, b) = place(y, to.height, from.height);
-            let row = |y: usize| &from.values[y * from.width..][..from.width];
-            for ((sum, &above), &below) in self.sums.iter_mut().zip(row(above)).zip(row(below)) {
+        let columns: Vec<(usize, usize, u32)> = (0..width).map(|x| place(x, width, self.width)).collect();
+        let mut sums = vec![0_u16; self.width];
+        let mut values = Vec::with_capacity(width * height);
+        for y in 0..height {
+            let (above, below, b) = place(y, height, self.height);
+            let row = |y: usize| &self.values[y * self.width..][..self.width];
+            for ((sum, &above), &below) in sums.iter_mut().zip(row(above)).zip(row(below)) {
                 // At most 255 x 256: it fits.
                 *sum = u16::from(above) * (256 - b as u16) + u16::from(below) * b as u16;
             }
             let mix = |&(left, right, a): &(usize, usize, u32)| {
-                let sum = u32::from(self.sums[left]) * (256 - a) + u32::from(self.sums[right]) * a;
+                let sum = u32::from(sums[left]) * (256 - a) + u32::from(sums[right]) * a;
                 ((sum + (1 << 15)) >> 16) as u8
             };
-            to.values.extend(self.columns.iter().map(mix));
+            values.extend(columns.iter().map(mix));
         }
+        let scale = self.scale * self.width as f32 / width as f32;
+        Self::new((width, height), scale, values)
     }
+}
 
-    /// Separable binomial blur of level `index`, edges repeated.
-    fn blur(&mut self, index: usize) {
-        let Level {
-            width,
-            height,
-            values,
-            smooth,
-            ..
-        } = &mut self.levels[index];
-        let (width, height) = (*width, *height);
-        let radius = BLUR.len() / 2;
-        let across = &mut self.sums;
-        across.clear();
-        across.resize(values.len(), 0);
-        let padded = &mut self.row;
-        padded.clear();
-        padded.resize(width + 2 * radius, 0);
-        for (row, out) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
-            padded[..radius].fill(u16::from(row[0]));
-            padded[radius + width..].fill(u16::from(row[width - 1]));
-            for (p, &v) in padded[radius..].iter_mut().zip(row) {
-                *p = u16::from(v);
-            }
-            weighted(out, |k| &padded[k..]);
-            // Ten bits, so that the sum of the rows still fits.
-            out.iter_mut().for_each(|sum| *sum = (*sum + 8) >> 4);
+/// Separable binomial blur of rows of `width` values, edges repeated.
+fn blurred(values: &[u8], width: usize) -> Vec<u8> {
+    let (height, radius) = (values.len() / width, BLUR.len() / 2);
+    let mut across = vec![0; values.len()];
+    let mut padded = vec![0; width + 2 * radius];
+    for (row, out) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
+        padded[..radius].fill(u16::from(row[0]));
+        padded[radius + width..].fill(u16::from(row[width - 1]));
+        for (p, &v) in padded[radius..].iter_mut().zip(row) {
+            *p = u16::from(v);
         }
-        smooth.clear();
-        smooth.resize(values.len(), 0);
-        let sums = &mut padded[..width];
-        for (y, out) in smooth.chunks_exact_mut(width).enumerate() {
-            weighted(sums, |k| {
-                let row = (y + k).saturating_sub(radius).min(height - 1);
-                &across[row * width..]
-            });
-            for (out, &sum) in out.iter_mut().zip(sums.iter()) {
-                *out = ((sum + 128) >> 8) as u8;
-            }
+        weighted(out, |k| &padded[k..]);
+        // Ten bits, so that the sum of the rows still fits.
+        out.iter_mut().for_each(|sum| *sum = (*sum + 8) >> 4);
+    }
+    let mut smooth = vec![0; values.len()];
+    let sums = &mut padded[..width];
+    for (y, out) in smooth.chunks_exact_mut(width).enumerate() {
+        weighted(sums, |k| {
+            let row = (y + k).saturating_sub(radius).min(height - 1);
+            &across[row * width..]
+        });
+        for (out, &sum) in out.iter_mut().zip(sums.iter()) {
+            *out = ((sum + 128) >> 8) as u8;
         }
     }
+    smooth
 }
 
 /// The sum of seven rows with the blur's weights.

@@ -1,7 +1,6 @@
-//! A printed picture, ready to be found.
+//! The target: a printed picture, ready to be found.
 
 use crate::features::{FeatureOptions, Features};
-use crate::grade::PictureGrade;
 use crate::pyramid::resized;
 use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{GeometryError, Picture, Template, luma};
@@ -16,7 +15,7 @@ const CELL_PX: f32 = 17.0;
 /// Shortest and longest side of a print, mm: a stamp is 20 mm wide, a banner 10 m. Beyond them a number has another unit.
 const SIDES_MM: [f64; 2] = [5.0, 20_000.0];
 
-/// A printed picture with its features, on a flat sheet of known size.
+/// A printed picture with its features, on a flat sheet of known size in mm.
 #[derive(Clone, Debug)]
 pub struct PictureTarget {
     template: Template,
@@ -69,7 +68,7 @@ impl PictureTarget {
             levels: 10,
             threshold: 6,
         };
-        let features = Features::of(&picture, &options).kept();
+        let features = Features::of(&picture, &options);
         let contrast = contrast(&picture);
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
@@ -93,19 +92,14 @@ impl PictureTarget {
         })
     }
 
-    /// The sheet.
+    /// Returns the sheet.
     pub fn template(&self) -> &Template {
         &self.template
     }
 
-    /// Its features.
+    /// Returns its features.
     pub fn features(&self) -> &Features {
         &self.features
-    }
-
-    /// How well it will be found. Takes up to 50 ms.
-    pub fn grade(&self) -> PictureGrade {
-        PictureGrade::of(self)
     }
 
     /// Grey levels between the darkest and the brightest hundredth of the picture.

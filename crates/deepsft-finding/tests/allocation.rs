@@ -1,4 +1,4 @@
-//! What a frame allocates once the buffers have grown.
+//! What a search allocates once the buffers have grown.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 // An allocator cannot be written without.
 #![allow(unsafe_code)]
@@ -60,25 +60,20 @@ fn image(picture: &Picture) -> Picture {
 }
 
 #[test]
-fn renewed_features_allocate_nothing_and_a_search_the_same_every_time() {
-    let options = FeatureOptions::default();
+fn a_search_allocates_the_same_every_time() {
     let camera = Camera::typical((960, 540)).unwrap();
-    let images = [image(&print(1)), image(&print(2))];
+    let features = [1, 2].map(|number| Features::of(&image(&print(number)), &FeatureOptions::default()));
     let mut finder = FeatureFinder::new(PictureTarget::from_picture(print(1), 200.0).unwrap()).unwrap();
-    let mut features = Features::default();
-    let mut frame = |image: &Picture| {
-        let made = allocated(|| features.renew(image, &options));
+    let mut search = |features: &Features| {
         let mut found = false;
-        let searched = allocated(|| found = finder.find(&features, &camera).unwrap().is_some());
-        (made, searched, found)
+        let searched = allocated(|| found = finder.find(features, &camera).unwrap().is_some());
+        (searched, found)
     };
-    let first = frame(&images[0]);
-    assert!(first.0 > 1_000_000 && first.2, "{first:?}");
-    frame(&images[1]);
-    let second = frame(&images[0]);
-    assert!(second.0 == 0 && second.2, "{second:?}");
+    search(&features[0]);
+    search(&features[1]);
+    let again = search(&features[0]);
     // The solver of the mesh and the confirmed pairs: 22 MB here.
-    assert!(second.1 < 32_000_000, "{second:?}");
-    assert_eq!(frame(&images[1]).0, 0);
-    assert_eq!(frame(&images[0]), second);
+    assert!(again.0 < 32_000_000 && again.1, "{again:?}");
+    search(&features[1]);
+    assert_eq!(search(&features[0]), again);
 }

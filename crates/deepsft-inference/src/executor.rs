@@ -1,4 +1,4 @@
-//! A network of any architecture.
+//! Runs a network of any architecture.
 
 use crate::compact::CompactExecutor;
 #[cfg(feature = "webgpu")]
@@ -14,17 +14,31 @@ use crate::stage::Stage;
 use crate::weights::Weights;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, Maps, Picture};
 
-/// A network on the processor, for images of one size. On one thread it allocates nothing after it was made.
+/// Checks the size of images for networks that know one only.
+fn check_canonical(image: (usize, usize)) -> Result<(), PlanError> {
+    let expected = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
+    if image == expected {
+        return Ok(());
+    }
+    Err(PlanError::Shape {
+        what: "the image".to_owned(),
+        actual: vec![image.0, image.1],
+        expected: vec![expected.0, expected.1],
+    })
+}
+
+/// Runs a network on the processor, for images of one size. On one thread it allocates nothing after it was made.
 #[derive(Debug)]
-pub enum Executor {
-    /// The compact network.
+pub struct Executor(Network);
+
+#[derive(Debug)]
+enum Network {
     Compact(Box<CompactExecutor>),
-    /// The paper's network or R50F.
     Residual(Box<ResidualExecutor>),
 }
 
 impl Executor {
-    /// Gets a network ready for images of `image` (columns, rows) pixels and `threads` threads, see [`crate::available_threads`].
+    /// Prepares a network for images of `image` (columns, rows) pixels and `threads` threads, see [`crate::available_threads`].
     ///
     /// # Errors
     /// [`PlanError`] when `weights` are not those of `config`, and for an image of a size that the network is not for: the paper's
@@ -37,18 +51,11 @@ impl Executor {
     ) -> Result<Self, PlanError> {
         if let Architecture::Compact(_) = config.architecture {
             let executor = CompactExecutor::new(config, image, weights, threads)?;
-            return Ok(Self::Compact(Box::new(executor)));
+            return Ok(Self(Network::Compact(Box::new(executor))));
         }
-        let expected = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
-        if image != expected {
-            return Err(PlanError::Shape {
-                what: "the image".to_owned(),
-                actual: vec![image.0, image.1],
-                expected: vec![expected.0, expected.1],
-            });
-        }
+        check_canonical(image)?;
         let executor = ResidualExecutor::new(config, weights, threads)?;
-        Ok(Self::Residual(Box::new(executor)))
+        Ok(Self(Network::Residual(Box::new(executor))))
     }
 
     /// Takes an image of the training camera through the network.
@@ -56,21 +63,9 @@ impl Executor {
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
-        match self {
-            Self::Compact(executor) => executor.run(image),
-            Self::Residual(executor) => executor.run(image),
-        }
-    }
-
-    /// The same as far as [`Executor::read`] needs for `stage`, see [`ResidualExecutor::run_to`]. The compact network always runs
-    /// whole: nearly all of it is its main block.
-    ///
-    /// # Errors
-    /// [`GeometryError`] when the image has another size.
-    pub fn run_to(&mut self, stage: Stage, image: &Picture) -> Result<(), GeometryError> {
-        match self {
-            Self::Compact(executor) => executor.run(image),
-            Self::Residual(executor) => executor.run_to(stage, image),
+        match &mut self.0 {
+            Network::Compact(executor) => executor.run(image),
+            Network::Residual(executor) => executor.run(image),
         }
     }
 
@@ -81,43 +76,63 @@ impl Executor {
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        match self {
-            Self::Compact(executor) => executor.read(stage, seen, maps),
-            Self::Residual(executor) => executor.read(stage, seen, maps),
+        match &mut self.0 {
+            Network::Compact(executor) => executor.read(stage, seen, maps),
+            Network::Residual(executor) => executor.read(stage, seen, maps),
+        }
+    }
+
+    /// Returns (u, v, d) of the compact network's cells of 8 pixels, d in normalised log depth: row after row. `None` for others.
+    pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
+        match &self.0 {
+            Network::Compact(executor) => Some(executor.cells(stage)),
+            Network::Residual(_) => None,
+        }
+    }
+
+    /// Returns the compact network's logit of "the object is seen here" at a pixel of the last image. `None` for others.
+    ///
+    /// # Panics
+    /// May panic for a pixel outside of the image.
+    pub fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
+        match &self.0 {
+            Network::Compact(executor) => Some(executor.mask_logit(x, y)),
+            Network::Residual(_) => None,
         }
     }
 }
 
-/// A network on a GPU, for images of one size.
+/// Runs a network on a GPU, for images of one size.
 #[cfg(feature = "webgpu")]
 #[derive(Debug)]
-pub enum GpuExecutor {
-    /// The compact network.
+pub struct GpuExecutor(GpuNetwork);
+
+#[cfg(feature = "webgpu")]
+#[derive(Debug)]
+enum GpuNetwork {
     Compact(Box<CompactGpuExecutor>),
-    /// The paper's network.
     Residual(Box<ResidualGpuExecutor>),
 }
 
 #[cfg(feature = "webgpu")]
 impl GpuExecutor {
-    /// Gets a network ready for images of 480 x 270 pixels. What the GPU refuses, the first run reports.
+    /// Prepares a network for images of `image` (columns, rows) pixels. What the GPU refuses, the first run reports.
     ///
     /// # Errors
-    /// [`GpuError::Plan`] when `weights` are not those of `config`, and with [`PlanError::Architecture`] for R50F: its dense layers are
-    /// larger than what every GPU can bind. Others when the GPU failed before.
-    pub fn new(gpu: &Gpu, config: &NetworkConfig, weights: &Weights) -> Result<Self, GpuError> {
-        match config.architecture {
+    /// [`GpuError::Plan`] as [`Executor::new`], and with [`PlanError::Architecture`] for R50F: its dense layers are larger than what
+    /// every GPU can bind. Others when the GPU failed before.
+    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: (usize, usize), weights: &Weights) -> Result<Self, GpuError> {
+        let network = match config.architecture {
             Architecture::Compact(_) => {
-                let image = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
-                let executor = CompactGpuExecutor::new(gpu, config, image, weights)?;
-                Ok(Self::Compact(Box::new(executor)))
+                GpuNetwork::Compact(Box::new(CompactGpuExecutor::new(gpu, config, image, weights)?))
             }
             Architecture::Paper(_) => {
-                let executor = ResidualGpuExecutor::new(gpu, config, weights)?;
-                Ok(Self::Residual(Box::new(executor)))
+                check_canonical(image)?;
+                GpuNetwork::Residual(Box::new(ResidualGpuExecutor::new(gpu, config, weights)?))
             }
-            Architecture::R50F(_) => Err(PlanError::Architecture(config.architecture.name()).into()),
-        }
+            Architecture::R50F(_) => return Err(PlanError::Architecture(config.architecture.name()).into()),
+        };
+        Ok(Self(network))
     }
 
     /// Takes an image of the training camera through the network.
@@ -125,9 +140,9 @@ impl GpuExecutor {
     /// # Errors
     /// [`GpuError::Image`] when the image has another size; others when the GPU was lost or failed.
     pub async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
-        match self {
-            Self::Compact(executor) => executor.run(image).await,
-            Self::Residual(executor) => executor.run(image).await,
+        match &mut self.0 {
+            GpuNetwork::Compact(executor) => executor.run(image).await,
+            GpuNetwork::Residual(executor) => executor.run(image).await,
         }
     }
 
@@ -136,9 +151,28 @@ impl GpuExecutor {
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        match self {
-            Self::Compact(executor) => executor.read(stage, seen, maps),
-            Self::Residual(executor) => executor.read(stage, seen, maps),
+        match &mut self.0 {
+            GpuNetwork::Compact(executor) => executor.read(stage, seen, maps),
+            GpuNetwork::Residual(executor) => executor.read(stage, seen, maps),
+        }
+    }
+
+    /// Returns the compact network's cells, see [`Executor::cells`].
+    pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
+        match &self.0 {
+            GpuNetwork::Compact(executor) => Some(executor.cells(stage)),
+            GpuNetwork::Residual(_) => None,
+        }
+    }
+
+    /// Returns a logit of the compact network's mask, see [`Executor::mask_logit`].
+    ///
+    /// # Panics
+    /// May panic for a pixel outside of the image.
+    pub fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
+        match &self.0 {
+            GpuNetwork::Compact(executor) => Some(executor.mask_logit(x, y)),
+            GpuNetwork::Residual(_) => None,
         }
     }
 }

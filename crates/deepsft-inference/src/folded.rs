@@ -18,12 +18,12 @@ pub struct FoldedNetwork {
 }
 
 impl FoldedNetwork {
-    /// Number of weights.
+    /// Returns the number of weights.
     pub fn parameters(&self) -> usize {
         self.weights.values().map(|array| array.values.len()).sum()
     }
 
-    /// The network for the processor, for images of `image` (columns, rows) pixels, on [`available_threads`].
+    /// Prepares the network for the processor, for images of `image` (columns, rows) pixels, on [`available_threads`].
     ///
     /// # Errors
     /// As [`Executor::new`].
@@ -31,7 +31,7 @@ impl FoldedNetwork {
         Executor::new(&self.config, image, &self.weights, available_threads())
     }
 
-    /// Whether the weights are those of the description.
+    /// Checks that the weights are those of the description.
     ///
     /// # Errors
     /// [`PlanError`] names what is absent, has no place or does not fit.

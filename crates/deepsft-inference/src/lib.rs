@@ -2,12 +2,14 @@
 //!
 //! # From a network to a plan
 //!
-//! Training wants a tensor library that differentiates; a frame wants the shortest way through fixed arithmetic. Here a folded
-//! network is taken to a [`Plan`] once: which convolution reads which maps. [`CpuPlan`] packs its filters as the kernels want
-//! them, gives every map its memory, and then runs without allocating. An [`Executor`] runs a network of any architecture: for the
-//! compact one it puts that network's own arithmetic around the plan (positions from bins, depths from the registration).
+//! Training needs a tensor library that differentiates. A frame needs the shortest way through fixed arithmetic. A folded network
+//! becomes a [`Plan`] once, which lists the layers and the maps they read. [`CpuPlan`] packs the filters, gives every map its memory,
+//! and then runs without allocating. An [`Executor`] runs a network of any architecture; around the plan of the compact network it
+//! computes coordinates from bins and depths from the registration.
 //!
-//! Nothing here knows burn, files or training.
+//! Several threads make a frame together. They are this crate's own, at most 8, and sleep between frames.
+//!
+//! This crate knows neither burn nor files nor training.
 #![forbid(unsafe_code)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -19,12 +21,15 @@ mod executor;
 mod folded;
 #[cfg(feature = "webgpu")]
 mod gpu;
+#[cfg(all(test, feature = "webgpu"))]
+#[path = "../tests/inside/gpu.rs"]
+mod gpu_tests;
 mod plan;
 mod residual;
 mod stage;
 mod weights;
 
-pub use compact::{DESCRIPTOR_LENGTH, DescriptorExecutor};
+pub use compact::{DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities};
 pub use config::{Architecture, CompactConfig, DepthRange, NetworkConfig, PaperConfig, R50FConfig};
 pub use cpu::{CpuPlan, available_threads};
 pub use device_kind::{DeviceDescription, DeviceKind, UnknownDevice};
@@ -34,28 +39,15 @@ pub use executor::GpuExecutor;
 pub use folded::FoldedNetwork;
 #[cfg(feature = "webgpu")]
 pub use gpu::{Gpu, GpuError, GpuPlan};
-pub use plan::{Added, Convolution, Dense, Filters, Input, MapId, MapShape, Plan, PlanError, Pool};
+pub use plan::{Convolution, DenseLayer, Filters, LayerInput, MapId, MapShape, MaxPool, Plan, PlanError, SkipInput};
 pub use stage::Stage;
 pub use weights::{WeightArray, Weights};
 
-// What our other crates and tests share; no stable interface.
-#[cfg(feature = "webgpu")]
-#[doc(hidden)]
-pub use compact::CompactGpuExecutor;
-#[doc(hidden)]
-pub use compact::{CompactExecutor, Similarities};
-#[doc(hidden)]
-pub use config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};
-#[doc(hidden)]
-pub use residual::ResidualExecutor;
-#[cfg(feature = "webgpu")]
-#[doc(hidden)]
-pub use residual::ResidualGpuExecutor;
-
-/// Products of matrices in the processor's vectors: what the convolutions of [`CpuPlan`] are made of, and those of training.
-#[doc(hidden)]
-pub mod product {
-    pub use crate::cpu::{
-        Buffer, Lanes, Packed, Products, Rows, Sink, multiply, odd_lines, padded, to_places, to_points,
-    };
+/// Matrix products (GEMM) in the processor's vectors, and the transforms of Winograd's convolutions.
+///
+/// The convolutions of [`CpuPlan`] are made of them, and so are those of `deepsft-network` in training.
+pub mod gemm {
+    pub use crate::cpu::gemm::{Epilogue, MatrixRows, Overwrite, PackedMatrix, multiply, vector_width};
+    pub use crate::cpu::layout::{AlignedBuffer, odd_cache_lines, padded_channels};
+    pub use crate::cpu::{winograd_input_transform, winograd_output_transform};
 }

@@ -1,6 +1,6 @@
-//! Plans: the convolutions of a network in their order, and the maps between them.
+//! Plans: the layers of a network in their order, and the maps between them.
 
-/// A map of a plan.
+/// Identifies a map of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MapId(pub(crate) usize);
 
@@ -15,7 +15,23 @@ pub struct MapShape {
     pub width: usize,
 }
 
-/// Weights of a convolution.
+impl MapShape {
+    /// Makes a size of channels, rows and columns.
+    pub fn new(channels: usize, height: usize, width: usize) -> Self {
+        Self {
+            channels,
+            height,
+            width,
+        }
+    }
+
+    /// Returns the number of positions.
+    pub fn area(&self) -> usize {
+        self.height * self.width
+    }
+}
+
+/// Weights and biases of a convolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filters {
     /// Filters, row-major [out, in, kernel, kernel].
@@ -28,26 +44,27 @@ pub struct Filters {
     pub kernel: usize,
 }
 
-/// What is added to a result: its place (y, x) gets the map's ((y + top) / factor, x / factor). What the map has beyond the result
-/// is not read.
+/// A map that a skip connection adds to a result: position (y, x) gets the map's ((y + top) / factor, x / factor).
+///
+/// What the map has beyond the result is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Added {
+pub struct SkipInput {
     /// The map.
     pub map: MapId,
-    /// How often each of its places counts, across and down.
+    /// How often each of its positions counts, across and down (nearest up-sampling).
     pub factor: usize,
-    /// Rows of the map, taken so often, above the result's first.
+    /// Rows of the up-sampled map above the result's first.
     pub top: usize,
 }
 
-impl Added {
-    /// A map of the same size.
+impl SkipInput {
+    /// Adds a map of the same size.
     pub fn same(map: MapId) -> Self {
         let (factor, top) = (1, 0);
         Self { map, factor, top }
     }
 
-    /// A map of half the size, rounded up.
+    /// Adds a map of half the size, rounded up, twice up-sampled.
     pub fn doubled(map: MapId) -> Self {
         let (factor, top) = (2, 0);
         Self { map, factor, top }
@@ -56,44 +73,41 @@ impl Added {
 
 /// A map that a convolution reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
+pub struct LayerInput {
     /// The map.
     pub map: MapId,
     /// Whether its negative values are read as zero (relu).
     pub rectified: bool,
-    /// How often each of its places is read, across and down (nearest up-sampling).
+    /// How often each of its positions is read, across and down (nearest up-sampling).
     pub factor: usize,
-    /// Rows of what is read so that are left out: at the top and at the bottom.
+    /// Rows of the up-sampled map that are left out: at the top and at the bottom.
     pub cropped: [usize; 2],
 }
 
-impl Input {
+impl LayerInput {
+    /// Reads `map` as it is.
+    pub fn plain(map: MapId) -> Self {
+        Self {
+            map,
+            rectified: false,
+            factor: 1,
+            cropped: [0, 0],
+        }
+    }
+
+    /// Reads `map` with relu.
+    pub fn relu(map: MapId) -> Self {
+        Self {
+            rectified: true,
+            ..Self::plain(map)
+        }
+    }
+
     /// Rows and columns that are read of a map of this size.
     pub(crate) fn size(&self, shape: MapShape) -> [usize; 2] {
         let [top, bottom] = self.cropped;
-        [
-            (self.factor * shape.height).saturating_sub(top + bottom),
-            self.factor * shape.width,
-        ]
-    }
-}
-
-/// `map` as it is.
-pub(crate) fn plain(map: MapId) -> Input {
-    Input {
-        map,
-        rectified: false,
-        factor: 1,
-        cropped: [0, 0],
-    }
-}
-
-/// `map` with relu.
-pub(crate) fn relu(map: MapId) -> Input {
-    let rectified = true;
-    Input {
-        rectified,
-        ..plain(map)
+        let rows = (self.factor * shape.height).saturating_sub(top + bottom);
+        [rows, self.factor * shape.width]
     }
 }
 
@@ -101,31 +115,44 @@ pub(crate) fn relu(map: MapId) -> Input {
 #[derive(Clone, Debug)]
 pub struct Convolution {
     /// What it reads, one after another along the channels.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<LayerInput>,
     /// Its weights.
     pub filters: Filters,
-    /// Distance of the places where it is applied.
+    /// Distance of the positions where it is applied.
     pub stride: usize,
-    /// What is added to the result.
-    pub added: Option<Added>,
+    /// The skip connection that is added to the result.
+    pub skip: Option<SkipInput>,
     /// Whether negative sums are written as zero (relu).
     pub rectified: bool,
 }
 
-/// The largest values of windows of 3 x 3 places.
+impl Convolution {
+    /// Makes a convolution of stride 1 without relu or skip connection.
+    pub fn new(inputs: Vec<LayerInput>, filters: Filters) -> Self {
+        Self {
+            inputs,
+            filters,
+            stride: 1,
+            skip: None,
+            rectified: false,
+        }
+    }
+}
+
+/// A pooling: the largest values of windows of 3 x 3 positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pool {
+pub struct MaxPool {
     /// What it reads.
     pub map: MapId,
     /// Distance of the windows.
     pub stride: usize,
-    /// Places by which the first window lies outside, above and to the left: 0 or 1. They never win.
+    /// Positions by which the first window lies outside, above and to the left: 0 or 1. They never win.
     pub border: usize,
 }
 
-/// Every output from all values of a map.
+/// A dense layer: every output from all values of a map.
 #[derive(Clone, Debug)]
-pub struct Dense {
+pub struct DenseLayer {
     /// What it reads.
     pub map: MapId,
     /// Row-major [channel, row, column, output].
@@ -136,13 +163,13 @@ pub struct Dense {
     pub rectified: bool,
 }
 
-/// What a step does.
+/// The layer of a step.
 #[derive(Clone, Debug)]
 pub(crate) enum Operation {
     Convolve(Convolution),
-    Add(MapId, Added),
-    Pool(Pool),
-    Dense(Dense),
+    Add(MapId, SkipInput),
+    Pool(MaxPool),
+    Dense(DenseLayer),
 }
 
 /// A step of a plan: makes a map.
@@ -155,17 +182,19 @@ pub(crate) struct Step {
 impl Step {
     /// The maps that it reads.
     pub(crate) fn reads(&self) -> impl Iterator<Item = MapId> {
-        let (inputs, map, added) = match &self.operation {
-            Operation::Convolve(convolution) => (convolution.inputs.as_slice(), None, convolution.added),
-            Operation::Add(map, added) => (&[][..], Some(*map), Some(*added)),
-            Operation::Pool(Pool { map, .. }) | Operation::Dense(Dense { map, .. }) => (&[][..], Some(*map), None),
+        let (inputs, map, skip) = match &self.operation {
+            Operation::Convolve(convolution) => (convolution.inputs.as_slice(), None, convolution.skip),
+            Operation::Add(map, skip) => (&[][..], Some(*map), Some(*skip)),
+            Operation::Pool(MaxPool { map, .. }) | Operation::Dense(DenseLayer { map, .. }) => {
+                (&[][..], Some(*map), None)
+            }
         };
-        let added = added.map(|added| added.map);
-        inputs.iter().map(|input| input.map).chain(map).chain(added)
+        let skipped = skip.map(|skip| skip.map);
+        inputs.iter().map(|input| input.map).chain(map).chain(skipped)
     }
 }
 
-/// Why something cannot be planned.
+/// Reports why a network or a layer cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
@@ -193,7 +222,7 @@ pub enum PlanError {
     },
 }
 
-/// The convolutions of a network and the maps between them. Maps that no convolution writes are the caller's to write.
+/// The layers of a network in their order, and the maps between them. The caller writes the maps that no layer makes.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     pub(crate) maps: Vec<MapShape>,
@@ -201,13 +230,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A map that the caller writes.
+    /// Adds a map that the caller writes.
     pub fn input(&mut self, shape: MapShape) -> MapId {
         self.maps.push(shape);
         MapId(self.maps.len() - 1)
     }
 
-    /// Size of a map.
+    /// Returns the size of a map.
     ///
     /// # Panics
     /// May panic for a map of another plan.
@@ -215,7 +244,7 @@ impl Plan {
         self.maps[map.0]
     }
 
-    /// Steps so far: marks where the caller takes over.
+    /// Returns the number of steps so far: marks where the caller takes over.
     pub fn steps(&self) -> usize {
         self.steps.len()
     }
@@ -245,12 +274,8 @@ impl Plan {
             return Err(misfit("an input", other.to_vec(), sizes[0].to_vec()));
         }
         let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
-        let output = MapShape {
-            channels: biases.len(),
-            height,
-            width,
-        };
-        self.check_added(convolution.added, output)?;
+        let output = MapShape::new(biases.len(), height, width);
+        self.check_skip(convolution.skip, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
     }
 
@@ -258,16 +283,16 @@ impl Plan {
     ///
     /// # Errors
     /// [`PlanError::Shape`] when their sizes do not fit.
-    pub fn add(&mut self, map: MapId, added: Added) -> Result<MapId, PlanError> {
+    pub fn add(&mut self, map: MapId, skip: SkipInput) -> Result<MapId, PlanError> {
         let shape = self.shape(map);
-        self.check_added(Some(added), shape)?;
-        Ok(self.step(Operation::Add(map, added), shape))
+        self.check_skip(Some(skip), shape)?;
+        Ok(self.step(Operation::Add(map, skip), shape))
     }
 
     /// For each map its buffer, and the buffers' lengths, when maps have `padded` channels. Maps that no step makes, and those of
     /// `kept`, have buffers of their own.
     pub(crate) fn shared_buffers(&self, kept: &[MapId], padded: fn(usize) -> usize) -> (Vec<usize>, Vec<usize>) {
-        let length = |shape: &MapShape| shape.height * shape.width * padded(shape.channels);
+        let length = |shape: &MapShape| shape.area() * padded(shape.channels);
         let mut last_read = vec![0; self.maps.len()];
         for (k, step) in self.steps.iter().enumerate() {
             step.reads().for_each(|map| last_read[map.0] = k);
@@ -310,7 +335,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`PlanError::Shape`] for a map that is smaller than a window, and for a border of more than 1.
-    pub fn pool(&mut self, pool: Pool) -> Result<MapId, PlanError> {
+    pub fn pool(&mut self, pool: MaxPool) -> Result<MapId, PlanError> {
         let shape = self.shape(pool.map);
         let sides = [shape.height, shape.width].map(|side| side + 2 * pool.border);
         if sides.iter().any(|&side| side < 3) || pool.border > 1 || pool.stride == 0 {
@@ -320,28 +345,19 @@ impl Plan {
         Ok(self.step(Operation::Pool(pool), MapShape { height, width, ..shape }))
     }
 
-    /// Adds a dense layer; its result is a new map of one place.
+    /// Adds a dense layer; its result is a new map of one position.
     ///
     /// # Errors
     /// [`PlanError::Shape`] when map and weights do not fit each other.
-    pub fn dense(&mut self, dense: Dense) -> Result<MapId, PlanError> {
+    pub fn dense(&mut self, dense: DenseLayer) -> Result<MapId, PlanError> {
         let shape = self.shape(dense.map);
-        let inputs = shape.channels * shape.height * shape.width;
+        let inputs = shape.channels * shape.area();
         let channels = dense.biases.len();
         if dense.weights.len() != inputs * channels || dense.weights.is_empty() {
-            return Err(misfit(
-                "dense weights",
-                vec![dense.weights.len()],
-                vec![inputs, channels],
-            ));
+            let actual = vec![dense.weights.len()];
+            return Err(misfit("dense weights", actual, vec![inputs, channels]));
         }
-        let (height, width) = (1, 1);
-        let output = MapShape {
-            channels,
-            height,
-            width,
-        };
-        Ok(self.step(Operation::Dense(dense), output))
+        Ok(self.step(Operation::Dense(dense), MapShape::new(channels, 1, 1)))
     }
 
     fn step(&mut self, operation: Operation, output: MapShape) -> MapId {
@@ -350,8 +366,8 @@ impl Plan {
         output
     }
 
-    fn check_added(&self, added: Option<Added>, output: MapShape) -> Result<(), PlanError> {
-        let Some(Added { map, factor, top }) = added else {
+    fn check_skip(&self, skip: Option<SkipInput>, output: MapShape) -> Result<(), PlanError> {
+        let Some(SkipInput { map, factor, top }) = skip else {
             return Ok(());
         };
         let map = self.shape(map);
@@ -360,7 +376,7 @@ impl Plan {
             return Ok(());
         }
         let sizes = |s: MapShape| vec![s.channels, s.height, s.width];
-        Err(misfit("what is added", sizes(map), sizes(output)))
+        Err(misfit("a skip input", sizes(map), sizes(output)))
     }
 }
 

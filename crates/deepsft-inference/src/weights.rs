@@ -1,10 +1,10 @@
 //! From a network's weights to the layers of a plan.
 
-use crate::plan::{Added, Convolution, Filters, Input, MapId, Plan, PlanError};
+use crate::plan::{Convolution, Filters, LayerInput, MapId, Plan, PlanError, SkipInput};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One array of weights.
+/// An array of weights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightArray {
     /// [out, in, kernel, kernel] for filters, [in, out] for matrices of dense layers, [out] for biases.
@@ -13,14 +13,14 @@ pub struct WeightArray {
     pub values: Vec<f32>,
 }
 
-/// Folded weights by their paths (`main.encode8.first.weight`, `main.bins.0.bias`).
+/// Maps the paths of folded weights to their arrays (`main.encode8.first.weight`, `main.bins.0.bias`).
 pub type Weights = BTreeMap<String, WeightArray>;
 
 /// A convolution's outputs, the side of its kernel, and its stride.
-pub(crate) type Shape = [usize; 3];
+pub(crate) type LayerShape = [usize; 3];
 
 /// A plan that grows by named layers.
-pub(crate) struct Builder<'a> {
+pub(crate) struct PlanBuilder<'a> {
     pub(crate) plan: Plan,
     weights: &'a Weights,
     used: RefCell<BTreeSet<&'a str>>,
@@ -28,7 +28,7 @@ pub(crate) struct Builder<'a> {
     gain: f32,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> PlanBuilder<'a> {
     pub(crate) fn new(weights: &'a Weights, gain: f32) -> Self {
         Self {
             plan: Plan::default(),
@@ -68,62 +68,48 @@ impl<'a> Builder<'a> {
         Ok(&array.values)
     }
 
-    /// The convolution `name` of `inputs`.
+    /// Adds the convolution `name` of `inputs`.
     pub(crate) fn layer(
         &mut self,
-        inputs: &[Input],
+        inputs: &[LayerInput],
         name: &str,
-        [outputs, kernel, stride]: Shape,
-        added: Option<Added>,
-    ) -> Result<MapId, PlanError> {
-        let filters = self.filters(inputs, &[name], &[outputs], kernel)?;
-        self.convolve(inputs, filters, stride, added, false)
-    }
-
-    /// The same with relu.
-    pub(crate) fn relu_layer(
-        &mut self,
-        inputs: &[Input],
-        name: &str,
-        [outputs, kernel, stride]: Shape,
-        added: Option<Added>,
-    ) -> Result<MapId, PlanError> {
-        let mut filters = self.filters(inputs, &[name], &[outputs], kernel)?;
-        let values = filters.weights.iter_mut().chain(&mut filters.biases);
-        values.for_each(|value| *value *= self.gain);
-        self.convolve(inputs, filters, stride, added, true)
-    }
-
-    /// Several 1 x 1 convolutions of the same maps as one.
-    pub(crate) fn stacked(&mut self, inputs: &[Input], names: &[&str], outputs: &[usize]) -> Result<MapId, PlanError> {
-        let filters = self.filters(inputs, names, outputs, 1)?;
-        self.convolve(inputs, filters, 1, None, false)
-    }
-
-    fn convolve(
-        &mut self,
-        inputs: &[Input],
-        filters: Filters,
-        stride: usize,
-        added: Option<Added>,
-        rectified: bool,
+        [outputs, kernel, stride]: LayerShape,
+        skip: Option<SkipInput>,
     ) -> Result<MapId, PlanError> {
         self.plan.convolve(Convolution {
-            inputs: inputs.to_vec(),
-            filters,
             stride,
-            added,
-            rectified,
+            skip,
+            ..self.stacked(inputs, &[name], &[outputs], kernel)?
         })
     }
 
-    fn filters(
+    /// Adds the same with relu.
+    pub(crate) fn relu_layer(
+        &mut self,
+        inputs: &[LayerInput],
+        name: &str,
+        [outputs, kernel, stride]: LayerShape,
+        skip: Option<SkipInput>,
+    ) -> Result<MapId, PlanError> {
+        let mut convolution = self.stacked(inputs, &[name], &[outputs], kernel)?;
+        let Filters { weights, biases, .. } = &mut convolution.filters;
+        weights.iter_mut().chain(biases).for_each(|value| *value *= self.gain);
+        self.plan.convolve(Convolution {
+            stride,
+            skip,
+            rectified: true,
+            ..convolution
+        })
+    }
+
+    /// Makes one convolution of several of the same maps.
+    pub(crate) fn stacked(
         &self,
-        inputs: &[Input],
+        inputs: &[LayerInput],
         names: &[&str],
         outputs: &[usize],
         kernel: usize,
-    ) -> Result<Filters, PlanError> {
+    ) -> Result<Convolution, PlanError> {
         let channels = inputs.iter().map(|input| self.plan.shape(input.map).channels);
         let count: usize = channels.clone().sum();
         // The factor of each of a filter's values.
@@ -142,11 +128,12 @@ impl<'a> Builder<'a> {
             weights.extend(scaled.map(|(value, factor)| value * factor));
             biases.extend(self.array(&format!("{name}.bias"), &[outputs])?);
         }
-        Ok(Filters {
+        let filters = Filters {
             weights,
             biases,
             inputs: count,
             kernel,
-        })
+        };
+        Ok(Convolution::new(inputs.to_vec(), filters))
     }
 }

@@ -14,7 +14,7 @@ use super::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
-use deepsft_inference::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS, NetworkConfig, R50FConfig};
+use deepsft_inference::{NetworkConfig, R50FConfig};
 
 /// y = x w + b.
 #[derive(Module, Debug)]
@@ -65,9 +65,13 @@ impl R50FNetwork {
             encode2: stack(64, [64, 64, 256], Kept, 2),
             encode3: stack(256, [128, 128, 512], Stride(2), 3),
             encode4: stack(512, [256, 256, 1024], Stride(2), 5),
-            encode5: stack(1024, [512, 512, ENCODED_WIDTH], Stride(2), 2),
-            neurons: Dense::new(width(ENCODED_WIDTH) * ENCODED.0 * ENCODED.1, neurons, init),
-            maps: Dense::new(neurons, MAP_VALUES, init),
+            encode5: stack(1024, [512, 512, R50FConfig::ENCODED_CHANNELS], Stride(2), 2),
+            neurons: Dense::new(
+                width(R50FConfig::ENCODED_CHANNELS) * R50FConfig::ENCODED_SIZE.0 * R50FConfig::ENCODED_SIZE.1,
+                neurons,
+                init,
+            ),
+            maps: Dense::new(neurons, R50FConfig::MAP_VALUES, init),
             config: config.clone(),
         }
     }
@@ -87,7 +91,7 @@ impl R50FNetwork {
         let maps: Tensor<4> = self
             .maps
             .forward(x)
-            .reshape([n, MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
+            .reshape([n, R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
         let depth = maps.clone().slice([0..n, 0..1]);
         let registration = maps.slice([0..n, 1..3]);
         NetworkMaps {
@@ -126,7 +130,7 @@ impl R50FNetwork {
             Cost::of(dense, [outputs, inputs, 1, 1], 1, 1)
         };
         table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
-        let maps = [MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        let maps = [R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
         table.add("dense", maps, cost(&self.maps));
     }
 }

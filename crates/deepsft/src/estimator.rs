@@ -63,7 +63,7 @@ impl Runner {
         match device {
             Device::Cpu => Ok(Self::Cpu(network.executor(image).map_err(refused)?)),
             #[cfg(feature = "webgpu")]
-            Device::WebGpu(gpu) => match GpuExecutor::new(gpu, &network.config, &network.weights) {
+            Device::WebGpu(gpu) => match GpuExecutor::new(gpu, &network.config, image, &network.weights) {
                 Ok(executor) => Ok(Self::WebGpu(executor)),
                 Err(GpuError::Plan(PlanError::Architecture(name))) => Err(DeepSftError::DeviceUnavailable {
                     device: DeviceKind::WebGpu,

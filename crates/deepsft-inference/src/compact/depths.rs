@@ -3,12 +3,9 @@
 //! The same arithmetic as the network's in training, in the same precision: see `isometric_depth` and `planar_depth` of the crate
 //! `deepsft-network` for where it comes from.
 
-use super::positions::cells;
+use super::cells::{PIXELS_PER_CELL, cells};
 use crate::config::{DepthRange, NetworkConfig};
 use pulp::{Arch, Simd, WithSimd};
-
-/// Side of a cell, pixels.
-pub(super) const PIXELS_PER_CELL: usize = 8;
 
 /// Standard deviations of the windows, cells.
 pub(super) const REACHES: [f64; 2] = [5.0, 10.0];
@@ -37,6 +34,7 @@ pub(super) const LARGEST_DEPARTURE: f32 = 2.0;
 pub(super) const NORMALISED: [f32; 2] = [-0.5, 1.5];
 
 /// Measures depths of all cells.
+#[derive(Debug)]
 pub(super) struct DepthMeasure {
     rows: usize,
     columns: usize,
@@ -57,17 +55,17 @@ pub(super) struct DepthMeasure {
 }
 
 impl DepthMeasure {
-    pub(super) fn new(image: [usize; 2], shape: &NetworkConfig) -> Self {
+    pub(super) fn new(image: [usize; 2], config: &NetworkConfig) -> Self {
         let [rows, columns] = cells(image);
-        let [cx, cy] = shape.principal_point;
-        let along = |cell: usize, c: f64| (((cell as f64 + 0.5) * PIXELS_PER_CELL as f64 - c) / shape.focal) as f32;
-        let DepthRange { near_mm, far_mm } = shape.depth_range;
+        let [cx, cy] = config.principal_point;
+        let along = |cell: usize, c: f64| (((cell as f64 + 0.5) * PIXELS_PER_CELL as f64 - c) / config.focal) as f32;
+        let DepthRange { near_mm, far_mm } = config.depth_range;
         let numbers = vec![0.0; rows * columns * MOMENTS];
         Self {
             rows,
             columns,
-            size_mm: shape.template_size_mm.map(|side| side as f32),
-            focal: shape.focal as f32,
+            size_mm: config.template_size_mm.map(|side| side as f32),
+            focal: config.focal as f32,
             near_mm: near_mm as f32,
             span: (far_mm / near_mm).ln() as f32,
             rays: (0..rows * columns)
@@ -149,7 +147,7 @@ impl DepthMeasure {
     /// The means of the moments under the windows of one reach: `means` [column, row, moment].
     fn average(&mut self, arch: Arch, reach: usize) {
         let [down, across] = &self.windows[reach];
-        arch.dispatch(Blend {
+        arch.dispatch(WeightedSums {
             weights: down,
             rows: &self.moments,
             out: &mut self.down,
@@ -158,7 +156,7 @@ impl DepthMeasure {
             let (row, column) = (cell / self.columns, cell % self.columns);
             self.turned[(column * self.rows + row) * MOMENTS..][..MOMENTS].copy_from_slice(moments);
         }
-        arch.dispatch(Blend {
+        arch.dispatch(WeightedSums {
             weights: across,
             rows: &self.turned,
             out: &mut self.means,
@@ -180,13 +178,13 @@ pub(super) fn gaussian(length: usize, deviation: f64) -> Vec<f32> {
 }
 
 /// Row i of `out` is the sum of the rows j of `rows` times the weight (i, j).
-struct Blend<'a> {
+struct WeightedSums<'a> {
     weights: &'a [f32],
     rows: &'a [f32],
     out: &'a mut [f32],
 }
 
-impl WithSimd for Blend<'_> {
+impl WithSimd for WeightedSums<'_> {
     type Output = ();
 
     #[inline(always)]

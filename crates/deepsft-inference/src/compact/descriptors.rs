@@ -1,34 +1,27 @@
-//! The network that describes any picture: the trunk of a compact network with one head.
+//! The descriptor network: the trunk of a compact network with one head.
 
-use super::network::{RELU_GAIN, Trunk, write_patches};
-use super::positions::cells;
+use super::cells::cells;
+use super::network::{RELU_GAIN, Trunk};
+use super::patches::write_patches;
 use crate::config::CompactConfig;
-use crate::cpu::{CpuPlan, awake};
-use crate::plan::{Convolution, Filters, MapId, MapShape, Plan, PlanError, plain, relu};
-use crate::weights::{Builder, Weights};
+use crate::cpu::{CpuPlan, with_team};
+use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
+use crate::weights::{PlanBuilder, Weights};
 use deepsft_geometry::{GeometryError, Picture, check_size};
-use std::fmt;
 
-/// Numbers in a descriptor.
+/// Length of a descriptor, in numbers.
 pub const DESCRIPTOR_LENGTH: usize = 64;
 
 /// Keeps the division by a descriptor's length finite.
 const LENGTH_FLOOR: f32 = 1e-12;
 
-/// The network that describes any picture, on the processor, for images of one size.
+/// Computes a descriptor for each cell of an image, for images of one size, on the processor.
+#[derive(Debug)]
 pub struct DescriptorExecutor {
     cpu: CpuPlan,
     image: MapId,
     descriptors: MapId,
     size: (usize, usize),
-}
-
-impl fmt::Debug for DescriptorExecutor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("DescriptorExecutor")
-            .field("size", &self.size)
-            .finish_non_exhaustive()
-    }
 }
 
 impl DescriptorExecutor {
@@ -37,9 +30,9 @@ impl DescriptorExecutor {
     /// # Errors
     /// [`PlanError`] when `weights` are not those of such a network.
     pub fn new(size: (usize, usize), weights: &Weights, threads: usize) -> Result<Self, PlanError> {
-        let mut builder = Builder::new(weights, RELU_GAIN);
+        let mut builder = PlanBuilder::new(weights, RELU_GAIN);
         let trunk = Trunk::new(&mut builder, [size.0, size.1], &CompactConfig::default())?;
-        let descriptors = builder.layer(&[relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
+        let descriptors = builder.layer(&[LayerInput::relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
         Ok(Self {
             // Its file also has the heads of a main block, which nothing reads.
             cpu: CpuPlan::new(builder.plan, &[descriptors], threads),
@@ -49,25 +42,25 @@ impl DescriptorExecutor {
         })
     }
 
-    /// Columns and rows of the images, pixels.
+    /// Returns the columns and rows of the images, pixels.
     pub fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// Columns and rows of cells of 8 pixels; the image is padded to an even number of them.
+    /// Returns the columns and rows of cells of 8 pixels; the image is padded to an even number of them.
     pub fn cells(&self) -> (usize, usize) {
         let [rows, columns] = cells([self.size.0, self.size.1]);
         (columns, rows)
     }
 
-    /// The unit vectors of all cells, row after row, [`DESCRIPTOR_LENGTH`] numbers each.
+    /// Computes the unit vectors of all cells, row after row, [`DESCRIPTOR_LENGTH`] numbers each.
     ///
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn describe(&mut self, image: &Picture) -> Result<Vec<f32>, GeometryError> {
         check_size(image.size(), self.size)?;
         let steps = 0..self.cpu.steps();
-        awake(self.cpu.threads(), || {
+        with_team(self.cpu.threads(), || {
             write_patches(&mut self.cpu, self.image, image);
             self.cpu.run(steps);
         });
@@ -83,21 +76,16 @@ impl DescriptorExecutor {
     }
 }
 
-/// The products of some vectors with many others, a batch at a time.
-pub struct Similarities {
+/// Computes the similarities (dot products) of descriptors with many others, a batch at a time.
+#[derive(Debug)]
+pub struct DescriptorSimilarities {
     cpu: CpuPlan,
     vectors: MapId,
     products: MapId,
 }
 
-impl fmt::Debug for Similarities {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Similarities").finish_non_exhaustive()
-    }
-}
-
-impl Similarities {
-    /// Products with `others`, vectors of [`DESCRIPTOR_LENGTH`] numbers one after another, of `batch` vectors at a time.
+impl DescriptorSimilarities {
+    /// Prepares products with `others`, vectors of [`DESCRIPTOR_LENGTH`] numbers one after another, of `batch` vectors at a time.
     ///
     /// # Errors
     /// [`PlanError::Shape`] when `others` are no such vectors, or none.
@@ -105,24 +93,14 @@ impl Similarities {
         let mut plan = Plan::default();
         // Rows are shared among threads.
         let rows = threads.max(1);
-        let vectors = plan.input(MapShape {
-            channels: DESCRIPTOR_LENGTH,
-            height: rows,
-            width: batch.div_ceil(rows),
-        });
+        let vectors = plan.input(MapShape::new(DESCRIPTOR_LENGTH, rows, batch.div_ceil(rows)));
         let filters = Filters {
             biases: vec![0.0; others.len() / DESCRIPTOR_LENGTH],
             weights: others,
             inputs: DESCRIPTOR_LENGTH,
             kernel: 1,
         };
-        let products = plan.convolve(Convolution {
-            inputs: vec![plain(vectors)],
-            filters,
-            stride: 1,
-            added: None,
-            rectified: false,
-        })?;
+        let products = plan.convolve(Convolution::new(vec![LayerInput::plain(vectors)], filters))?;
         Ok(Self {
             cpu: CpuPlan::new(plan, &[products], threads),
             vectors,
@@ -130,14 +108,14 @@ impl Similarities {
         })
     }
 
-    /// For each of the first vectors of `vectors`, at most as many as a batch has, its products with all others.
+    /// Computes for each vector of `vectors`, at most as many as a batch has, its products with all others.
     pub fn of<'a>(&'a mut self, vectors: &[f32]) -> impl Iterator<Item = &'a [f32]> {
         let (count, pitch) = (vectors.len() / DESCRIPTOR_LENGTH, self.cpu.pitch(self.vectors));
-        let places = self.cpu.values_mut(self.vectors).chunks_exact_mut(pitch);
-        for (place, vector) in places.zip(vectors.chunks_exact(DESCRIPTOR_LENGTH)) {
-            place[..DESCRIPTOR_LENGTH].copy_from_slice(vector);
+        let positions = self.cpu.values_mut(self.vectors).chunks_exact_mut(pitch);
+        for (position, vector) in positions.zip(vectors.chunks_exact(DESCRIPTOR_LENGTH)) {
+            position[..DESCRIPTOR_LENGTH].copy_from_slice(vector);
         }
-        awake(self.cpu.threads(), || self.cpu.run(0..1));
+        self.cpu.run(0..1);
         let (others, pitch) = (self.cpu.shape(self.products).channels, self.cpu.pitch(self.products));
         let products = self.cpu.values(self.products).chunks_exact(pitch);
         products.map(move |products| &products[..others]).take(count)

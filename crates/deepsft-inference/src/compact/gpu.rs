@@ -1,35 +1,27 @@
 //! The compact network on a GPU.
 
+use super::cell_maps::CellMaps;
+use super::cells::cells;
 use super::depths::{MOMENTS, REACHES, gaussian};
 use super::network::CompactPlan;
-use super::positions::cells;
-use super::reading::Reading;
 use super::shaders;
 use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
-use crate::gpu::{Frames, Gpu, GpuError, GpuPlan, Kernel, Work};
-use crate::plan::{Convolution, Filters, MapId, MapShape, Plan, PlanError, plain};
+use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
+use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
 use crate::stage::Stage;
 use crate::weights::Weights;
 use deepsft_geometry::{GeometryError, Maps, Picture};
-use std::fmt;
 use std::ops::Range;
 use wgpu::Buffer;
 
 /// A compact network on a GPU, for images of one size. A frame is one list of work; only cells and the mask come back.
-pub struct CompactGpuExecutor {
-    frames: Frames,
-    reading: Reading,
+#[derive(Debug)]
+pub(crate) struct CompactGpuExecutor {
+    pipeline: FramePipeline,
+    cell_maps: CellMaps,
     /// Logits of the mask: [quad, patch, 4].
     logits: Vec<f32>,
-}
-
-impl fmt::Debug for CompactGpuExecutor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("CompactGpuExecutor")
-            .field("plan", &self.frames.plan)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Steps of a plan that average moments under the windows: down the columns, and across for each reach.
@@ -53,19 +45,9 @@ impl Windows {
                 inputs: length,
                 kernel: 1,
             };
-            plan.convolve(Convolution {
-                inputs: vec![plain(map)],
-                filters,
-                stride: 1,
-                added: None,
-                rectified: false,
-            })
+            plan.convolve(Convolution::new(vec![LayerInput::plain(map)], filters))
         };
-        let shape = |channels, width| MapShape {
-            channels,
-            height: MOMENTS,
-            width,
-        };
+        let shape = |channels, width| MapShape::new(channels, MOMENTS, width);
         let first = plan.steps();
         let moments = plan.input(shape(rows, columns));
         let down = blend(plan, moments, &REACHES, rows)?;
@@ -87,12 +69,15 @@ impl Windows {
 }
 
 impl CompactGpuExecutor {
-    /// Gets a network ready for images of `image` (columns, rows) pixels. What the GPU refuses, the first run reports.
-    ///
     /// # Errors
     /// [`GpuError::Plan`] when `weights` are not those of `config`, when that is of another architecture, for an image without
     /// pixels, and for fewer than 2 bins; others when the GPU failed before.
-    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: (usize, usize), weights: &Weights) -> Result<Self, GpuError> {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        config: &NetworkConfig,
+        image: (usize, usize),
+        weights: &Weights,
+    ) -> Result<Self, GpuError> {
         let image = [image.0, image.1];
         gpu.check()?;
         let mut network = CompactPlan::new(image, config, weights)?;
@@ -109,9 +94,9 @@ impl CompactGpuExecutor {
         let plan = GpuPlan::new(gpu, plan, &kept);
 
         let count = rows * columns;
-        let (pixels, coarse) = (Frames::pixels(gpu, image), gpu.zeros(count));
+        let (pixels, coarse) = (FramePipeline::pixels(gpu, image), gpu.zeros(count));
         let [found, refined, measured] = [(); 3].map(|()| gpu.zeros(4 * count));
-        let frame = Frame {
+        let frame = FrameKernels {
             gpu,
             network: &network,
             plan: &plan,
@@ -123,41 +108,38 @@ impl CompactGpuExecutor {
         };
         let [depth, registration] = network.marks;
         let mut work = vec![
-            Work::Kernel(frame.patches(image, &pixels)),
-            Work::Steps(0..depth),
-            Work::Kernel(frame.positions(&coarse)),
-            Work::Kernel(frame.cells(&coarse, windows.as_ref())),
+            FramePart::Kernel(frame.patches(image, &pixels)),
+            FramePart::Steps(0..depth),
+            FramePart::Kernel(frame.positions(&coarse)),
+            FramePart::Kernel(frame.cells(&coarse, windows.as_ref())),
         ];
         if let Some(windows) = &windows {
             work.extend([
-                Work::Steps(windows.down_steps.clone()),
-                Work::Kernel(frame.turn(windows)),
-                Work::Steps(windows.across_steps.clone()),
+                FramePart::Steps(windows.down_steps.clone()),
+                FramePart::Kernel(frame.turn(windows)),
+                FramePart::Steps(windows.across_steps.clone()),
             ]);
         }
         work.extend([
-            Work::Kernel(frame.measure(windows.as_ref())),
-            Work::Steps(depth..registration),
-            Work::Kernel(frame.refine_depth()),
-            Work::Steps(registration..last),
-            Work::Kernel(frame.refine_registration()),
+            FramePart::Kernel(frame.measure(windows.as_ref())),
+            FramePart::Steps(depth..registration),
+            FramePart::Kernel(frame.refine_depth()),
+            FramePart::Steps(registration..last),
+            FramePart::Kernel(frame.refine_registration()),
         ]);
         let mask = plan.buffer(network.mask).clone();
         Ok(Self {
-            frames: Frames::new(gpu, plan, work, (image, pixels), vec![found, refined, mask]),
-            reading: Reading::new(image, config, 1),
+            pipeline: FramePipeline::new(gpu, plan, work, (image, pixels), vec![found, refined, mask]),
+            cell_maps: CellMaps::new(image, config, 1),
             logits: vec![0.0; 4 * count * 16],
         })
     }
 
-    /// Takes an image of the training camera through the network.
-    ///
-    /// # Errors
-    /// [`GpuError::Image`] when the image has another size; others when the GPU was lost or failed.
-    pub async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
-        let (reading, logits) = (&mut self.reading, &mut self.logits);
+    /// See [`crate::GpuExecutor::run`].
+    pub(crate) async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
+        let (cell_maps, logits) = (&mut self.cell_maps, &mut self.logits);
         let read = |values: &mut dyn Iterator<Item = f32>| {
-            for maps in [&mut reading.main, &mut reading.refined] {
+            for maps in [&mut cell_maps.main, &mut cell_maps.refined] {
                 for cell in 0..maps[0].len() {
                     for map in maps.iter_mut() {
                         map[cell] = values.next().unwrap_or_default();
@@ -167,30 +149,24 @@ impl CompactGpuExecutor {
             }
             logits.iter_mut().zip(values).for_each(|(logit, value)| *logit = value);
         };
-        self.frames.run(image, read).await
+        self.pipeline.run(image, read).await
     }
 
-    /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.
-    pub fn cells(&self, stage: Stage) -> [&[f32]; 3] {
-        self.reading.cells(stage)
+    /// See [`crate::GpuExecutor::cells`].
+    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
+        self.cell_maps.cells(stage)
     }
 
-    /// Logit of "the object is seen here" at a pixel of the last image.
-    ///
-    /// # Panics
-    /// May panic for a pixel outside of the image.
-    pub fn mask_logit(&self, x: usize, y: usize) -> f32 {
-        let (patch, within) = self.reading.place_in_mask(x, y);
+    /// See [`crate::GpuExecutor::mask_logit`].
+    pub(crate) fn mask_logit(&self, x: usize, y: usize) -> f32 {
+        let (patch, within) = self.cell_maps.index_in_mask(x, y);
         logit(&self.logits, patch, within)
     }
 
-    /// Writes the maps of the last image, see [`crate::CompactExecutor::read`].
-    ///
-    /// # Errors
-    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
-    pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+    /// See [`crate::GpuExecutor::read`].
+    pub(crate) fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
         let logits = &self.logits;
-        self.reading
+        self.cell_maps
             .read(stage, seen, |patch, within| logit(logits, patch, within), maps)
     }
 }
@@ -200,8 +176,8 @@ fn logit(logits: &[f32], patch: usize, within: usize) -> f32 {
     logits[within / 4 * (logits.len() / 4) + 4 * patch + within % 4]
 }
 
-/// What the kernels of a frame work on.
-struct Frame<'a> {
+/// Writes the kernels of a frame.
+struct FrameKernels<'a> {
     gpu: &'a Gpu,
     network: &'a CompactPlan,
     plan: &'a GpuPlan,
@@ -212,7 +188,7 @@ struct Frame<'a> {
     measured: &'a Buffer,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> FrameKernels<'a> {
     /// A kernel with an invocation for each cell.
     fn of_cells(&self, mut shader: Shader<'_>, functions: &[&str], body: &str) -> Kernel {
         let [rows, columns] = self.cells;
@@ -234,8 +210,8 @@ impl<'a> Frame<'a> {
         shader.size("width", width);
         shader.size("height", height);
         shader.size("across", shape.width);
-        shader.size("patches", shape.width * shape.height);
-        let count = shape.channels / 4 * shape.width * shape.height;
+        shader.size("patches", shape.area());
+        let count = shape.channels / 4 * shape.area();
         shader.kernel(self.gpu, "", shaders::PATCHES, count, 1)
     }
 

@@ -1,16 +1,10 @@
 //! The compact network as a plan.
 
-use super::positions::cells;
+use super::cells::cells;
+use super::patches::PATCH;
 use crate::config::{Architecture, CompactConfig, NetworkConfig};
-use crate::cpu::{CpuPlan, MAX_THREADS, Units, in_bands};
-use crate::plan::{Added, MapId, MapShape, Plan, PlanError, plain, relu};
-use crate::weights::{Builder, Weights};
-use deepsft_geometry::Picture;
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::Range;
-
-/// Side of a patch, pixels.
-pub(super) const PATCH: usize = 4;
+use crate::plan::{LayerInput, MapId, MapShape, Plan, PlanError, SkipInput};
+use crate::weights::{PlanBuilder, Weights};
 
 /// Cues that a refinement block reads beside the features: u, v, d, and how far four measured depths lie from it.
 pub(super) const CUES: usize = 7;
@@ -19,7 +13,8 @@ pub(super) const CUES: usize = 7;
 /// filters behind it are.
 pub(super) const RELU_GAIN: f32 = 1.713_958_7;
 
-/// The plan and the maps at which the caller reads and writes.
+/// The compact network as a plan, and the maps at which the caller reads and writes.
+#[derive(Debug)]
 pub(crate) struct CompactPlan {
     pub(super) plan: Plan,
     pub(super) layers: CompactConfig,
@@ -56,7 +51,7 @@ impl CompactPlan {
                 });
             }
         }
-        let mut builder = Builder::new(weights, RELU_GAIN);
+        let mut builder = PlanBuilder::new(weights, RELU_GAIN);
         let [rows, columns] = cells(image);
         let Trunk {
             image,
@@ -64,35 +59,49 @@ impl CompactPlan {
             at16,
             at8,
         } = Trunk::new(&mut builder, image, shape)?;
-        let bins = builder.stacked(
-            &[relu(at16)],
-            &["main.bins.0", "main.bins.1", "main.bins.2"],
-            &shape.bins,
-        )?;
-        let offset = builder.layer(&[relu(at8)], "main.offset", [3, 1, 1], None)?;
+        let names = ["main.bins.0", "main.bins.1", "main.bins.2"];
+        let bins = builder.stacked(&[LayerInput::relu(at16)], &names, &shape.bins, 1)?;
+        let bins = builder.plan.convolve(bins)?;
+        let offset = builder.layer(&[LayerInput::relu(at8)], "main.offset", [3, 1, 1], None)?;
 
         let width = shape.mask_channels;
-        let coarse = builder.layer(&[relu(at8)], "mask_coarse", [width, 1, 1], None)?;
+        let coarse = builder.layer(&[LayerInput::relu(at8)], "mask_coarse", [width, 1, 1], None)?;
         let mask = builder.layer(
-            &[plain(patches)],
+            &[LayerInput::plain(patches)],
             "mask_fine",
             [width, 1, 1],
-            Some(Added::doubled(coarse)),
+            Some(SkipInput::doubled(coarse)),
         )?;
-        let mask = builder.layer(&[relu(mask)], "mask_mix", [width, 3, 1], Some(Added::same(mask)))?;
-        let mask = builder.layer(&[relu(mask)], "mask", [PATCH * PATCH, 1, 1], None)?;
+        let mask = builder.layer(
+            &[LayerInput::relu(mask)],
+            "mask_mix",
+            [width, 3, 1],
+            Some(SkipInput::same(mask)),
+        )?;
+        let mask = builder.layer(&[LayerInput::relu(mask)], "mask", [PATCH * PATCH, 1, 1], None)?;
 
-        let cells = MapShape {
-            channels: CUES,
-            height: rows,
-            width: columns,
-        };
+        let cells = MapShape::new(CUES, rows, columns);
         let mut refine = |name: &str, outputs: usize| {
             let (mark, cues) = (builder.plan.steps(), builder.plan.input(cells));
             let width = shape.refinement_channels;
-            let entry = builder.relu_layer(&[relu(at8), plain(cues)], &format!("{name}.entry"), [width, 3, 1], None)?;
-            let middle = builder.relu_layer(&[plain(entry)], &format!("{name}.middle"), [width, 3, 1], None)?;
-            let correction = builder.layer(&[plain(middle)], &format!("{name}.correction"), [outputs, 1, 1], None)?;
+            let entry = builder.relu_layer(
+                &[LayerInput::relu(at8), LayerInput::plain(cues)],
+                &format!("{name}.entry"),
+                [width, 3, 1],
+                None,
+            )?;
+            let middle = builder.relu_layer(
+                &[LayerInput::plain(entry)],
+                &format!("{name}.middle"),
+                [width, 3, 1],
+                None,
+            )?;
+            let correction = builder.layer(
+                &[LayerInput::plain(middle)],
+                &format!("{name}.correction"),
+                [outputs, 1, 1],
+                None,
+            )?;
             Ok((mark, cues, correction))
         };
         let depth = refine("depth_refinement", 4)?;
@@ -123,28 +132,30 @@ pub(super) struct Trunk {
 }
 
 impl Trunk {
-    pub(super) fn new(builder: &mut Builder<'_>, image: [usize; 2], shape: &CompactConfig) -> Result<Self, PlanError> {
+    pub(super) fn new(
+        builder: &mut PlanBuilder<'_>,
+        image: [usize; 2],
+        shape: &CompactConfig,
+    ) -> Result<Self, PlanError> {
         let [rows, columns] = cells(image);
-        let image = builder.plan.input(MapShape {
-            channels: 3 * PATCH * PATCH,
-            height: 2 * rows,
-            width: 2 * columns,
-        });
+        let image = builder
+            .plan
+            .input(MapShape::new(3 * PATCH * PATCH, 2 * rows, 2 * columns));
         let [c4, c8, c16, c32] = shape.channels;
-        let patches = builder.relu_layer(&[plain(image)], "main.patch", [c4, 1, 1], None)?;
-        let at8 = builder.layer(&[plain(patches)], "main.down8", [c8, 3, 2], None)?;
+        let patches = builder.relu_layer(&[LayerInput::plain(image)], "main.patch", [c4, 1, 1], None)?;
+        let at8 = builder.layer(&[LayerInput::plain(patches)], "main.down8", [c8, 3, 2], None)?;
         let at8 = block(builder, at8, "main.encode8", c8)?;
-        let at16 = builder.layer(&[relu(at8)], "main.down16", [c16, 3, 2], None)?;
+        let at16 = builder.layer(&[LayerInput::relu(at8)], "main.down16", [c16, 3, 2], None)?;
         let at16 = block(builder, at16, "main.encode16", c16)?;
-        let mut at32 = builder.layer(&[relu(at16)], "main.down32", [c32, 3, 2], None)?;
+        let mut at32 = builder.layer(&[LayerInput::relu(at16)], "main.down32", [c32, 3, 2], None)?;
         for k in 0..shape.blocks_at_32 {
             at32 = block(builder, at32, &format!("main.encode32.{k}"), c32)?;
         }
-        let lateral = builder.layer(&[relu(at32)], "main.lateral16", [c16, 1, 1], None)?;
-        let at16 = builder.plan.add(at16, Added::doubled(lateral))?;
+        let lateral = builder.layer(&[LayerInput::relu(at32)], "main.lateral16", [c16, 1, 1], None)?;
+        let at16 = builder.plan.add(at16, SkipInput::doubled(lateral))?;
         let at16 = block(builder, at16, "main.decode16", c16)?;
-        let lateral = builder.layer(&[relu(at16)], "main.lateral8", [c8, 1, 1], None)?;
-        let at8 = builder.plan.add(at8, Added::doubled(lateral))?;
+        let lateral = builder.layer(&[LayerInput::relu(at16)], "main.lateral8", [c8, 1, 1], None)?;
+        let at8 = builder.plan.add(at8, SkipInput::doubled(lateral))?;
         let at8 = block(builder, at8, "main.decode8", c8)?;
         Ok(Self {
             image,
@@ -155,76 +166,14 @@ impl Trunk {
     }
 }
 
-/// Patches of 4 x 4 pixels, the channels of the image one after another, values -2..=2; black where the image is padded.
-pub(super) fn write_patches(cpu: &mut CpuPlan, map: MapId, image: &Picture) {
-    let (MapShape { width, height, .. }, pitch) = (cpu.shape(map), cpu.pitch(map));
-    let (arch, mut team) = (Arch::new(), [(); MAX_THREADS]);
-    let threads = cpu.threads();
-    let out = Units::whole(cpu.values_mut(map), width * pitch);
-    in_bands(
-        &mut team[..threads],
-        0..height,
-        out,
-        &|(), rows, Units { values: out, .. }| {
-            arch.dispatch(Patches {
-                image,
-                width,
-                pitch,
-                rows,
-                out,
-            });
-        },
-    );
-}
-
-/// The rows `rows` of patches.
-struct Patches<'a> {
-    image: &'a Picture,
-    width: usize,
-    pitch: usize,
-    rows: Range<usize>,
-    out: &'a mut [f32],
-}
-
-impl WithSimd for Patches<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            image,
-            width,
-            pitch,
-            rows,
-            out,
-        } = self;
-        let line = 3 * image.width();
-        for (y, out) in rows.zip(out.chunks_exact_mut(width * pitch)) {
-            for row in 0..PATCH {
-                let known = image.rgb().get((PATCH * y + row) * line..).unwrap_or_default();
-                let known = &known[..known.len().min(line)];
-                for (x, patch) in out.chunks_exact_mut(pitch).enumerate() {
-                    let known = known.get(3 * PATCH * x..).unwrap_or_default();
-                    let mut pixels = [0; 3 * PATCH];
-                    match known.first_chunk() {
-                        Some(known) => pixels = *known,
-                        None => pixels[..known.len()].copy_from_slice(known),
-                    }
-                    for channel in 0..3 {
-                        let values = &mut patch[(channel * PATCH + row) * PATCH..][..PATCH];
-                        for (column, value) in values.iter_mut().enumerate() {
-                            *value = f32::from(pixels[3 * column + channel]) * (4.0 / 255.0) - 2.0;
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// x + conv(relu(conv(relu(x)))).
-fn block(builder: &mut Builder<'_>, x: MapId, name: &str, channels: usize) -> Result<MapId, PlanError> {
+/// x + conv(relu(conv(LayerInput::relu(x)))).
+fn block(builder: &mut PlanBuilder<'_>, x: MapId, name: &str, channels: usize) -> Result<MapId, PlanError> {
     let shape = [channels, 3, 1];
-    let branch = builder.relu_layer(&[relu(x)], &format!("{name}.first"), shape, None)?;
-    builder.layer(&[plain(branch)], &format!("{name}.second"), shape, Some(Added::same(x)))
+    let branch = builder.relu_layer(&[LayerInput::relu(x)], &format!("{name}.first"), shape, None)?;
+    builder.layer(
+        &[LayerInput::plain(branch)],
+        &format!("{name}.second"),
+        shape,
+        Some(SkipInput::same(x)),
+    )
 }

@@ -1,12 +1,12 @@
-//! The compact network's arithmetic between its convolutions, as shaders: the same as the processor's in `positions.rs`, `depths.rs`
+//! The compact network's arithmetic between its convolutions, as shaders: the same as the processor's in `cells.rs`, `depths.rs`
 //! and the executor. A cell's quads hold u, v and d side by side.
 
+use super::cells::{NEIGHBOURS, PIXELS_PER_CELL};
 use super::depths::{
-    COVARIANCE_DAMPING, DEPARTURE_GAIN, HALF_SUPPORT, LARGEST_DEPARTURE, MEASURED, MOMENTS, NORMALISED,
-    PIXELS_PER_CELL, SLOPE_DAMPING, UNIT_MM,
+    COVARIANCE_DAMPING, DEPARTURE_GAIN, HALF_SUPPORT, LARGEST_DEPARTURE, MEASURED, MOMENTS, NORMALISED, SLOPE_DAMPING,
+    UNIT_MM,
 };
-use super::network::PATCH;
-use super::positions::NEIGHBOURS;
+use super::patches::PATCH;
 use crate::config::NetworkConfig;
 
 // The shaders read a row of a patch, and the depths measured of a cell, as one quad.

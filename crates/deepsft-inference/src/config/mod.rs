@@ -12,5 +12,3 @@ pub use depth_range::DepthRange;
 pub use network_config::{Architecture, NetworkConfig};
 pub use paper_config::PaperConfig;
 pub use r50f_config::R50FConfig;
-
-pub use r50f_config::{ENCODED, ENCODED_WIDTH, MAP_VALUES, MAPS};

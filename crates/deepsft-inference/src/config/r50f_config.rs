@@ -4,18 +4,6 @@ use super::limits::{check_momentum, within};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 
-/// Columns and rows of the encoder's last map, stride 32.
-pub const ENCODED: (usize, usize) = (CANONICAL_WIDTH.div_ceil(32), CANONICAL_HEIGHT.div_ceil(32));
-
-/// Channels of that map in full width.
-pub const ENCODED_WIDTH: usize = 2048;
-
-/// Maps of the last dense layer: depth, u, v.
-pub const MAPS: usize = 3;
-
-/// Values of these maps.
-pub const MAP_VALUES: usize = MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
-
 /// Most values of the two dense layers together. The paper's R50F has 133 million of them, 0.5 GB, and nothing is
 /// gained by many more neurons (our choice).
 const MAX_DENSE_VALUES: usize = 200_000_000;
@@ -42,6 +30,18 @@ impl Default for R50FConfig {
 }
 
 impl R50FConfig {
+    /// Columns and rows of the encoder's last map, stride 32.
+    pub const ENCODED_SIZE: (usize, usize) = (CANONICAL_WIDTH.div_ceil(32), CANONICAL_HEIGHT.div_ceil(32));
+
+    /// Channels of that map in full width.
+    pub const ENCODED_CHANNELS: usize = 2048;
+
+    /// Maps of the last dense layer: depth, u, v.
+    pub const MAPS: usize = 3;
+
+    /// Values of these maps.
+    pub const MAP_VALUES: usize = Self::MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
+
     /// A network of `1 / divisor` of the widths, see [`super::PaperConfig::narrow`].
     pub fn narrow(width_divisor: usize) -> Self {
         Self {
@@ -68,7 +68,8 @@ impl R50FConfig {
     /// Values of the weights of both dense layers.
     fn dense_values(&self) -> usize {
         let neurons = self.neurons / self.width_divisor;
-        let (inputs, outputs) = (ENCODED_WIDTH / self.width_divisor * ENCODED.0 * ENCODED.1, MAP_VALUES);
-        (inputs + 1) * neurons + (neurons + 1) * outputs
+        let (columns, rows) = Self::ENCODED_SIZE;
+        let inputs = Self::ENCODED_CHANNELS / self.width_divisor * columns * rows;
+        (inputs + 1) * neurons + (neurons + 1) * Self::MAP_VALUES
     }
 }

@@ -1,31 +1,32 @@
 //! Dense layers: a matrix and one row of numbers. Each weight is read once, so memory sets the pace.
 
-use super::buffer::{BLOCK, Buffer, padded};
-use crate::plan::{self, MapShape};
+use super::layout::{AlignedBuffer, BLOCK, padded_channels};
+use crate::plan::{DenseLayer, MapId, MapShape};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
 /// A dense layer that is ready to run.
-pub(crate) struct Dense {
-    pub(crate) map: plan::MapId,
-    /// [block of outputs][place, padded channel][output]
-    weights: Buffer,
-    biases: Buffer,
+#[derive(Debug)]
+pub(crate) struct PackedDense {
+    pub(crate) map: MapId,
+    /// [block of outputs][position, padded channel][output]
+    weights: AlignedBuffer,
+    biases: AlignedBuffer,
     rectified: bool,
 }
 
-impl Dense {
+impl PackedDense {
     /// Packs `dense`, which reads a map of the size `shape`.
-    pub(crate) fn new(dense: plan::Dense, shape: MapShape) -> Self {
-        let (pitch, places) = (padded(shape.channels), shape.height * shape.width);
+    pub(crate) fn new(dense: DenseLayer, shape: MapShape) -> Self {
+        let (pitch, positions) = (padded_channels(shape.channels), shape.area());
         let outputs = dense.biases.len();
-        let mut biases = Buffer::new(padded(outputs));
+        let mut biases = AlignedBuffer::new(padded_channels(outputs));
         biases.values_mut()[..outputs].copy_from_slice(&dense.biases);
-        let inputs = pitch * places;
-        let mut weights = Buffer::new(inputs * padded(outputs));
+        let inputs = pitch * positions;
+        let mut weights = AlignedBuffer::new(inputs * padded_channels(outputs));
         let packed = weights.values_mut();
         for (index, row) in dense.weights.chunks_exact(outputs).enumerate() {
-            let input = index % places * pitch + index / places;
+            let input = index % positions * pitch + index / positions;
             for (block, row) in row.chunks(BLOCK).enumerate() {
                 packed[(block * inputs + input) * BLOCK..][..row.len()].copy_from_slice(row);
             }
@@ -46,7 +47,7 @@ impl Dense {
     /// Makes the blocks `blocks` of the output from the map's values, `read`.
     pub(crate) fn run(&self, arch: Arch, read: &[f32], blocks: Range<usize>, out: &mut [f32]) {
         let dense = self;
-        arch.dispatch(Blocks {
+        arch.dispatch(DenseBlocks {
             dense,
             read,
             blocks,
@@ -55,14 +56,14 @@ impl Dense {
     }
 }
 
-struct Blocks<'a> {
-    dense: &'a Dense,
+struct DenseBlocks<'a> {
+    dense: &'a PackedDense,
     read: &'a [f32],
     blocks: Range<usize>,
     out: &'a mut [f32],
 }
 
-impl WithSimd for Blocks<'_> {
+impl WithSimd for DenseBlocks<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -78,7 +79,7 @@ impl WithSimd for Blocks<'_> {
     }
 }
 
-impl Blocks<'_> {
+impl DenseBlocks<'_> {
     #[inline(always)]
     fn sum<S: Simd, const VECTORS: usize, const ROWS: usize>(self, simd: S) {
         let Self {
@@ -92,7 +93,7 @@ impl Blocks<'_> {
             let weights = &dense.weights.values()[block * read.len() * BLOCK..][..read.len() * BLOCK];
             let (weights, _) = S::as_simd_f32s(weights);
             let mut sums = [[zero; VECTORS]; ROWS];
-            // A place has a multiple of `BLOCK` numbers.
+            // A position has a multiple of `BLOCK` numbers.
             for (numbers, weights) in read.chunks_exact(ROWS).zip(weights.chunks_exact(ROWS * VECTORS)) {
                 for (row, sums) in sums.iter_mut().enumerate() {
                     let number = simd.splat_f32s(numbers[row]);

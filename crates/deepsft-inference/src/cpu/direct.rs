@@ -1,55 +1,56 @@
-//! Convolutions of any side and stride as they are written.
+//! Direct convolutions, of any kernel and stride.
 
-use super::buffer::{BLOCK, padded};
-use super::layer::{Layer, Maps, Scratch};
-use super::product::{Packed, Rows, Sink, multiply};
+use super::gemm::{Epilogue, MatrixRows, PackedMatrix, multiply};
+use super::layer_spec::LayerRun;
+use super::layout::{BLOCK, Scratch, input_channels, padded_channels};
+use super::team::{Chunks, in_parallel};
 use crate::plan::{Convolution, MapShape};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
+/// A convolution's filters as a matrix.
+#[derive(Debug)]
 pub(crate) struct Direct {
     /// [row of the kernel, column of the kernel, input channel] x outputs.
-    filters: Packed,
-    /// Numbers that are read of each place.
+    filters: PackedMatrix,
+    /// Numbers that are read of each position.
     inputs: usize,
     kernel: usize,
     /// Whether these are the channels without their padding: where there are few.
     unpadded: bool,
 }
 
-/// Adds the sums of places to what is there before: the biases and what is added.
-struct Finish<'a> {
-    layer: &'a Layer,
-    maps: &'a Maps<'a>,
+/// Adds the sums of positions to what is there before: the biases and the skip input.
+struct Accumulate<'a> {
+    layer: LayerRun<'a>,
     first_row: usize,
     out: &'a mut [f32],
 }
 
-impl<S: Simd> Sink<S> for Finish<'_> {
+impl<S: Simd> Epilogue<S> for Accumulate<'_> {
     #[inline(always)]
-    fn begin(&mut self, simd: S, places: Range<usize>) {
-        let (width, pitch) = (self.layer.output.width, padded(self.layer.output.channels));
-        let (biases, _) = S::as_simd_f32s(self.layer.biases.values());
-        let out = &mut self.out[places.start * pitch..places.end * pitch];
-        for (place, out) in places.zip(out.chunks_exact_mut(pitch)) {
+    fn begin(&mut self, simd: S, positions: Range<usize>) {
+        let spec = self.layer.spec;
+        let (width, pitch) = (spec.output.width, padded_channels(spec.output.channels));
+        let (biases, _) = S::as_simd_f32s(spec.biases.values());
+        let out = &mut self.out[positions.start * pitch..positions.end * pitch];
+        for (position, out) in positions.zip(out.chunks_exact_mut(pitch)) {
             let (out, _) = S::as_mut_simd_f32s(out);
             out.copy_from_slice(biases);
-            let added = self
-                .layer
-                .added(self.maps, self.first_row + place / width, place % width);
-            for (out, &added) in out.iter_mut().zip(S::as_simd_f32s(added).0) {
-                *out = simd.add_f32s(*out, added);
+            let skip = self.layer.skip(self.first_row + position / width, position % width);
+            for (out, &skip) in out.iter_mut().zip(S::as_simd_f32s(skip).0) {
+                *out = simd.add_f32s(*out, skip);
             }
         }
     }
 
     #[inline(always)]
-    fn store(&mut self, simd: S, place: usize, output: usize, sums: &[S::f32s]) {
-        let pitch = padded(self.layer.output.channels);
-        let (to, _) = S::as_mut_simd_f32s(&mut self.out[place * pitch + output..]);
+    fn store(&mut self, simd: S, position: usize, output: usize, sums: &[S::f32s]) {
+        let pitch = padded_channels(self.layer.spec.output.channels);
+        let (to, _) = S::as_mut_simd_f32s(&mut self.out[position * pitch + output..]);
         for (to, &sums) in to.iter_mut().zip(sums) {
             let sums = simd.add_f32s(*to, sums);
-            *to = match self.layer.convolution.rectified {
+            *to = match self.layer.spec.convolution.rectified {
                 true => simd.max_f32s(simd.splat_f32s(0.0), sums),
                 false => sums,
             };
@@ -58,24 +59,24 @@ impl<S: Simd> Sink<S> for Finish<'_> {
 }
 
 impl Direct {
-    pub(crate) fn new(convolution: &Convolution, shapes: &[MapShape], lanes: usize) -> Self {
+    pub(crate) fn new(convolution: &Convolution, shapes: &[MapShape], width: usize) -> Self {
         let filters = &convolution.filters;
         let area = filters.kernel * filters.kernel;
         let unpadded = area > 1 && filters.inputs < BLOCK;
-        let (mut places, mut inputs) = channels(convolution, shapes);
+        let (mut channels, mut inputs) = input_channels(convolution, shapes);
         if unpadded {
-            (places, inputs) = ((0..filters.inputs).collect(), filters.inputs);
+            (channels, inputs) = ((0..filters.inputs).collect(), filters.inputs);
         }
-        // One place is read as it lies; the padding behind its last channel is not read.
+        // One position is read as it lies; the padding behind its last channel is not read.
         let read = match area {
-            1 => places.last().map_or(0, |last| last + 1),
+            1 => channels.last().map_or(0, |last| last + 1),
             _ => area * inputs,
         };
-        let mut packed = Packed::new(read, padded(filters.biases.len()), lanes);
+        let mut packed = PackedMatrix::new(read, padded_channels(filters.biases.len()), width);
         for (index, filter) in filters.weights.chunks_exact(area).enumerate() {
-            let (output, input) = (index / filters.inputs, places[index % filters.inputs]);
-            for (place, &value) in filter.iter().enumerate() {
-                packed.set(place * inputs + input, output, value);
+            let (output, input) = (index / filters.inputs, channels[index % filters.inputs]);
+            for (tap, &value) in filter.iter().enumerate() {
+                packed.set(tap * inputs + input, output, value);
             }
         }
         Self {
@@ -100,64 +101,86 @@ impl Direct {
         rows * (width + self.kernel - 1) * self.inputs
     }
 
-    /// Makes the rows `made` of the output; `out` begins with them.
+    /// Makes the rows `rows` of the output, `out`.
+    pub(crate) fn run(&self, layer: LayerRun<'_>, scratches: &mut [Scratch], rows: Range<usize>, out: &mut [f32]) {
+        let row = layer.spec.row();
+        let out = Chunks::whole(&mut out[rows.start * row..rows.end * row], row);
+        in_parallel(scratches, rows, out, &|scratch, rows, out| {
+            layer.arch.dispatch(DirectRows {
+                direct: self,
+                layer,
+                scratch,
+                rows,
+                out: out.values,
+            });
+        });
+    }
+}
+
+/// The rows `rows` of the output; `out` begins with them.
+struct DirectRows<'a> {
+    direct: &'a Direct,
+    layer: LayerRun<'a>,
+    scratch: &'a mut Scratch,
+    rows: Range<usize>,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for DirectRows<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub(crate) fn run<S: Simd>(
-        &self,
-        simd: S,
-        layer: &Layer,
-        maps: &Maps<'_>,
-        scratch: &mut Scratch,
-        made: Range<usize>,
-        out: &mut [f32],
-    ) {
-        let convolution = &layer.convolution;
-        let (stride, width) = (convolution.stride, layer.output.width);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (direct, layer) = (self.direct, self.layer);
+        let (convolution, width) = (&layer.spec.convolution, layer.spec.output.width);
+        let (stride, inputs) = (convolution.stride, direct.inputs);
         let input = convolution.inputs[0];
-        let first = maps.view(input.map);
-        let in_place = self.reads_in_place(convolution);
+        let first = layer.maps.view(input.map);
+        let in_place = direct.reads_in_place(convolution);
         let (values, parts, row) = if in_place {
-            let row = first.shape.width * self.inputs;
-            (&first.values[(stride * made.start + input.cropped[0]) * row..], 1, row)
-        } else {
-            self.read(simd, layer, maps, made.clone(), scratch.read.values_mut());
-            let [_, columns] = input.size(first.shape);
+            let row = first.shape.width * inputs;
             (
-                scratch.read.values(),
-                self.kernel,
-                (columns + self.kernel - 1) * self.inputs,
+                &first.values[(stride * self.rows.start + input.cropped[0]) * row..],
+                1,
+                row,
             )
+        } else {
+            let read = &mut self.scratch.read;
+            direct.read(simd, layer, self.rows.clone(), read.values_mut());
+            let [_, columns] = input.size(first.shape);
+            (read.values(), direct.kernel, (columns + direct.kernel - 1) * inputs)
         };
-        let rows = Rows {
+        let rows = MatrixRows {
             values,
-            count: made.len() * width,
+            count: self.rows.len() * width,
             across: width,
-            step: stride * self.inputs,
+            step: stride * inputs,
             line: stride * row,
             parts,
             pitch: row,
         };
-        let mut finish = Finish {
+        let mut epilogue = Accumulate {
             layer,
-            maps,
-            first_row: made.start,
-            out,
+            first_row: self.rows.start,
+            out: self.out,
         };
         if in_place && input.rectified {
-            multiply::<S, true>(simd, &rows, &self.filters, &mut finish);
+            multiply::<S, true>(simd, &rows, &direct.filters, &mut epilogue);
         } else {
-            multiply::<S, false>(simd, &rows, &self.filters, &mut finish);
+            multiply::<S, false>(simd, &rows, &direct.filters, &mut epilogue);
         }
     }
+}
 
+impl Direct {
     /// The input rows of the output rows `made` with a border of zeros: `read` [rows, columns, channels].
     #[inline(always)]
-    fn read<S: Simd>(&self, simd: S, layer: &Layer, maps: &Maps<'_>, made: Range<usize>, read: &mut [f32]) {
-        let convolution = &layer.convolution;
+    fn read<S: Simd>(&self, simd: S, layer: LayerRun<'_>, made: Range<usize>, read: &mut [f32]) {
+        let convolution = &layer.spec.convolution;
         let zero = simd.splat_f32s(0.0);
         let border = self.kernel / 2;
         let first = convolution.inputs[0];
-        let [height, width] = first.size(maps.view(first.map).shape);
+        let [height, width] = first.size(layer.maps.view(first.map).shape);
         let row = (width + self.kernel - 1) * self.inputs;
         let rows = convolution.stride * made.len().saturating_sub(1) + self.kernel;
         for (r, to) in read.chunks_exact_mut(row).take(rows).enumerate() {
@@ -171,7 +194,7 @@ impl Direct {
             to[outer..].fill(0.0);
             let mut first_channel = 0;
             for input in &convolution.inputs {
-                let map = maps.view(input.map);
+                let map = layer.maps.view(input.map);
                 let pitch = map.pitch();
                 let from = (y + input.cropped[0]) / input.factor * map.shape.width * pitch;
                 let from = &map.values[from..][..map.shape.width * pitch];
@@ -202,15 +225,4 @@ impl Direct {
             }
         }
     }
-}
-
-/// The padded channels of the filters' channels, and their number: inputs are padded map by map.
-pub(crate) fn channels(convolution: &Convolution, shapes: &[MapShape]) -> (Vec<usize>, usize) {
-    let (mut places, mut first) = (Vec::new(), 0);
-    for input in &convolution.inputs {
-        let channels = shapes[input.map.0].channels;
-        places.extend(first..first + channels);
-        first += padded(channels);
-    }
-    (places, first)
 }

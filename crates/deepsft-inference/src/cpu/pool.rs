@@ -1,7 +1,7 @@
-//! The largest values of windows.
+//! Max pooling.
 
-use super::buffer::MapView;
-use crate::plan::{MapShape, Pool};
+use super::layout::MapView;
+use crate::plan::{MapShape, MaxPool};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -9,15 +9,15 @@ use std::ops::Range;
 const SIDE: usize = 3;
 
 /// The rows `rows` of a pooling's result, `out`.
-pub(crate) struct Pooled<'a> {
-    pub(crate) pool: Pool,
+pub(crate) struct PooledRows<'a> {
+    pub(crate) pool: MaxPool,
     pub(crate) map: MapView<'a>,
     pub(crate) output: MapShape,
     pub(crate) rows: Range<usize>,
     pub(crate) out: &'a mut [f32],
 }
 
-impl WithSimd for Pooled<'_> {
+impl WithSimd for PooledRows<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -35,10 +35,10 @@ impl WithSimd for Pooled<'_> {
             let first = pool.stride * at;
             first.saturating_sub(pool.border)..(first + SIDE - pool.border).min(side)
         };
-        for (place, out) in out.chunks_exact_mut(pitch).enumerate() {
+        for (position, out) in out.chunks_exact_mut(pitch).enumerate() {
             let (ys, xs) = (
-                inside(rows.start + place / output.width, height),
-                inside(place % output.width, width),
+                inside(rows.start + position / output.width, height),
+                inside(position % output.width, width),
             );
             let (out, _) = S::as_mut_simd_f32s(out);
             out.fill(simd.splat_f32s(f32::NEG_INFINITY));

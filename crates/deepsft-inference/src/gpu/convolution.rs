@@ -1,20 +1,21 @@
 //! Convolutions as shaders.
 //!
-//! A map lies in quads of channels: [quad][row][column], four channels side by side. Neighbouring invocations make neighbouring places:
-//! they read maps side by side and the same filters. Each makes several places of several quads, so that it multiplies often what it
+//! A map lies in quads of channels: [quad][row][column], four channels side by side. Neighbouring invocations make neighbouring positions:
+//! they read maps side by side and the same filters. Each makes several positions of several quads, so that it multiplies often what it
 //! read once.
 
+use super::device::Gpu;
 use super::shader::{
-    Addend, Shader, Source, View, addend, as_f32, is_whole, packed_at, place_read, quads, rectified, stored,
+    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, is_whole, packed_at, position_read, quads, rectified,
+    skip_term, stored,
 };
-use super::winograd::{to_places, to_points};
-use super::{Gpu, Kernel};
-use crate::cpu::{POINTS, TILE, filter_at_points};
-use crate::plan::{Convolution, Dense, Filters, MapShape, plain};
+use super::winograd::{input_transform, output_transform};
+use crate::cpu::{POINTS, TILE, filter_transform};
+use crate::plan::{Convolution, DenseLayer, Filters, LayerInput, MapShape};
 use std::fmt::Write;
 use wgpu::Buffer;
 
-/// Places and quads that an invocation makes. Twice as many quads save a processor that plays the GPU a third of its time, but it then
+/// Positions and quads that an invocation makes. Twice as many quads save a processor that plays the GPU a third of its time, but it then
 /// compiles for three times as long, and a GPU needs many invocations.
 const STRETCH: usize = 4;
 const BLOCK: usize = 2;
@@ -43,16 +44,16 @@ fn is_winograd(convolution: &Convolution) -> bool {
 pub(super) fn kernels(
     gpu: &Gpu,
     convolution: &Convolution,
-    sources: &[Source<'_>],
-    added: Addend<'_>,
-    output: View<'_>,
+    sources: &[ShaderInput<'_>],
+    skip: ShaderSkip<'_>,
+    output: GpuMap<'_>,
     scratch: &Scratch,
 ) -> Vec<Kernel> {
     let inputs: Vec<usize> = sources.iter().map(|(view, _)| view.shape.channels).collect();
     if !is_winograd(convolution) {
         let product = Product {
             sources,
-            added,
+            skip,
             output,
             kernel: convolution.filters.kernel,
             stride: convolution.stride,
@@ -62,21 +63,17 @@ pub(super) fn kernels(
         return vec![product.kernel(gpu, &convolution.filters, &channels_padded(&inputs))];
     }
     let [rows, columns] = [output.shape.height, output.shape.width].map(|side| side.div_ceil(TILE));
-    // Tiles at a point: places of a map with one row.
-    let at_points = |quads: usize, buffer| View {
-        shape: MapShape {
-            channels: 4 * quads,
-            height: 1,
-            width: rows * columns,
-        },
+    // Tiles at a point: positions of a map with one row.
+    let at_points = |quads: usize, buffer| GpuMap {
+        shape: MapShape::new(4 * quads, 1, rows * columns),
         half: false,
         buffer,
     };
     let read = at_points(inputs.iter().map(|&channels| quads(channels)).sum(), &scratch.read);
     let sums = at_points(output.quads(), &scratch.sums);
     let product = Product {
-        sources: &[(read, plain(convolution.inputs[0].map))],
-        added: None,
+        sources: &[(read, LayerInput::plain(convolution.inputs[0].map))],
+        skip: None,
         output: sums,
         kernel: 1,
         stride: 1,
@@ -84,14 +81,14 @@ pub(super) fn kernels(
         batches: POINTS,
     };
     vec![
-        to_points(gpu, sources, read, columns),
+        input_transform(gpu, sources, read, columns),
         product.kernel(gpu, &convolution.filters, &channels_padded(&inputs)),
-        to_places(gpu, convolution, sums, added, output, columns),
+        output_transform(gpu, convolution, sums, skip, output, columns),
     ]
 }
 
-/// The kernel of a dense layer: a convolution of one place whose channels are all values of the map.
-pub(super) fn dense(gpu: &Gpu, dense: &Dense, view: View<'_>, output: View<'_>) -> Kernel {
+/// The kernel of a dense layer: a convolution of one position whose channels are all values of the map.
+pub(super) fn dense(gpu: &Gpu, dense: &DenseLayer, view: GpuMap<'_>, output: GpuMap<'_>) -> Kernel {
     let (inputs, outputs) = (dense.weights.len() / dense.biases.len(), dense.biases.len());
     let filters = Filters {
         weights: (0..outputs * inputs)
@@ -102,15 +99,10 @@ pub(super) fn dense(gpu: &Gpu, dense: &Dense, view: View<'_>, output: View<'_>) 
         kernel: 1,
     };
     let (area, channels) = (view.area(), 4 * view.quads() * view.area());
-    let (height, width) = (1, 1);
-    let shape = MapShape {
-        channels,
-        height,
-        width,
-    };
+    let shape = MapShape::new(channels, 1, 1);
     let product = Product {
-        sources: &[(View { shape, ..view }, plain(dense.map))],
-        added: None,
+        sources: &[(GpuMap { shape, ..view }, LayerInput::plain(dense.map))],
+        skip: None,
         output,
         kernel: 1,
         stride: 1,
@@ -133,9 +125,9 @@ fn channels_padded(maps: &[usize]) -> Vec<usize> {
 
 /// Products of filters and what is read, summed over taps and channels.
 struct Product<'a> {
-    sources: &'a [Source<'a>],
-    added: Addend<'a>,
-    output: View<'a>,
+    sources: &'a [ShaderInput<'a>],
+    skip: ShaderSkip<'a>,
+    output: GpuMap<'a>,
     kernel: usize,
     stride: usize,
     rectified: bool,
@@ -162,8 +154,8 @@ impl Product<'_> {
         }
         shader.bind_numbers("filters", "read", half, &filters);
         shader.bind_map("out", "read_write", self.output);
-        shader.addend(self.added);
-        for (name, value) in [
+        shader.skip(self.skip);
+        shader.sizes([
             ("blocks", blocks),
             ("stretches", stretches),
             ("places", places),
@@ -173,16 +165,9 @@ impl Product<'_> {
             ("columns", columns),
             ("block", self.kernel * self.kernel * quads_in * 4 * across),
             ("biases", packed.len() / 4 - quads_out),
-        ] {
-            shader.size(name, value);
-        }
-        shader.kernel(
-            gpu,
-            "",
-            &self.body(tile, across, half),
-            blocks * stretches,
-            self.batches,
-        )
+        ]);
+        let body = self.body(tile, across, half);
+        shader.kernel(gpu, "", &body, blocks * stretches, self.batches)
     }
 
     /// Filters as the shader reads them: [batch][block][tap][input][quad of the block][4]. Then the biases, unless there are batches.
@@ -200,7 +185,7 @@ impl Product<'_> {
             if winograd {
                 let at = |i: usize, j: usize| f64::from(filter[3 * i + j]);
                 let filter = std::array::from_fn(|i| std::array::from_fn(|j| at(i, j)));
-                let values = filter_at_points(filter);
+                let values = filter_transform(filter);
                 (0..).zip(values).for_each(|(point, value)| set(point, 0, value));
             } else {
                 (0..).zip(filter).for_each(|(tap, &value)| set(0, tap, value));
@@ -213,7 +198,7 @@ impl Product<'_> {
         packed
     }
 
-    /// Invocation `index` makes `tile` places of the quads of one block.
+    /// Invocation `index` makes `tile` positions of the quads of one block.
     fn body(&self, tile: usize, across: usize, half: bool) -> String {
         let is_plain = self.kernel == 1 && self.stride == 1 && self.sources.iter().all(|(_, input)| is_whole(input));
         let mut s = "let block = index / size.stretches; let first = index % size.stretches;
@@ -245,7 +230,7 @@ let is{p} = r{p} >= 0 && r{p} < rows && c{p} >= 0 && c{p} < columns;"
         }
         for (k, (view, input)) in self.sources.iter().enumerate() {
             for p in (0..tile).filter(|_| !is_plain) {
-                let place = place_read(k, input, &format!("u32(r{p})"), &format!("u32(c{p})"));
+                let place = position_read(k, input, &format!("u32(r{p})"), &format!("u32(c{p})"));
                 let _ = writeln!(s, "let at{k}_{p} = select(0u, {place}, is{p});");
             }
             let _ = writeln!(
@@ -291,12 +276,12 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
         for q in 0..across {
             let _ = writeln!(s, "{{ let q = block * {across}u + {q}u; if q < size.quads {{");
             for p in 0..tile {
-                let added = addend(
-                    self.added,
+                let skip = skip_term(
+                    self.skip,
                     &format!("(p{p} / size.width)"),
                     &format!("(p{p} % size.width)"),
                 );
-                let mut value = format!("a{p}_{q}{bias}{added}");
+                let mut value = format!("a{p}_{q}{bias}{skip}");
                 if self.rectified {
                     value = rectified(&value);
                 }

@@ -1,23 +1,27 @@
 //! Frames: an image goes in, some maps come back.
 
-use super::{Gpu, GpuError, GpuPlan, Kernel};
+use super::device::{Gpu, GpuError};
+use super::plan::GpuPlan;
+use super::shader::Kernel;
 use deepsft_geometry::{Picture, check_size};
 use std::ops::Range;
 use wgpu::Buffer;
 
 /// A part of a frame.
-pub(crate) enum Work {
+#[derive(Debug)]
+pub(crate) enum FramePart {
     Steps(Range<usize>),
     Kernel(Kernel),
 }
 
 /// A network's work for an image of one size: one list for the GPU, of which only `results` come back.
-pub(crate) struct Frames {
+#[derive(Debug)]
+pub(crate) struct FramePipeline {
     pub(crate) plan: GpuPlan,
     gpu: Gpu,
     image: [usize; 2],
-    work: Vec<Work>,
-    /// The image's bytes, see [`Frames::pixels`].
+    work: Vec<FramePart>,
+    /// The image's bytes, see [`FramePipeline::pixels`].
     pixels: Buffer,
     results: Vec<Buffer>,
     readable: Buffer,
@@ -25,7 +29,7 @@ pub(crate) struct Frames {
     is_open: bool,
 }
 
-impl Frames {
+impl FramePipeline {
     /// A buffer for an image of `image` (columns, rows) pixels: red, green and blue in turns, a byte each.
     pub(crate) fn pixels(gpu: &Gpu, [width, height]: [usize; 2]) -> Buffer {
         gpu.zeros((3 * width * height).div_ceil(4))
@@ -34,7 +38,7 @@ impl Frames {
     pub(crate) fn new(
         gpu: &Gpu,
         plan: GpuPlan,
-        work: Vec<Work>,
+        work: Vec<FramePart>,
         (image, pixels): ([usize; 2], Buffer),
         results: Vec<Buffer>,
     ) -> Self {
@@ -74,8 +78,8 @@ impl Frames {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         for work in &self.work {
             match work {
-                Work::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
-                Work::Kernel(kernel) => kernel.run(&mut pass),
+                FramePart::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
+                FramePart::Kernel(kernel) => kernel.run(&mut pass),
             }
         }
         drop(pass);

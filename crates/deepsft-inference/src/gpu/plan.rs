@@ -1,14 +1,15 @@
 //! A plan on a GPU.
 
 use super::convolution::{self, Scratch};
-use super::shader::{View, packed_at, quads};
-use super::{Gpu, GpuError, Kernel, bytes, simple};
-use crate::plan::{Added, MapId, MapShape, Operation, Plan};
-use std::fmt;
+use super::device::{Gpu, GpuError, bytes};
+use super::shader::{GpuMap, Kernel, packed_at, quads};
+use super::simple;
+use crate::plan::{MapId, MapShape, Operation, Plan, SkipInput};
 use std::ops::Range;
 use wgpu::Buffer;
 
-/// A plan with its shaders, filters and maps on a GPU. A run makes nothing new there but the list of its work.
+/// A plan on a GPU with its shaders, filters and maps on a GPU. A run makes nothing new there but the list of its work.
+#[derive(Debug)]
 pub struct GpuPlan {
     gpu: Gpu,
     shapes: Vec<MapShape>,
@@ -20,17 +21,8 @@ pub struct GpuPlan {
     ends: Vec<usize>,
 }
 
-impl fmt::Debug for GpuPlan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("GpuPlan")
-            .field("gpu", &self.gpu)
-            .field("steps", &self.ends.len())
-            .finish_non_exhaustive()
-    }
-}
-
 impl GpuPlan {
-    /// Gets `plan` ready for a GPU. The maps `kept` can be read after the last step, as can those that the caller writes. What the GPU
+    /// Prepares `plan` for a GPU. The maps `kept` can be read after the last step, as can those that the caller writes. What the GPU
     /// refuses, the first run reports.
     pub fn new(gpu: &Gpu, plan: Plan, kept: &[MapId]) -> Self {
         let (slots, sizes) = plan.shared_buffers(kept, |channels| 4 * quads(channels));
@@ -50,12 +42,12 @@ impl GpuPlan {
         };
         // What comes and goes with f32 stays so; between layers 16 bits are enough.
         let inner = |map: MapId| steps.iter().any(|step| step.output == map) && !kept.contains(&map);
-        let view = |map: MapId| View {
+        let view = |map: MapId| GpuMap {
             shape: shapes[map.0],
             half: gpu.has_f16() && inner(map),
             buffer: &buffers[slots[map.0]],
         };
-        let addend = |added: Added| (view(added.map), added);
+        let skipped = |skip: SkipInput| (view(skip.map), skip);
         let (mut kernels, mut ends) = (Vec::new(), Vec::new());
         for step in &steps {
             let output = view(step.output);
@@ -63,19 +55,13 @@ impl GpuPlan {
                 Operation::Convolve(convolution) => {
                     let inputs = convolution.inputs.iter();
                     let sources: Vec<_> = inputs.map(|&input| (view(input.map), input)).collect();
-                    let added = convolution.added.map(addend);
-                    kernels.extend(convolution::kernels(
-                        gpu,
-                        convolution,
-                        &sources,
-                        added,
-                        output,
-                        &scratch,
-                    ));
+                    let skip = convolution.skip.map(skipped);
+                    let made = convolution::kernels(gpu, convolution, &sources, skip, output, &scratch);
+                    kernels.extend(made);
                 }
                 Operation::Pool(pool) => kernels.push(simple::pool(gpu, pool, view(pool.map), output)),
                 Operation::Dense(dense) => kernels.push(convolution::dense(gpu, dense, view(dense.map), output)),
-                Operation::Add(map, added) => kernels.push(simple::sum(gpu, view(*map), addend(*added), output)),
+                Operation::Add(map, skip) => kernels.push(simple::sum(gpu, view(*map), skipped(*skip), output)),
             }
             ends.push(kernels.len());
         }
@@ -89,12 +75,12 @@ impl GpuPlan {
         }
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     pub fn steps(&self) -> usize {
         self.ends.len()
     }
 
-    /// Size of a map.
+    /// Returns the size of a map.
     pub fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
@@ -116,7 +102,7 @@ impl GpuPlan {
     /// May panic when `values` has another length.
     pub fn write(&self, map: MapId, values: &[f32]) {
         let shape = self.shape(map);
-        let area = shape.height * shape.width;
+        let area = shape.area();
         let mut packed = vec![0.0; 4 * quads(shape.channels) * area];
         for (index, &value) in values.iter().enumerate() {
             packed[packed_at(index, area)] = value;
@@ -131,7 +117,7 @@ impl GpuPlan {
     pub async fn run(&self, map: MapId) -> Result<Vec<f32>, GpuError> {
         self.gpu.check()?;
         let shape = self.shape(map);
-        let area = shape.height * shape.width;
+        let area = shape.area();
         let size = (16 * quads(shape.channels) * area) as u64;
         let read = self.gpu.readable(size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

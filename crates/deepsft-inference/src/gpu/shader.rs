@@ -1,7 +1,7 @@
 //! Shaders and what they are bound to.
 
-use super::{Gpu, Kernel};
-use crate::plan::{Added, Input, MapShape};
+use super::device::Gpu;
+use crate::plan::{LayerInput, MapShape, SkipInput};
 use std::fmt::Write;
 use wgpu::Buffer;
 
@@ -13,7 +13,7 @@ pub(crate) fn quads(channels: usize) -> usize {
     channels.div_ceil(4)
 }
 
-/// Where the number `index` of [channel][row][column] lies in quads of `area` places.
+/// Where the number `index` of [channel][row][column] lies in quads of `area` positions.
 pub(crate) fn packed_at(index: usize, area: usize) -> usize {
     let (channel, at) = (index / area, index % area);
     (channel / 4 * area + at) * 4 + channel % 4
@@ -21,16 +21,16 @@ pub(crate) fn packed_at(index: usize, area: usize) -> usize {
 
 /// A map in its buffer.
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
+pub(crate) struct GpuMap<'a> {
     pub(crate) shape: MapShape,
     /// Whether its numbers have 16 bits.
     pub(crate) half: bool,
     pub(crate) buffer: &'a Buffer,
 }
 
-impl View<'_> {
+impl GpuMap<'_> {
     pub(crate) fn area(&self) -> usize {
-        self.shape.height * self.shape.width
+        self.shape.area()
     }
 
     /// Number of quads of channels.
@@ -40,13 +40,13 @@ impl View<'_> {
 }
 
 /// A map that is read, and how.
-pub(crate) type Source<'a> = (View<'a>, Input);
+pub(crate) type ShaderInput<'a> = (GpuMap<'a>, LayerInput);
 
-/// What is added, and how.
-pub(crate) type Addend<'a> = Option<(View<'a>, Added)>;
+/// A skip connection.
+pub(crate) type ShaderSkip<'a> = Option<(GpuMap<'a>, SkipInput)>;
 
-/// Whether a map is read place by place.
-pub(crate) fn is_whole(input: &Input) -> bool {
+/// Whether a map is read position by position.
+pub(crate) fn is_whole(input: &LayerInput) -> bool {
     input.factor == 1 && input.cropped == [0, 0]
 }
 
@@ -73,7 +73,7 @@ impl<'a> Shader<'a> {
     }
 
     /// A map.
-    pub(crate) fn bind_map(&mut self, name: &str, access: &str, map: View<'a>) {
+    pub(crate) fn bind_map(&mut self, name: &str, access: &str, map: GpuMap<'a>) {
         self.bind_numbers(name, access, map.half, map.buffer);
     }
 
@@ -92,8 +92,13 @@ impl<'a> Shader<'a> {
         self.sizes.push((name.into(), value as u32));
     }
 
+    /// Numbers that the shader finds in `size.name`.
+    pub(crate) fn sizes<const N: usize>(&mut self, sizes: [(&str, usize); N]) {
+        sizes.into_iter().for_each(|(name, value)| self.size(name, value));
+    }
+
     /// The map that is the source `k`.
-    pub(crate) fn source(&mut self, k: usize, (view, input): &Source<'a>) {
+    pub(crate) fn source(&mut self, k: usize, (view, input): &ShaderInput<'a>) {
         self.bind_map(&format!("in{k}"), "read", *view);
         for (name, value) in [
             ("quads", view.quads()),
@@ -106,9 +111,9 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What [`addend`] reads.
-    pub(crate) fn addend(&mut self, added: Addend<'a>) {
-        let Some((view, Added { factor, top, .. })) = added else {
+    /// What [`skip_term`] reads.
+    pub(crate) fn skip(&mut self, skip: ShaderSkip<'a>) {
+        let Some((view, SkipInput { factor, top, .. })) = skip else {
             return;
         };
         self.bind_map("added", "read", view);
@@ -141,7 +146,46 @@ if index >= size.count {{ return; }}
         let sizes = gpu.constants(&values, wgpu::BufferUsages::UNIFORM);
         let mut buffers = self.buffers;
         buffers.push(&sizes);
-        gpu.kernel(&source, &buffers, [count.div_ceil(GROUP), batches])
+        Kernel::new(gpu, &source, &buffers, [count.div_ceil(GROUP), batches])
+    }
+}
+
+/// A compiled shader with its buffers.
+#[derive(Debug)]
+pub(crate) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    bindings: wgpu::BindGroup,
+    groups: [u32; 2],
+}
+
+impl Kernel {
+    /// A kernel of `groups` groups over `buffers`, which are its bindings in their order.
+    fn new(gpu: &Gpu, source: &str, buffers: &[&Buffer], groups: [usize; 2]) -> Self {
+        let pipeline = gpu.pipeline(source);
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        Self {
+            pipeline,
+            bindings,
+            groups: groups.map(|count| count as u32),
+        }
+    }
+
+    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
+        let [x, y] = self.groups;
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.dispatch_workgroups(x, y, 1);
     }
 }
 
@@ -151,27 +195,27 @@ pub(crate) fn rectified(value: &str) -> String {
 }
 
 /// Where in a quad of source `k` what is read at a row and column lies.
-pub(crate) fn place_read(k: usize, input: &Input, row: &str, column: &str) -> String {
+pub(crate) fn position_read(k: usize, input: &LayerInput, row: &str, column: &str) -> String {
     if is_whole(input) {
         return format!("{row} * size.width{k} + {column}");
     }
     format!("({row} + size.top{k}) / size.factor{k} * size.width{k} + {column} / size.factor{k}")
 }
 
-/// The addend of quad `q` at a place.
-pub(crate) fn addend(added: Addend<'_>, row: &str, column: &str) -> String {
-    let Some((view, how)) = added else {
+/// The term that adds the skip input of quad `q` at a position.
+pub(crate) fn skip_term(skip: ShaderSkip<'_>, row: &str, column: &str) -> String {
+    let Some((view, how)) = skip else {
         return String::new();
     };
-    let place = match how {
-        Added { factor: 1, top: 0, .. } => format!("{row} * size.added_width + {column}"),
+    let position = match how {
+        SkipInput { factor: 1, top: 0, .. } => format!("{row} * size.added_width + {column}"),
         _ => {
             format!("({row} + size.added_top) / size.added_factor * size.added_width + {column} / size.added_factor")
         }
     };
     format!(
         " + {}",
-        as_f32(view.half, &format!("added[q * size.added_area + {place}]"))
+        as_f32(view.half, &format!("added[q * size.added_area + {position}]"))
     )
 }
 

@@ -1,38 +1,36 @@
 //! Sums and pooling.
 
-use super::shader::{Shader, View, addend, as_f32, stored};
-use super::{Gpu, Kernel};
-use crate::plan::{Added, Pool};
+use super::device::Gpu;
+use super::shader::{GpuMap, Kernel, Shader, as_f32, skip_term, stored};
+use crate::plan::{MaxPool, SkipInput};
 
-/// A map plus what is added.
-pub(super) fn sum(gpu: &Gpu, map: View<'_>, added: (View<'_>, Added), output: View<'_>) -> Kernel {
+/// A map plus its skip input.
+pub(super) fn sum(gpu: &Gpu, map: GpuMap<'_>, skip: (GpuMap<'_>, SkipInput), output: GpuMap<'_>) -> Kernel {
     let mut shader = Shader::default();
     shader.bind_map("map", "read", map);
     shader.bind_map("out", "read_write", output);
-    shader.addend(Some(added));
+    shader.skip(Some(skip));
     shader.size("area", map.area());
     shader.size("width", map.shape.width);
-    let addend = addend(Some(added), "(at / size.width)", "(at % size.width)");
-    let value = stored(output.half, &(as_f32(map.half, "map[index]") + &addend));
+    let skip = skip_term(Some(skip), "(at / size.width)", "(at % size.width)");
+    let value = stored(output.half, &(as_f32(map.half, "map[index]") + &skip));
     let body = format!("let q = index / size.area; let at = index % size.area;\nout[index] = {value};");
     shader.kernel(gpu, "", &body, map.area() * map.quads(), 1)
 }
 
-/// The largest values of windows of 3 x 3 places.
-pub(super) fn pool(gpu: &Gpu, pool: &Pool, map: View<'_>, output: View<'_>) -> Kernel {
+/// The largest values of windows of 3 x 3 positions.
+pub(super) fn pool(gpu: &Gpu, pool: &MaxPool, map: GpuMap<'_>, output: GpuMap<'_>) -> Kernel {
     let mut shader = Shader::default();
     shader.bind_map("map", "read", map);
     shader.bind_map("out", "read_write", output);
-    for (name, value) in [
+    shader.sizes([
         ("height", map.shape.height),
         ("width", map.shape.width),
         ("area", output.area()),
         ("across", output.shape.width),
         ("stride", pool.stride),
         ("border", pool.border),
-    ] {
-        shader.size(name, value);
-    }
+    ]);
     // Rows and columns before the first are beyond the last.
     let value = as_f32(map.half, "map[(q * size.height + row) * size.width + column]");
     let body = format!(

@@ -1,13 +1,35 @@
 //! The way of Winograd's convolutions to the points and back, see the module `winograd` of the processor's kernels.
 
-use super::shader::{Addend, Shader, Source, View, addend, as_f32, place_read, rectified, stored};
-use super::{Gpu, Kernel};
+use super::device::Gpu;
+use super::shader::{
+    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, position_read, rectified, skip_term, stored,
+};
 use crate::cpu::{READ, TILE};
 use crate::plan::{Convolution, MapShape};
 use std::fmt::Write;
 
+/// Sizes that both transforms read: of the map, and the numbers of tiles, of tiles beside one another and of quads.
+fn tile_sizes([height, width]: [usize; 2], [tiles, across, all]: [usize; 3]) -> [(&'static str, usize); 5] {
+    [
+        ("height", height),
+        ("width", width),
+        ("tiles", tiles),
+        ("across", across),
+        ("all", all),
+    ]
+}
+
+/// The quad `q` and the tile of an invocation, and its first row and column.
+fn tile_of_index() -> String {
+    format!(
+        "let q = index / size.tiles; let tile = index % size.tiles; let step = size.tiles * size.all;
+let top = tile / size.across * {TILE}u; let left = tile % size.across * {TILE}u;
+"
+    )
+}
+
 /// Takes what tiles read to the points: B^T d B.
-pub(super) fn to_points(gpu: &Gpu, sources: &[Source<'_>], read: View<'_>, columns: usize) -> Kernel {
+pub(super) fn input_transform(gpu: &Gpu, sources: &[ShaderInput<'_>], read: GpuMap<'_>, columns: usize) -> Kernel {
     let (tiles, all) = (read.area(), read.quads());
     let [height, width] = sources[0].1.size(sources[0].0.shape);
     let mut shader = Shader::default();
@@ -19,7 +41,7 @@ var q = quad;
     .to_owned();
     for (k, source) in sources.iter().enumerate() {
         shader.source(k, source);
-        let mut value = format!("in{k}[q * size.area{k} + {}]", place_read(k, &source.1, "r", "c"));
+        let mut value = format!("in{k}[q * size.area{k} + {}]", position_read(k, &source.1, "r", "c"));
         value = as_f32(source.0.half, &value);
         if source.1.rectified {
             value = rectified(&value);
@@ -31,20 +53,8 @@ var q = quad;
         };
     }
     shader.bind("out", "read_write", read.buffer);
-    for (name, value) in [
-        ("height", height),
-        ("width", width),
-        ("tiles", tiles),
-        ("across", columns),
-        ("all", all),
-    ] {
-        shader.size(name, value);
-    }
-    let mut s = format!(
-        "let q = index / size.tiles; let tile = index % size.tiles; let step = size.tiles * size.all;
-let top = tile / size.across * {TILE}u; let left = tile % size.across * {TILE}u;
-"
-    );
+    shader.sizes(tile_sizes([height, width], [tiles, columns, all]));
+    let mut s = tile_of_index();
     for i in 0..READ {
         for j in 0..READ {
             let _ = writeln!(s, "let d{i}{j} = input(q, top + {i}u, left + {j}u);");
@@ -72,8 +82,8 @@ fn line_to_points(d: impl Fn(usize) -> String, to: impl Fn(usize) -> String) -> 
     assigned(&values, to)
 }
 
-/// A^T: sums at the points of a row or column, at the tile's places.
-fn line_to_places(m: impl Fn(usize) -> String, to: impl Fn(usize) -> String) -> String {
+/// A^T: sums at the points of a row or column, at the tile's positions.
+fn line_to_positions(m: impl Fn(usize) -> String, to: impl Fn(usize) -> String) -> String {
     let [m0, m1, m2, m3, m4, m5] = [0, 1, 2, 3, 4, 5].map(m);
     let values = [
         format!("{m0} + ({m1} + {m2}) + ({m3} + {m4})"),
@@ -89,13 +99,13 @@ fn assigned(values: &[String], to: impl Fn(usize) -> String) -> String {
     lines.map(|(k, value)| format!("{} = {value};\n", to(k))).collect()
 }
 
-/// Takes the sums at the points back to the tiles' places: A^T m A; adds biases and what is added.
-pub(super) fn to_places(
+/// Takes the sums at the points back to the tiles' positions: A^T m A; adds biases and the skip input.
+pub(super) fn output_transform(
     gpu: &Gpu,
     convolution: &Convolution,
-    sums: View<'_>,
-    added: Addend<'_>,
-    output: View<'_>,
+    sums: GpuMap<'_>,
+    skip: ShaderSkip<'_>,
+    output: GpuMap<'_>,
     columns: usize,
 ) -> Kernel {
     let (tiles, all) = (sums.area(), sums.quads());
@@ -106,18 +116,10 @@ pub(super) fn to_places(
     shader.bind("sums", "read", sums.buffer);
     shader.bind("biases", "read", &biases);
     shader.bind_map("out", "read_write", output);
-    shader.addend(added);
+    shader.skip(skip);
     let MapShape { height, width, .. } = output.shape;
-    for (name, value) in [
-        ("height", height),
-        ("width", width),
-        ("tiles", tiles),
-        ("across", columns),
-        ("all", all),
-    ] {
-        shader.size(name, value);
-    }
-    let mut value = format!("value{}", addend(added, "row", "column"));
+    shader.sizes(tile_sizes([height, width], [tiles, columns, all]));
+    let mut value = format!("value{}", skip_term(skip, "row", "column"));
     if convolution.rectified {
         value = rectified(&value);
     }
@@ -129,20 +131,15 @@ out[(q * size.height + row) * size.width + column] = {value};
 }}
 }}"
     );
-    let mut s = format!(
-        "let q = index / size.tiles; let tile = index % size.tiles; let step = size.tiles * size.all;
-let top = tile / size.across * {TILE}u; let left = tile % size.across * {TILE}u;
-let bias = biases[q];
-"
-    );
+    let mut s = tile_of_index() + "let bias = biases[q];\n";
     for j in 0..READ {
         for i in 0..READ {
             let _ = writeln!(s, "let m{i}{j} = sums[{}u * step + index];", i * READ + j);
         }
-        s += &line_to_places(|i| format!("m{i}{j}"), |i| format!("let t{i}{j}"));
+        s += &line_to_positions(|i| format!("m{i}{j}"), |i| format!("let t{i}{j}"));
     }
     for i in 0..TILE {
-        s += &line_to_places(|j| format!("t{i}{j}"), |j| format!("let o{i}{j}"));
+        s += &line_to_positions(|j| format!("t{i}{j}"), |j| format!("let o{i}{j}"));
         for j in 0..TILE {
             let _ = writeln!(s, "put(q, top + {i}u, left + {j}u, o{i}{j} + bias);");
         }

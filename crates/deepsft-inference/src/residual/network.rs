@@ -1,31 +1,17 @@
 //! The paper's network and R50F as plans.
 
-use crate::config::{Architecture, ENCODED_WIDTH, MAP_VALUES, NetworkConfig, PaperConfig, R50FConfig};
-use crate::plan::{Added, Dense, Input, MapId, MapShape, Plan, PlanError, Pool, plain};
-use crate::weights::{Builder, Shape, Weights};
+use super::output::OutputMaps;
+use crate::config::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
+use crate::plan::{DenseLayer, LayerInput, MapId, MapShape, MaxPool, Plan, PlanError, SkipInput};
+use crate::weights::{LayerShape, PlanBuilder, Weights};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
-/// A plan and where it is written and read.
+/// The paper's network or R50F as a plan, and the maps at which the caller writes and reads.
 pub(crate) struct ResidualPlan {
     pub(super) plan: Plan,
     /// The image, the caller's: values -1..=1.
     pub(super) image: MapId,
-    pub(super) said: Said,
-    /// The steps of the main block.
-    pub(super) main_steps: usize,
-}
-
-/// What a network says of the pixels.
-#[derive(Clone, Copy)]
-pub(super) enum Said {
-    /// The paper's network: depth, u and v of the main block, the refined depth, corrections of u and v.
-    Blocks {
-        main: MapId,
-        depth: MapId,
-        correction: MapId,
-    },
-    /// R50F: a map of depths, one of u, one of v, row after row.
-    Planes(MapId),
+    pub(super) outputs: OutputMaps,
 }
 
 /// What the first block of a stack does to the size: a stride, up-sampling.
@@ -37,23 +23,9 @@ enum Resizing {
 }
 
 /// Layers whose widths are divided.
-struct Residual<'a> {
-    builder: Builder<'a>,
+struct ResidualBuilder<'a> {
+    builder: PlanBuilder<'a>,
     divisor: usize,
-}
-
-impl Said {
-    /// All maps.
-    pub(super) fn maps(self) -> Vec<MapId> {
-        match self {
-            Self::Blocks {
-                main,
-                depth,
-                correction,
-            } => vec![main, depth, correction],
-            Self::Planes(map) => vec![map],
-        }
-    }
 }
 
 impl ResidualPlan {
@@ -66,67 +38,53 @@ impl ResidualPlan {
     }
 
     fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
-        let mut network = Residual::new(config.width_divisor, weights);
+        let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
-        let main_steps = network.builder.plan.steps();
-        let seen = [plain(image), plain(main)];
+        let seen = [LayerInput::plain(image), LayerInput::plain(main)];
         let depth = network.refinement_block("depth_refinement", &seen, 1)?;
         let correction = network.refinement_block("registration_refinement", &seen, 2)?;
-        let said = Said::Blocks {
+        let outputs = OutputMaps::Blocks {
             main,
             depth,
             correction,
         };
         let plan = network.builder.finish()?;
-        Ok(Self {
-            plan,
-            image,
-            said,
-            main_steps,
-        })
+        Ok(Self { plan, image, outputs })
     }
 
     fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
         use Resizing::{Kept, Stride};
-        let mut network = Residual::new(config.width_divisor, weights);
+        let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
-        let x = network.entry("", &[plain(image)], (2, 1))?;
+        let x = network.entry("", &[LayerInput::plain(image)], (2, 1))?;
         let x = network.stack("encode2", x, [64, 64, 256], Kept, 2)?;
         let x = network.stack("encode3", x, [128, 128, 512], Stride, 3)?;
         let x = network.stack("encode4", x, [256, 256, 1024], Stride, 5)?;
-        let x = network.stack("encode5", x, [512, 512, ENCODED_WIDTH], Stride, 2)?;
+        let x = network.stack("encode5", x, [512, 512, R50FConfig::ENCODED_CHANNELS], Stride, 2)?;
         let neurons = config.neurons / config.width_divisor;
         let x = network.dense("neurons", x.map, neurons, true)?;
-        let said = Said::Planes(network.dense("maps", x, MAP_VALUES, false)?);
+        let outputs = OutputMaps::Planes(network.dense("maps", x, R50FConfig::MAP_VALUES, false)?);
         let plan = network.builder.finish()?;
-        Ok(Self {
-            main_steps: plan.steps(),
-            plan,
-            image,
-            said,
-        })
+        Ok(Self { plan, image, outputs })
     }
 }
 
-impl<'a> Residual<'a> {
+impl<'a> ResidualBuilder<'a> {
     fn new(divisor: usize, weights: &'a Weights) -> Self {
-        let builder = Builder::new(weights, 1.0);
+        let builder = PlanBuilder::new(weights, 1.0);
         Self { builder, divisor }
     }
 
     fn image(&mut self) -> MapId {
-        self.builder.plan.input(MapShape {
-            channels: 3,
-            height: CANONICAL_HEIGHT,
-            width: CANONICAL_WIDTH,
-        })
+        let shape = MapShape::new(3, CANONICAL_HEIGHT, CANONICAL_WIDTH);
+        self.builder.plan.input(shape)
     }
 
     /// Image -> depth, u, v.
     fn main_block(&mut self, image: MapId) -> Result<MapId, PlanError> {
         use Resizing::{Kept, Stride, UpSampling};
-        let x = self.entry("main.", &[plain(image)], (3, 0))?;
+        let x = self.entry("main.", &[LayerInput::plain(image)], (3, 0))?;
         let x = self.stack("main.encode2", x, [64, 64, 256], Kept, 2)?;
         let x = self.stack("main.encode3", x, [128, 128, 512], Stride, 3)?;
         let x = self.stack("main.encode4", x, [256, 256, 1024], Stride, 5)?;
@@ -137,12 +95,16 @@ impl<'a> Residual<'a> {
         let x = self
             .builder
             .relu_layer(&[upsampled(x, 3, [1, 1])], "main.smooth", shape, None)?;
-        self.builder
-            .layer(&[upsampled(plain(x), 2, [1, 1])], "main.output", [3, 3, 1], None)
+        self.builder.layer(
+            &[upsampled(LayerInput::plain(x), 2, [1, 1])],
+            "main.output",
+            [3, 3, 1],
+            None,
+        )
     }
 
     /// Image, depth, u and v -> `outputs` values of each pixel.
-    fn refinement_block(&mut self, name: &str, seen: &[Input], outputs: usize) -> Result<MapId, PlanError> {
+    fn refinement_block(&mut self, name: &str, seen: &[LayerInput], outputs: usize) -> Result<MapId, PlanError> {
         use Resizing::{Kept, Stride, UpSampling};
         let x = self.entry(&format!("{name}."), seen, (3, 0))?;
         let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], Kept, 2)?;
@@ -155,20 +117,29 @@ impl<'a> Residual<'a> {
     }
 
     /// A 7 x 7 convolution and a pooling of this stride and border.
-    fn entry(&mut self, path: &str, seen: &[Input], (stride, border): (usize, usize)) -> Result<Input, PlanError> {
+    fn entry(
+        &mut self,
+        path: &str,
+        seen: &[LayerInput],
+        (stride, border): (usize, usize),
+    ) -> Result<LayerInput, PlanError> {
         let shape = [64 / self.divisor, 7, 2];
         let map = self.builder.relu_layer(seen, &format!("{path}entry"), shape, None)?;
-        Ok(plain(self.builder.plan.pool(Pool { map, stride, border })?))
+        Ok(LayerInput::plain(self.builder.plan.pool(MaxPool {
+            map,
+            stride,
+            border,
+        })?))
     }
 
     fn stack(
         &mut self,
         name: &str,
-        x: Input,
+        x: LayerInput,
         widths: [usize; 3],
         resizing: Resizing,
         identities: usize,
-    ) -> Result<Input, PlanError> {
+    ) -> Result<LayerInput, PlanError> {
         self.cropped_stack(name, x, widths, resizing, identities, [0, 0])
     }
 
@@ -176,12 +147,12 @@ impl<'a> Residual<'a> {
     fn cropped_stack(
         &mut self,
         name: &str,
-        x: Input,
+        x: LayerInput,
         widths: [usize; 3],
         resizing: Resizing,
         identities: usize,
         cropped: [usize; 2],
-    ) -> Result<Input, PlanError> {
+    ) -> Result<LayerInput, PlanError> {
         let widths = widths.map(|width| width / self.divisor);
         let mut x = self.bottleneck(&format!("{name}.first"), x, widths, Some(resizing))?;
         x.cropped = cropped;
@@ -195,21 +166,21 @@ impl<'a> Residual<'a> {
     fn bottleneck(
         &mut self,
         name: &str,
-        x: Input,
+        x: LayerInput,
         [reduced, spatial, expanded]: [usize; 3],
         resizing: Option<Resizing>,
-    ) -> Result<Input, PlanError> {
+    ) -> Result<LayerInput, PlanError> {
         let (stride, factor) = match resizing {
             Some(Resizing::Stride) => (2, 1),
             Some(Resizing::UpSampling) => (1, 2),
             _ => (1, 1),
         };
-        let mut relu_layer = |x: Input, layer: &str, shape: Shape, added: Option<Added>| {
-            self.builder.relu_layer(&[x], &format!("{name}.{layer}"), shape, added)
+        let mut relu_layer = |x: LayerInput, layer: &str, shape: LayerShape, skip: Option<SkipInput>| {
+            self.builder.relu_layer(&[x], &format!("{name}.{layer}"), shape, skip)
         };
         let branch = relu_layer(x, "reduce", [reduced, 1, stride], None)?;
         let branch = relu_layer(
-            upsampled(plain(branch), factor, [0, 0]),
+            upsampled(LayerInput::plain(branch), factor, [0, 0]),
             "spatial",
             [spatial, 3, 1],
             None,
@@ -221,24 +192,20 @@ impl<'a> Residual<'a> {
             }
             None => (x.map, x.cropped[0]),
         };
-        let added = Some(Added { map, factor, top });
+        let skip = Some(SkipInput { map, factor, top });
         let shape = [expanded, 1, 1];
         let sum = self
             .builder
-            .relu_layer(&[plain(branch)], &format!("{name}.expand"), shape, added)?;
-        Ok(plain(sum))
+            .relu_layer(&[LayerInput::plain(branch)], &format!("{name}.expand"), shape, skip)?;
+        Ok(LayerInput::plain(sum))
     }
 
     fn dense(&mut self, name: &str, map: MapId, outputs: usize, rectified: bool) -> Result<MapId, PlanError> {
-        let MapShape {
-            channels,
-            height,
-            width,
-        } = self.builder.plan.shape(map);
-        let shape = [channels * height * width, outputs];
+        let read = self.builder.plan.shape(map);
+        let shape = [read.channels * read.area(), outputs];
         let weights = self.builder.array(&format!("{name}.weight"), &shape)?.to_vec();
         let biases = self.builder.array(&format!("{name}.bias"), &[outputs])?.to_vec();
-        self.builder.plan.dense(Dense {
+        self.builder.plan.dense(DenseLayer {
             map,
             weights,
             biases,
@@ -247,6 +214,6 @@ impl<'a> Residual<'a> {
     }
 }
 
-fn upsampled(x: Input, factor: usize, cropped: [usize; 2]) -> Input {
-    Input { factor, cropped, ..x }
+fn upsampled(x: LayerInput, factor: usize, cropped: [usize; 2]) -> LayerInput {
+    LayerInput { factor, cropped, ..x }
 }

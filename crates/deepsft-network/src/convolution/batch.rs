@@ -15,7 +15,9 @@ use super::along::{Along, TOGETHER};
 use super::places::{Layout, Places, to_maps};
 use super::room::with_room;
 use super::winograd::{self, PointFilters};
-use deepsft_inference::product::{Buffer, Lanes, Packed, Rows, Sink, multiply, padded};
+use deepsft_inference::gemm::{
+    AlignedBuffer, Epilogue, MatrixRows, PackedMatrix, multiply, padded_channels, vector_width,
+};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -60,7 +62,7 @@ impl Convolving {
             channels,
             size,
             border: self.border(),
-            pitch: padded(channels),
+            pitch: padded_channels(channels),
             multiple: if self.is_winograd() { winograd::TILE } else { 1 },
         }
     }
@@ -69,7 +71,7 @@ impl Convolving {
     /// and `biases` [outputs]; and the maps as they were read, for the gradients.
     pub fn forward(&self, maps: &[f32], weights: &[f32], biases: &[f32]) -> (Vec<f32>, Places) {
         let arch = Arch::new();
-        let lanes = arch.dispatch(Lanes);
+        let lanes = vector_width(arch);
         let mut layout = self.layout(self.inputs, self.size);
         if !self.is_winograd() {
             layout.pitch = self.inputs.next_multiple_of(TOGETHER);
@@ -80,8 +82,9 @@ impl Convolving {
         };
         let area = self.kernel * self.kernel;
         let [rows, columns] = self.output_size();
-        let finish =
-            |_: usize, products: &mut [f32], out: &mut [f32]| to_maps(products, padded(self.outputs), out, biases);
+        let finish = |_: usize, products: &mut [f32], out: &mut [f32]| {
+            to_maps(products, padded_channels(self.outputs), out, biases)
+        };
         if self.is_winograd() {
             let weight =
                 |input: usize, output: usize, place: usize| weights[(output * self.inputs + input) * 9 + place];
@@ -89,7 +92,7 @@ impl Convolving {
             let out = self.by_winograd(arch, &read, &filters, self.outputs, finish);
             return (out, read);
         }
-        let mut filters = Packed::new(area * read.pitch, padded(self.outputs), lanes);
+        let mut filters = PackedMatrix::new(area * read.pitch, padded_channels(self.outputs), lanes);
         for (filter, weights) in weights.chunks_exact(area).enumerate() {
             let (output, input) = (filter / self.inputs, filter % self.inputs);
             for (place, &weight) in weights.iter().enumerate() {
@@ -98,7 +101,7 @@ impl Convolving {
         }
         let out = by_samples(&read, self.outputs, rows * columns, finish, |sample, products| {
             arch.dispatch(Product {
-                rows: Rows {
+                rows: MatrixRows {
                     values: read.of_sample(sample),
                     count: rows * columns,
                     across: columns,
@@ -112,7 +115,7 @@ impl Convolving {
                     across: columns,
                     step: 1,
                     line: columns,
-                    pitch: padded(self.outputs),
+                    pitch: padded_channels(self.outputs),
                     out: products,
                 },
             });
@@ -128,8 +131,8 @@ impl Convolving {
     /// The gradient of the maps that were read.
     pub fn input_gradient(&self, gradient: &Places, read: &Places, weights: &[f32]) -> Vec<f32> {
         let arch = Arch::new();
-        let lanes = arch.dispatch(Lanes);
-        let (stride, pitch) = (self.stride, padded(self.inputs));
+        let lanes = vector_width(arch);
+        let (stride, pitch) = (self.stride, padded_channels(self.inputs));
         let [height, width] = self.size;
         let finish = |sample: usize, products: &mut [f32], out: &mut [f32]| {
             if let Some(gain) = self.rectified {
@@ -164,7 +167,7 @@ impl Convolving {
                 let [rows, columns] = [height - y, width - x].map(|side| side.div_ceil(stride));
                 let start = phase.start[0] * gradient.row + phase.start[1] * gradient.pitch;
                 arch.dispatch(Product {
-                    rows: Rows {
+                    rows: MatrixRows {
                         values: &gradient.of_sample(sample)[start..],
                         count: rows * columns,
                         across: columns,
@@ -205,11 +208,11 @@ impl Convolving {
         let groups = out.par_chunks_mut(together * channels * map).enumerate();
         groups.for_each(|(group, out)| {
             let samples = group * together..group * together + out.len() / (channels * map);
-            let made = together * map * padded(channels);
+            let made = together * map * padded_channels(channels);
             with_room([read, products, made], |[read, products, made]| {
                 let between = [read, products];
                 winograd::convolve(arch, from, filters, samples.clone(), self.size, between, made);
-                let made = made.chunks_exact_mut(map * padded(channels));
+                let made = made.chunks_exact_mut(map * padded_channels(channels));
                 for ((sample, made), out) in samples.zip(made).zip(out.chunks_exact_mut(channels * map)) {
                     finish(sample, made, out);
                 }
@@ -247,7 +250,7 @@ impl Convolving {
             let lines = read.pitch / winograd::BLOCK;
             let together = lines.div_ceil(rayon::current_num_threads()) * winograd::BLOCK;
             let shares: Vec<usize> = (0..read.pitch).step_by(together).collect();
-            let sums: Vec<Buffer> = shares
+            let sums: Vec<AlignedBuffer> = shares
                 .into_par_iter()
                 .map(|first| {
                     let channels = first..read.pitch.min(first + together);
@@ -260,7 +263,7 @@ impl Convolving {
             return self.filters(sum);
         }
         let blocks = self.inputs.div_ceil(TOGETHER);
-        let mut sums = Buffer::new(area * blocks * TOGETHER * pitch);
+        let mut sums = AlignedBuffer::new(area * blocks * TOGETHER * pitch);
         let together = (area * blocks).div_ceil(2 * rayon::current_num_threads());
         let chunks = sums
             .values_mut()
@@ -307,7 +310,7 @@ fn by_samples(
     let mut out = vec![0.0; from.samples() * channels * places];
     let samples = out.par_chunks_exact_mut(channels * places).enumerate();
     samples.for_each(|(sample, out)| {
-        with_room([places * padded(channels)], |[made]| {
+        with_room([places * padded_channels(channels)], |[made]| {
             make(sample, made);
             finish(sample, made, out);
         });
@@ -329,7 +332,7 @@ struct Phase {
     /// Rows of the kernel that reach them.
     rows: usize,
     /// [row of the kernel, column, output] x inputs, rows and columns backwards.
-    filters: Packed,
+    filters: PackedMatrix,
 }
 
 impl Phase {
@@ -350,13 +353,21 @@ impl Phase {
             return None;
         }
         let start = [0, 1].map(|k| border + (first[k] + border - offset[k]) / stride + 1 - reaching[k]);
-        let mut filters = Packed::new(rows * columns * padded(outputs), padded(inputs), lanes);
+        let mut filters = PackedMatrix::new(
+            rows * columns * padded_channels(outputs),
+            padded_channels(inputs),
+            lanes,
+        );
         for (filter, weights) in weights.chunks_exact(kernel * kernel).enumerate() {
             let (output, input) = (filter / inputs, filter % inputs);
             for place in 0..rows * columns {
                 let y = offset[0] + stride * (rows - 1 - place / columns);
                 let x = offset[1] + stride * (columns - 1 - place % columns);
-                filters.set(place * padded(outputs) + output, input, weights[y * kernel + x]);
+                filters.set(
+                    place * padded_channels(outputs) + output,
+                    input,
+                    weights[y * kernel + x],
+                );
             }
         }
         Some(Self {
@@ -370,8 +381,8 @@ impl Phase {
 
 /// A product of matrices whose rows go to places.
 struct Product<'a> {
-    rows: Rows<'a>,
-    matrix: &'a Packed,
+    rows: MatrixRows<'a>,
+    matrix: &'a PackedMatrix,
     sink: ToPlaces<'a>,
 }
 
@@ -393,7 +404,7 @@ struct ToPlaces<'a> {
     out: &'a mut [f32],
 }
 
-impl<S: Simd> Sink<S> for ToPlaces<'_> {
+impl<S: Simd> Epilogue<S> for ToPlaces<'_> {
     #[inline(always)]
     fn begin(&mut self, _: S, _: Range<usize>) {}
 

@@ -1,6 +1,6 @@
 //! Maps of a batch as products of matrices read them, and back.
 
-use deepsft_inference::product::Buffer;
+use deepsft_inference::gemm::AlignedBuffer;
 use rayon::prelude::*;
 
 /// Side of the squares in which channels and places change their order.
@@ -12,7 +12,7 @@ const LINE: usize = 16;
 /// Maps of a batch: rows of places with a border of zeros, the channels of a place side by side and padded with zeros.
 #[derive(Debug)]
 pub struct Places {
-    pub values: Buffer,
+    pub values: AlignedBuffer,
     /// Numbers of a sample.
     pub sample: usize,
     /// Numbers of a row.
@@ -50,7 +50,7 @@ impl Places {
         let row = all_columns * pitch;
         let sample = all_rows * row;
         let map = channels * rows * columns;
-        let mut values = Buffer::new(maps.len() / map * sample);
+        let mut values = AlignedBuffer::new(maps.len() / map * sample);
         let samples = values.values_mut().par_chunks_exact_mut(sample);
         samples.zip(maps.par_chunks_exact(map)).for_each(|(to, from)| {
             // Channels that share a cache line of a place together.

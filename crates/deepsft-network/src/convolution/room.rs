@@ -1,10 +1,10 @@
 //! Memory between the parts of an operation, which a thread keeps for the next one.
 
-use deepsft_inference::product::Buffer;
+use deepsft_inference::gemm::AlignedBuffer;
 use std::cell::RefCell;
 
 thread_local! {
-    static ROOM: RefCell<Buffer> = RefCell::default();
+    static ROOM: RefCell<AlignedBuffer> = RefCell::default();
 }
 
 /// Lends `work` numbers in parts of these lengths, each a multiple of a cache line; they hold anything. Not within itself.
@@ -12,7 +12,7 @@ pub fn with_room<R, const PARTS: usize>(lengths: [usize; PARTS], work: impl FnOn
     ROOM.with_borrow_mut(|room| {
         let length = lengths.iter().sum();
         if room.values().len() < length {
-            *room = Buffer::new(length);
+            *room = AlignedBuffer::new(length);
         }
         let mut rest = room.values_mut();
         work(lengths.map(|length| {

@@ -3,7 +3,10 @@
 use super::along::{Along, TOGETHER};
 use super::places::Places;
 use super::room::with_room;
-use deepsft_inference::product::{Buffer, Packed, Products, Rows, multiply, odd_lines, padded, to_places, to_points};
+use deepsft_inference::gemm::{
+    AlignedBuffer, MatrixRows, Overwrite, PackedMatrix, multiply, odd_cache_lines, padded_channels,
+    winograd_input_transform, winograd_output_transform,
+};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
@@ -21,7 +24,7 @@ pub const BLOCK: usize = 16;
 
 /// Filters of 3 x 3 at the points.
 pub struct PointFilters {
-    points: Vec<Packed>,
+    points: Vec<PackedMatrix>,
     /// Padded.
     outputs: usize,
 }
@@ -30,15 +33,15 @@ impl PointFilters {
     /// Numbers that [`convolve`] needs between its parts.
     pub fn between(&self, from: &Places) -> [usize; 2] {
         [
-            CHUNK * POINTS * odd_lines(from.pitch),
-            POINTS * odd_lines(CHUNK * self.outputs),
+            CHUNK * POINTS * odd_cache_lines(from.pitch),
+            POINTS * odd_cache_lines(CHUNK * self.outputs),
         ]
     }
 
     /// `weight` gives the number of an input, an output and one of the nine places.
     pub fn new(inputs: usize, outputs: usize, lanes: usize, weight: impl Fn(usize, usize, usize) -> f32) -> Self {
-        let all = padded(outputs);
-        let mut points: Vec<Packed> = (0..POINTS).map(|_| Packed::new(inputs, all, lanes)).collect();
+        let all = padded_channels(outputs);
+        let mut points: Vec<PackedMatrix> = (0..POINTS).map(|_| PackedMatrix::new(inputs, all, lanes)).collect();
         for first in (0..outputs).step_by(BLOCK) {
             for input in 0..inputs {
                 let place = points[0].place(input, first);
@@ -132,7 +135,7 @@ impl WithSimd for Chunk<'_> {
             out,
         } = self;
         let [down, across] = [height, width].map(|side| side.div_ceil(TILE));
-        let pitch = odd_lines(from.pitch);
+        let pitch = odd_cache_lines(from.pitch);
         for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(POINTS * pitch)) {
             let sample = from.of_sample(first_sample + tile / (down * across));
             let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
@@ -140,9 +143,9 @@ impl WithSimd for Chunk<'_> {
             tile_to_points(simd, first, from, from.pitch, read, pitch);
         }
         let outputs = filters.outputs;
-        let point_pitch = odd_lines(CHUNK * outputs);
+        let point_pitch = odd_cache_lines(CHUNK * outputs);
         for (point, matrix) in filters.points.iter().enumerate() {
-            let rows = Rows {
+            let rows = MatrixRows {
                 values: &read[point * pitch..],
                 count: tiles.len(),
                 across: tiles.len(),
@@ -152,7 +155,7 @@ impl WithSimd for Chunk<'_> {
                 pitch: 0,
             };
             let values = &mut products[point * point_pitch..];
-            multiply::<S, false>(simd, &rows, matrix, &mut Products { values, outputs });
+            multiply::<S, false>(simd, &rows, matrix, &mut Overwrite { values, outputs });
         }
         for (index, tile) in tiles.enumerate() {
             let out = &mut out[tile / (down * across) * height * width * outputs..][..height * width * outputs];
@@ -164,13 +167,13 @@ impl WithSimd for Chunk<'_> {
                     for (i, number) in column.iter_mut().enumerate() {
                         *number = vector::<S>(products, (i * READ + j) * point_pitch + index * outputs + channel);
                     }
-                    let column: [S::f32s; TILE] = to_places(simd, column);
+                    let column: [S::f32s; TILE] = winograd_output_transform(simd, column);
                     for (row, value) in rows.iter_mut().zip(column) {
                         row[j] = value;
                     }
                 }
                 for (i, row) in rows.into_iter().enumerate().take(height - y) {
-                    let row: [S::f32s; TILE] = to_places(simd, row);
+                    let row: [S::f32s; TILE] = winograd_output_transform(simd, row);
                     for (j, value) in row.into_iter().enumerate().take(width - x) {
                         let at = ((y + i) * width + x + j) * outputs + channel;
                         S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
@@ -190,14 +193,14 @@ fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, channels: usiz
             for (j, number) in row.iter_mut().enumerate() {
                 *number = vector::<S>(first, i * from.row + j * from.pitch + channel);
             }
-            *row = to_points(simd, *row);
+            *row = winograd_input_transform(simd, *row);
         }
         for j in 0..READ {
             let mut column = [simd.splat_f32s(0.0); READ];
             for (number, row) in column.iter_mut().zip(&rows) {
                 *number = row[j];
             }
-            for (i, value) in to_points(simd, column).into_iter().enumerate() {
+            for (i, value) in winograd_input_transform(simd, column).into_iter().enumerate() {
                 let at = (i * READ + j) * pitch + channel;
                 S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
             }
@@ -219,10 +222,10 @@ pub fn filter_gradient(
     gradient: &Places,
     size: [usize; 2],
     channels: Range<usize>,
-) -> Buffer {
+) -> AlignedBuffer {
     let (count, outputs) = (channels.len(), gradient.pitch);
-    let mut out = Buffer::new(count * 9 * outputs);
-    let [reads, gradients] = [count, outputs].map(|numbers| POINTS * odd_lines(CHUNK * numbers));
+    let mut out = AlignedBuffer::new(count * 9 * outputs);
+    let [reads, gradients] = [count, outputs].map(|numbers| POINTS * odd_cache_lines(CHUNK * numbers));
     with_room([reads, gradients, POINTS * count * outputs], |between| {
         arch.dispatch(FilterGradient {
             read,
@@ -261,7 +264,7 @@ impl WithSimd for FilterGradient<'_> {
         let [down, across] = size.map(|side| side.div_ceil(TILE));
         let (count, outputs) = (channels.len(), gradient.pitch);
         // [point, tile, channel] and [point, channel, output].
-        let [read_pitch, gradient_pitch] = [count, outputs].map(|numbers| odd_lines(CHUNK * numbers));
+        let [read_pitch, gradient_pitch] = [count, outputs].map(|numbers| odd_cache_lines(CHUNK * numbers));
         sums.fill(0.0);
         let tiles = read.samples() * down * across;
         for start in (0..tiles).step_by(CHUNK) {

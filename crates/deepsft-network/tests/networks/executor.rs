@@ -6,7 +6,7 @@ use deepsft::{
     Architecture, CompactConfig, DeviceKind, MODEL_FILE, ModelBundle, NetworkConfig, PaperConfig, R50FConfig, Stage,
 };
 use deepsft_geometry::{Maps, Picture, training_camera};
-use deepsft_inference::{CompactExecutor, FoldedNetwork};
+use deepsft_inference::{Executor, FoldedNetwork};
 use deepsft_network::{CompactNetwork, Network, SEAM_JUMP, images_to_tensor, start_device};
 use std::path::Path;
 
@@ -57,9 +57,9 @@ fn drawn(architecture: Architecture, seed: u64) -> Network {
     Network::new(&config, &device).fold().map(&mut Drawn(seed, gain))
 }
 
-fn compact_executor(network: &Network, image: &Picture) -> CompactExecutor {
+fn compact_executor(network: &Network, image: &Picture) -> Executor {
     let FoldedNetwork { config, weights } = network.folded();
-    CompactExecutor::new(&config, image.size(), &weights, 2).unwrap()
+    Executor::new(&config, image.size(), &weights, 2).unwrap()
 }
 
 /// The largest differences: in (u, v, d) of the main block and after refinement, and in the mask's logits.
@@ -76,7 +76,7 @@ fn differences(network: &Network, image: &Picture) -> [f32; 3] {
         (Stage::RegistrationRefinement, expected.refined.clone()),
     ];
     let [main, refined] = cells.map(|(stage, tensor)| {
-        let ours = executor.cells(stage).concat();
+        let ours = executor.cells(stage).unwrap().concat();
         let theirs = tensor.into_data().try_to_vec::<f32>().unwrap();
         assert_eq!(ours.len(), theirs.len());
         let off = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs());
@@ -85,7 +85,7 @@ fn differences(network: &Network, image: &Picture) -> [f32; 3] {
     let columns = expected.mask.dims()[3];
     let mask = expected.mask.into_data().try_to_vec::<f32>().unwrap();
     let pixels = (0..image.height()).flat_map(|y| (0..image.width()).map(move |x| (x, y)));
-    let logits = pixels.map(|(x, y)| (executor.mask_logit(x, y) - mask[y * columns + x]).abs());
+    let logits = pixels.map(|(x, y)| (executor.mask_logit(x, y).unwrap() - mask[y * columns + x]).abs());
     [main, refined, logits.fold(0.0, f32::max)]
 }
 
@@ -194,7 +194,7 @@ fn across_seams_maps_at_pixels_are_those_of_the_network() {
     let has_seam_at_the_border = |network: &Network| {
         let mut executor = compact_executor(network, &image);
         executor.run(&image).unwrap();
-        let [u, v, _] = executor.cells(Stage::Main);
+        let [u, v, _] = executor.cells(Stage::Main).unwrap();
         [u, v]
             .iter()
             .any(|map| map.chunks(12).any(|row| (row[0] - row[1]).abs() > SEAM_JUMP))
@@ -217,11 +217,6 @@ fn the_papers_network_and_r50f_say_the_same_to_a_ten_thousandth() {
         executor.run(&image).unwrap();
         let mut maps = Maps::empty(480, 270);
         executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut maps).unwrap();
-        let mut main = Maps::empty(480, 270);
-        executor.run(&picture(480, 270, 5)).unwrap();
-        executor.run_to(Stage::Main, &image).unwrap();
-        executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut main).unwrap();
-        assert!(main == maps, "a run as far as the main block says the same of it");
         let us = || (0..480 * 270).map(|pixel| maps.uv(pixel).x);
         let (least, most) = (us().fold(f64::MAX, f64::min), us().fold(f64::MIN, f64::max));
         assert!(most - least > 0.05, "{least} to {most}: nothing is compared");

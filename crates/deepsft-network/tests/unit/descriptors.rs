@@ -1,7 +1,7 @@
 //! The network that describes any picture, on burn and without.
 
 use deepsft_geometry::Picture;
-use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, DeviceKind, Similarities};
+use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities, DeviceKind};
 use deepsft_network::{DescriptorNetwork, images_to_tensor, start_device};
 
 /// Waves and edges.
@@ -43,7 +43,7 @@ fn the_executor_describes_as_burn_does() {
     // Seven with the first hundred of them, as their sums say.
     let others = ours[..100 * d].to_vec();
     for threads in [1, 2] {
-        let mut similarities = Similarities::new(others.clone(), 9, threads).unwrap();
+        let mut similarities = DescriptorSimilarities::new(others.clone(), 9, threads).unwrap();
         let products: Vec<Vec<f32>> = similarities.of(&ours[50 * d..57 * d]).map(<[f32]>::to_vec).collect();
         assert_eq!(products.len(), 7);
         for (k, products) in products.iter().enumerate() {

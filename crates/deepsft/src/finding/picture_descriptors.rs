@@ -5,10 +5,12 @@ use crate::weights_file::weights_from_burnpack;
 use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, MipLevel, Picture, Template};
-use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, PlanError, Similarities, Weights, available_threads};
+use deepsft_inference::{
+    DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities, PlanError, Weights, available_threads,
+};
 use std::collections::{BTreeMap, btree_map::Entry};
 use std::f32::consts::TAU;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Pixels along a cell's side.
 const CELL: usize = 8;
@@ -43,15 +45,43 @@ const INPUT_MULTIPLE: usize = 16;
 /// What its file is called in errors.
 const FILE: &str = "the weights of the descriptor network";
 
-/// The network that describes any picture, shared by all targets.
-#[derive(Clone, Debug)]
-pub struct SharedDescriptorNetwork(Arc<Shared>);
+/// Executors that wait for the next image.
+const MAX_IDLE: usize = 2;
 
+/// The descriptor network, shared by all targets. Several threads may use it at the same time.
+#[derive(Clone, Debug)]
+pub struct SharedDescriptorNetwork(Arc<DescriptorExecutors>);
+
+/// Executors of the network, one for each caller at a time.
 #[derive(Debug)]
-struct Shared {
+struct DescriptorExecutors {
     weights: Weights,
-    /// For canonical images, upright or across as the last one was.
-    canonical: Mutex<DescriptorExecutor>,
+    /// The last used is the last.
+    idle: Mutex<Vec<DescriptorExecutor>>,
+}
+
+impl DescriptorExecutors {
+    fn idle(&self) -> MutexGuard<'_, Vec<DescriptorExecutor>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes an executor for images of `size`, or makes one.
+    fn take(&self, size: (usize, usize)) -> Result<DescriptorExecutor, DeepSftError> {
+        let mut idle = self.idle();
+        if let Some(free) = idle.iter().rposition(|executor| executor.size() == size) {
+            return Ok(idle.remove(free));
+        }
+        drop(idle);
+        executor(size, &self.weights)
+    }
+
+    fn give_back(&self, executor: DescriptorExecutor) {
+        let mut idle = self.idle();
+        if idle.len() == MAX_IDLE {
+            idle.remove(0);
+        }
+        idle.push(executor);
+    }
 }
 
 impl SharedDescriptorNetwork {
@@ -61,25 +91,21 @@ impl SharedDescriptorNetwork {
     /// [`DeepSftError::BundleContent`] for bytes that are no weights of this network.
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
         let weights = weights_from_burnpack(file).map_err(|error| refused(error.to_string()))?;
-        let canonical = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT), &weights)?;
-        Ok(Self(Arc::new(Shared {
+        let first = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT), &weights)?;
+        Ok(Self(Arc::new(DescriptorExecutors {
             weights,
-            canonical: Mutex::new(canonical),
+            idle: Mutex::new(vec![first]),
         })))
     }
 
-    /// Descriptors of a canonical image.
+    /// Computes descriptors of a canonical image.
     pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
-        // A panic in another thread leaves it half run: every run begins from the image.
-        let mut network = self.0.canonical.lock().unwrap_or_else(PoisonError::into_inner);
-        let size = image.size();
-        if network.size() != size {
-            *network = executor(size, &self.0.weights)?;
-        }
-        Ok(ImageDescriptors {
-            rows: network.describe(image)?,
-            columns: network.cells().0,
-        })
+        // No lock is held while the network runs.
+        let mut executor = self.0.take(image.size())?;
+        let rows = executor.describe(image)?;
+        let (columns, _) = executor.cells();
+        self.0.give_back(executor);
+        Ok(ImageDescriptors { rows, columns })
     }
 
     /// Descriptors of the picture on `template`, a sheet.
@@ -106,7 +132,7 @@ fn refused(reason: String) -> DeepSftError {
 /// Descriptors of a picture, rolled and scaled.
 #[derive(Debug)]
 pub struct PictureDescriptors {
-    similarities: Similarities,
+    similarities: DescriptorSimilarities,
     places: PicturePlaces,
 }
 
@@ -185,7 +211,7 @@ impl PictureDescriptors {
                 });
             }
         }
-        let similarities = Similarities::new(values.clone(), BATCH, available_threads());
+        let similarities = DescriptorSimilarities::new(values.clone(), BATCH, available_threads());
         let elsewhere_mm = ELSEWHERE_CELLS * CELL as f32 * (size.max_element() / SIDES[1]) as f32;
         Ok(Self {
             similarities: similarities.map_err(|error: PlanError| refused(error.to_string()))?,

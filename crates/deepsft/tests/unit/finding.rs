@@ -6,6 +6,8 @@ use deepsft::{DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwor
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleMesh, training_camera};
+use rayon::prelude::*;
+use std::sync::Mutex;
 
 /// Rectangles of any colour on grey, 297 x 210 mm.
 pub fn print() -> Picture {
@@ -155,6 +157,12 @@ fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     assert!(error.to_string().contains("sheet"), "{error}");
 }
 
+/// The shipped network.
+fn descriptor_network() -> SharedDescriptorNetwork {
+    let weights = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/any-picture/weights.bpk");
+    SharedDescriptorNetwork::from_bytes(&std::fs::read(weights).unwrap()).unwrap()
+}
+
 #[test]
 fn bytes_that_are_no_weights_of_the_descriptor_network_are_refused() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/any-picture/weights.bpk");
@@ -169,8 +177,7 @@ fn bytes_that_are_no_weights_of_the_descriptor_network_are_refused() {
 
 #[test]
 fn matches_of_the_shipped_descriptors_tell_place_roll_and_scale() {
-    let weights = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/any-picture/weights.bpk");
-    let network = SharedDescriptorNetwork::from_bytes(&std::fs::read(weights).unwrap()).unwrap();
+    let network = descriptor_network();
     let template = Template::thin_shell(print(), 297.0, 210.0).unwrap();
     let mut finder = DescriptorFinder::new(&network, &template).unwrap();
     // The print in the middle of the image, turned by 3 radians, 200 pixels long.
@@ -209,4 +216,31 @@ fn matches_of_the_shipped_descriptors_tell_place_roll_and_scale() {
         "{right} of {}",
         matches.len()
     );
+}
+
+/// A server shares the network among its threads and hands them images as they come. The test ends after a minute at the latest:
+/// threads that wait for one another do so for ever.
+#[test]
+fn many_threads_of_a_pool_describe_images_with_one_network_at_the_same_time() {
+    let target = Target::from_picture(print(), 297.0).unwrap();
+    let network = descriptor_network();
+    let finders: Vec<_> = (0..4)
+        .map(|_| Mutex::new(DescriptorFinder::new(&network, target.template()).unwrap()))
+        .collect();
+    let (done, all) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let camera = training_camera();
+        let image = Picture::from_fn(480, 270, |x, y| [(x / 9 * 37 + y / 7 * 91) as u8; 3]);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+        let describe = |k: usize| {
+            let mut view = View::new(&image, &camera);
+            let finder = finders[k % 4].try_lock();
+            // Each of its own; one that is at work already has been taken up twice.
+            finder.is_ok_and(|mut finder| finder.matches(&mut view, &camera).is_ok())
+        };
+        let count = pool.install(|| (0..200).into_par_iter().filter(|&k| describe(k)).count());
+        done.send(count).unwrap();
+    });
+    let count = all.recv_timeout(std::time::Duration::from_secs(60));
+    assert!(count.is_ok_and(|count| count > 0), "{count:?}");
 }

@@ -1,4 +1,4 @@
-//! Filters at the points.
+//! The filter transform: filters at the points.
 
 /// Side of the tiles that are usual, of what they read, and the number of points.
 pub(crate) const TILE: usize = 4;
@@ -20,12 +20,12 @@ const G2: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5], [
 
 /// A filter of 3 x 3 at the points of tiles of 4: G g G^T.
 #[cfg(feature = "webgpu")]
-pub(crate) fn filter_at_points(filter: [[f64; 3]; 3]) -> [f32; POINTS] {
+pub(crate) fn filter_transform(filter: [[f64; 3]; 3]) -> [f32; POINTS] {
     std::array::from_fn(|point| at_point(&G4, filter, point))
 }
 
 /// A filter of 3 x 3 at a point of tiles of 2 or 4.
-pub(super) fn filter_at(tile: usize, filter: [[f64; 3]; 3], point: usize) -> f32 {
+pub(super) fn filter_at_point(tile: usize, filter: [[f64; 3]; 3], point: usize) -> f32 {
     match tile {
         2 => at_point(&G2, filter, point),
         _ => at_point(&G4, filter, point),

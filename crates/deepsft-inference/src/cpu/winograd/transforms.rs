@@ -1,62 +1,69 @@
-//! Maps to points and back.
+//! The transforms of Winograd's convolutions: maps to points and back.
 
-use super::Winograd;
-use crate::cpu::buffer::padded;
-use crate::cpu::layer::{Layer, Maps, vector};
-use crate::plan::MapShape;
+use super::tiling::Tiling;
+use crate::cpu::layer_spec::LayerRun;
+use crate::cpu::layout::{padded_channels, vector};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Takes what the tiles `tiles` read to the points: `read` [tile, point, channel].
-pub(super) struct ToPoints<'a, const TILE: usize, const READ: usize> {
-    pub(super) winograd: &'a Winograd,
-    pub(super) layer: &'a Layer,
-    pub(super) maps: Maps<'a>,
+pub(super) struct InputTransform<'a> {
+    pub(super) tiling: &'a Tiling,
+    pub(super) layer: LayerRun<'a>,
     pub(super) tiles: Range<usize>,
     pub(super) read: &'a mut [f32],
 }
 
-impl<const TILE: usize, const READ: usize> WithSimd for ToPoints<'_, TILE, READ> {
+impl WithSimd for InputTransform<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        match self.tiling.tile {
+            2 => self.run::<S, 2, 4>(simd),
+            _ => self.run::<S, 4, 6>(simd),
+        }
+    }
+}
+
+impl InputTransform<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const TILE: usize, const READ: usize>(self, simd: S) {
         let Self {
-            winograd,
+            tiling,
             layer,
-            maps,
             tiles,
             read,
         } = self;
         let zero = simd.splat_f32s(0.0);
-        let (across, point_pitch) = (winograd.across, winograd.input_pitch());
+        let (across, point_pitch) = (tiling.across, tiling.input_pitch());
         let mut first_channel = 0;
-        for input in &layer.convolution.inputs {
-            let map = maps.view(input.map);
+        for input in &layer.spec.convolution.inputs {
+            let map = layer.maps.view(input.map);
             let pitch = map.pitch();
             // Where the up-sampling comes later, rows that are cropped are read too.
-            let ([height, width], factor, top) = match winograd.factor {
+            let ([height, width], factor, top) = match tiling.factor {
                 1 => (input.size(map.shape), input.factor, input.cropped[0]),
                 _ => ([map.shape.height, map.shape.width], 1, 0),
             };
             for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(READ * READ * point_pitch)) {
                 // Where the tile's numbers lie; the border has none. Its first row and column are before the tile's first.
-                let mut places = [[None; READ]; READ];
-                for (i, places) in places.iter_mut().enumerate() {
+                let mut positions = [[None; READ]; READ];
+                for (i, positions) in positions.iter_mut().enumerate() {
                     let y = (TILE * (tile / across) + i).wrapping_sub(1);
-                    for (j, place) in places.iter_mut().enumerate() {
+                    for (j, position) in positions.iter_mut().enumerate() {
                         let x = (TILE * (tile % across) + j).wrapping_sub(1);
                         if y < height && x < width {
-                            *place = Some(((y + top) / factor * map.shape.width + x / factor) * pitch);
+                            *position = Some(((y + top) / factor * map.shape.width + x / factor) * pitch);
                         }
                     }
                 }
                 for channel in (0..pitch).step_by(S::F32_LANES) {
                     let mut rows = [[zero; READ]; READ];
-                    for (row, places) in rows.iter_mut().zip(&places) {
-                        for (number, place) in row.iter_mut().zip(places) {
-                            if let Some(place) = place {
-                                let value = vector::<S>(map.values, place + channel);
+                    for (row, positions) in rows.iter_mut().zip(&positions) {
+                        for (number, position) in row.iter_mut().zip(positions) {
+                            if let Some(position) = position {
+                                let value = vector::<S>(map.values, position + channel);
                                 *number = if input.rectified {
                                     simd.max_f32s(zero, value)
                                 } else {
@@ -64,14 +71,14 @@ impl<const TILE: usize, const READ: usize> WithSimd for ToPoints<'_, TILE, READ>
                                 };
                             }
                         }
-                        *row = to_points(simd, *row);
+                        *row = winograd_input_transform(simd, *row);
                     }
                     for j in 0..READ {
                         let mut column = [zero; READ];
                         for (number, row) in column.iter_mut().zip(&rows) {
                             *number = row[j];
                         }
-                        for (i, value) in to_points(simd, column).into_iter().enumerate() {
+                        for (i, value) in winograd_input_transform(simd, column).into_iter().enumerate() {
                             let at = (i * READ + j) * point_pitch + first_channel + channel;
                             S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
                         }
@@ -83,43 +90,50 @@ impl<const TILE: usize, const READ: usize> WithSimd for ToPoints<'_, TILE, READ>
     }
 }
 
-/// Takes the sums at the points back to the places of the tiles in the units `units` and finishes them; `products` begin with the
-/// tile `first_tile`.
-pub(super) struct ToPlaces<'a, const TILE: usize, const READ: usize> {
-    pub(super) winograd: &'a Winograd,
-    pub(super) layer: &'a Layer,
-    pub(super) maps: Maps<'a>,
-    pub(super) units: Range<usize>,
+/// Takes the sums at the points back to the positions of the tiles in the rows `tile_rows` and finishes them; `products` begin with
+/// the tile `first_tile`.
+pub(super) struct OutputTransform<'a> {
+    pub(super) tiling: &'a Tiling,
+    pub(super) layer: LayerRun<'a>,
+    pub(super) tile_rows: Range<usize>,
     pub(super) first_tile: usize,
     pub(super) products: &'a [f32],
     pub(super) out: &'a mut [f32],
 }
 
-impl<const TILE: usize, const READ: usize> WithSimd for ToPlaces<'_, TILE, READ> {
+impl WithSimd for OutputTransform<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        match self.tiling.tile {
+            2 => self.run::<S, 2, 4>(simd),
+            _ => self.run::<S, 4, 6>(simd),
+        }
+    }
+}
+
+impl OutputTransform<'_> {
+    #[inline(always)]
+    fn run<S: Simd, const TILE: usize, const READ: usize>(self, simd: S) {
         let Self {
-            winograd,
+            tiling,
             layer,
-            maps,
-            units,
+            tile_rows,
             first_tile,
             products,
             out,
         } = self;
-        let MapShape {
-            channels,
-            height,
-            width,
-        } = layer.output;
-        let (across, factor, pitch) = (winograd.across, winograd.factor, padded(channels));
-        let (outputs, point_pitch) = (winograd.outputs, winograd.point_pitch());
-        let (_, top) = winograd.rows_of_unit(&layer.convolution);
-        let first_row = winograd.rows_made(layer, units.clone()).start;
+        let width = layer.spec.output.width;
+        let (across, factor, pitch) = (
+            tiling.across,
+            tiling.factor,
+            padded_channels(layer.spec.output.channels),
+        );
+        let (outputs, point_pitch) = (tiling.outputs, tiling.point_pitch());
+        let first_row = tiling.rows_made(tile_rows.clone()).start;
         let zero = simd.splat_f32s(0.0);
-        for tile in units.start * across..units.end * across {
+        for tile in tile_rows.start * across..tile_rows.end * across {
             let (tile_row, tile_column) = (TILE * (tile / across), TILE * (tile % across));
             for kind in 0..factor * factor {
                 for channel in (0..pitch).step_by(S::F32_LANES) {
@@ -127,24 +141,24 @@ impl<const TILE: usize, const READ: usize> WithSimd for ToPlaces<'_, TILE, READ>
                     for j in 0..READ {
                         let mut column = [zero; READ];
                         for (i, number) in column.iter_mut().enumerate() {
-                            let place = (tile - first_tile) * outputs + kind * pitch + channel;
-                            *number = vector::<S>(products, (i * READ + j) * point_pitch + place);
+                            let at = (tile - first_tile) * outputs + kind * pitch + channel;
+                            *number = vector::<S>(products, (i * READ + j) * point_pitch + at);
                         }
-                        let column: [S::f32s; TILE] = to_places(simd, column);
+                        let column: [S::f32s; TILE] = winograd_output_transform(simd, column);
                         for (row, value) in rows.iter_mut().zip(column) {
                             row[j] = value;
                         }
                     }
                     for (i, row) in rows.into_iter().enumerate() {
-                        let y = (factor * (tile_row + i) + kind / factor).checked_sub(top);
-                        let Some(y) = y.filter(|&y| y < height) else {
+                        let y = (factor * (tile_row + i) + kind / factor).checked_sub(tiling.missing);
+                        let Some(y) = y.filter(|&y| y < tiling.height) else {
                             continue;
                         };
-                        let row: [S::f32s; TILE] = to_places(simd, row);
+                        let row: [S::f32s; TILE] = winograd_output_transform(simd, row);
                         for (j, sums) in row.into_iter().enumerate() {
                             let x = factor * (tile_column + j) + kind % factor;
                             if x < width {
-                                let value = layer.finished(simd, sums, layer.added(&maps, y, x), channel);
+                                let value = layer.finished(simd, sums, layer.skip(y, x), channel);
                                 let at = ((y - first_row) * width + x) * pitch + channel;
                                 S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
                             }
@@ -156,9 +170,9 @@ impl<const TILE: usize, const READ: usize> WithSimd for ToPlaces<'_, TILE, READ>
     }
 }
 
-/// B^T: a row or column of what a tile reads, at the points.
+/// Transforms a row or column of what a tile reads to the points (B^T): 6 numbers for tiles of 4, 4 for tiles of 2.
 #[inline(always)]
-pub fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
+pub fn winograd_input_transform<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
     let mut points = d;
     if READ == 4 {
         points[0] = simd.sub_f32s(d[0], d[2]);
@@ -178,22 +192,25 @@ pub fn to_points<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S:
     points
 }
 
-/// A^T: sums at the points of a row or column, at the tile's places.
+/// Transforms the sums at the points of a row or column to the tile's positions (A^T): 4 of 6, or 2 of 4.
 #[inline(always)]
-pub fn to_places<S: Simd, const TILE: usize, const READ: usize>(simd: S, m: [S::f32s; READ]) -> [S::f32s; TILE] {
-    let mut places = [m[0]; TILE];
+pub fn winograd_output_transform<S: Simd, const TILE: usize, const READ: usize>(
+    simd: S,
+    m: [S::f32s; READ],
+) -> [S::f32s; TILE] {
+    let mut positions = [m[0]; TILE];
     let (a, b) = (simd.add_f32s(m[1], m[2]), simd.sub_f32s(m[1], m[2]));
     if TILE == 2 {
-        places[0] = simd.add_f32s(m[0], a);
-        places[1] = simd.add_f32s(b, m[3]);
-        return places;
+        positions[0] = simd.add_f32s(m[0], a);
+        positions[1] = simd.add_f32s(b, m[3]);
+        return positions;
     }
     let (c, d) = (simd.add_f32s(m[3], m[4]), simd.sub_f32s(m[3], m[4]));
-    places[0] = simd.add_f32s(simd.add_f32s(m[0], a), c);
-    places[1] = plus(simd, b, 2.0, d);
-    places[2] = plus(simd, a, 4.0, c);
-    places[3] = simd.add_f32s(plus(simd, b, 8.0, d), m[5]);
-    places
+    positions[0] = simd.add_f32s(simd.add_f32s(m[0], a), c);
+    positions[1] = plus(simd, b, 2.0, d);
+    positions[2] = plus(simd, a, 4.0, c);
+    positions[3] = simd.add_f32s(plus(simd, b, 8.0, d), m[5]);
+    positions
 }
 
 /// a + factor b

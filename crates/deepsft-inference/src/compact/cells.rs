@@ -1,6 +1,7 @@
-//! Positions from classified bins.
+//! Cells of the image: coordinates from classified bins, and interpolation between cells.
 
-use super::depths::PIXELS_PER_CELL;
+/// Side of a cell, pixels.
+pub(super) const PIXELS_PER_CELL: usize = 8;
 
 /// Rows and columns of cells of an image of `width` x `height` pixels, which is padded to an even number of them.
 pub(super) fn cells([width, height]: [usize; 2]) -> [usize; 2] {
@@ -29,29 +30,29 @@ pub(super) fn expected_coordinate(logits: &[f32]) -> f32 {
     sum / weights / (logits.len() - 1) as f32
 }
 
-/// Where a sample of a signal that is up-sampled lies: between two cells, and how far towards the second.
+/// A sample of an up-sampled signal: the two cells that it lies between, and how far towards the second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Between {
+pub(super) struct LinearSample {
     pub(super) cells: [usize; 2],
     pub(super) fraction: f32,
 }
 
 /// The samples of `length` cells up-sampled `factor` times: linear between the cells' centres, edges repeated.
-pub(super) fn upsampled(length: usize, factor: usize) -> Vec<Between> {
-    let between = |i: usize| {
+pub(super) fn upsampled(length: usize, factor: usize) -> Vec<LinearSample> {
+    let sample = |i: usize| {
         let at = ((i as f32 + 0.5) / factor as f32 - 0.5).clamp(0.0, (length - 1) as f32);
         let low = at as usize;
-        Between {
+        LinearSample {
             // Beyond the outermost centres there is one cell, not two.
             cells: [low, low + usize::from(at > low as f32)],
             fraction: at - low as f32,
         }
     };
-    (0..factor * length).map(between).collect()
+    (0..factor * length).map(sample).collect()
 }
 
 /// `values` of cells in rows of `columns`, at a sample.
-pub(super) fn interpolated(values: &[f32], columns: usize, row: Between, column: Between) -> f32 {
+pub(super) fn interpolated(values: &[f32], columns: usize, row: LinearSample, column: LinearSample) -> f32 {
     let along = |r: usize| {
         let [a, b] = column.cells.map(|c| values[row.cells[r] * columns + c]);
         a + (b - a) * column.fraction
@@ -78,7 +79,7 @@ mod tests {
         let columns = upsampled(4, 2);
         let row: Vec<f32> = columns
             .iter()
-            .map(|&column| interpolated(&[0.0, 1.0, 2.0, 3.0], 4, Between::default(), column))
+            .map(|&column| interpolated(&[0.0, 1.0, 2.0, 3.0], 4, LinearSample::default(), column))
             .collect();
         assert_eq!(row, [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0]);
     }

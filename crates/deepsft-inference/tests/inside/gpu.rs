@@ -4,15 +4,12 @@
 //! a Vulkan driver that plays one does: lavapipe (Debian: `mesa-vulkan-drivers`), which has numbers of 16 bits, or that of Debian's
 //! Chromium with `VK_ICD_FILENAMES=/usr/lib/chromium/vk_swiftshader_icd.json`, which has none. Both need `libvulkan1`.
 
-#![cfg(feature = "webgpu")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-use deepsft_geometry::{Maps, Picture, training_camera};
-use deepsft_inference::{
-    Added, Architecture, CompactConfig, CompactExecutor, CompactGpuExecutor, Convolution, CpuPlan, Dense, Executor,
-    Filters, Gpu, GpuError, GpuPlan, Input, MapId, MapShape, NetworkConfig, PaperConfig, Plan, PlanError, Pool,
-    ResidualGpuExecutor, Stage, WeightArray, Weights,
+use crate::{
+    Architecture, CompactConfig, Convolution, CpuPlan, DenseLayer, Executor, Filters, Gpu, GpuError, GpuExecutor,
+    GpuPlan, LayerInput, MapId, MapShape, MaxPool, NetworkConfig, PaperConfig, Plan, PlanError, SkipInput, Stage,
+    WeightArray, Weights,
 };
+use deepsft_geometry::{Maps, Picture, training_camera};
 
 /// The GPU, if there is one.
 fn gpu() -> Option<Gpu> {
@@ -54,15 +51,10 @@ impl Numbers {
 fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
     let mut plan = Plan::default();
     let [height, width] = [0; 2].map(|_| 5 + numbers.below(20));
-    let shape = |channels, height, width| MapShape {
-        channels,
-        height,
-        width,
-    };
     let mut inputs = Vec::new();
     let mut maps = Vec::new();
     for channels in [3, 8, 5] {
-        let map = plan.input(shape(channels, height, width));
+        let map = plan.input(MapShape::new(channels, height, width));
         inputs.push(map);
         maps.push(map);
     }
@@ -72,7 +64,7 @@ fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
         let map = match layer % 5 {
             3 if from.height > 2 && from.width > 2 => {
                 let (stride, border) = (2 + numbers.below(2), numbers.below(2));
-                plan.pool(Pool {
+                plan.pool(MaxPool {
                     map: first,
                     stride,
                     border,
@@ -87,7 +79,7 @@ fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
                     .map(|w| w / (fan_in as f32).sqrt())
                     .collect();
                 let (biases, rectified) = (numbers.some(outputs), numbers.below(2) == 0);
-                plan.dense(Dense {
+                plan.dense(DenseLayer {
                     map: first,
                     weights,
                     biases,
@@ -95,7 +87,7 @@ fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
                 })
                 .unwrap()
             }
-            4 => plan.add(first, Added::same(first)).unwrap(),
+            4 => plan.add(first, SkipInput::same(first)).unwrap(),
             _ => {
                 let (factor, cropped) = match numbers.below(3) {
                     0 if from.height > 2 => (1 + numbers.below(3), [numbers.below(2), numbers.below(2)]),
@@ -115,19 +107,23 @@ fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
                 );
                 let rows = (factor * from.height - cropped[0] - cropped[1]).div_ceil(stride);
                 let columns = (factor * from.width).div_ceil(stride);
-                let added = match numbers.below(4) {
+                let skip = match numbers.below(4) {
                     0 => None,
                     1 => Some((1, 0)),
                     2 => Some((2, 0)),
                     _ => Some((2, 1)),
                 };
-                let added = added.map(|(factor, top)| {
-                    let map = plan.input(shape(outputs, (rows + top).div_ceil(factor), columns.div_ceil(factor)));
+                let skip = skip.map(|(factor, top)| {
+                    let map = plan.input(MapShape::new(
+                        outputs,
+                        (rows + top).div_ceil(factor),
+                        columns.div_ceil(factor),
+                    ));
                     inputs.push(map);
-                    Added { map, factor, top }
+                    SkipInput { map, factor, top }
                 });
                 let scale = ((channels * kernel * kernel) as f32).sqrt();
-                let reads = |map| Input {
+                let reads = |map| LayerInput {
                     map,
                     rectified: numbers.below(2) == 0,
                     factor,
@@ -149,7 +145,7 @@ fn random_plan(numbers: &mut Numbers) -> (Plan, Vec<MapId>, MapId) {
                     inputs,
                     filters,
                     stride,
-                    added,
+                    skip,
                     rectified,
                 })
                 .unwrap()
@@ -221,12 +217,8 @@ fn run_random_plans(gpu: &Gpu, bound: f32) {
 fn a_lost_gpu_says_so() {
     let Some(gpu) = gpu() else { return };
     let mut plan = Plan::default();
-    let map = plan.input(MapShape {
-        channels: 2,
-        height: 3,
-        width: 4,
-    });
-    let sum = plan.add(map, Added::same(map)).unwrap();
+    let map = plan.input(MapShape::new(2, 3, 4));
+    let sum = plan.add(map, SkipInput::same(map)).unwrap();
     let plan = GpuPlan::new(&gpu, plan, &[sum]);
     plan.write(map, &[1.5; 24]);
     assert_eq!(pollster::block_on(plan.run(sum)), Ok(vec![3.0; 24]));
@@ -323,8 +315,8 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
     ];
     let count = if half.is_some() { 1 } else { cases.len() };
     for (image, config, weights, bound) in cases.into_iter().take(count) {
-        let mut cpu = CompactExecutor::new(config, image, &weights, 1).unwrap();
-        let mut on_gpu = CompactGpuExecutor::new(gpu, config, image, &weights).unwrap();
+        let mut cpu = Executor::new(config, image, &weights, 1).unwrap();
+        let mut on_gpu = GpuExecutor::new(gpu, config, image, &weights).unwrap();
         let (width, height) = image;
         // The second image leaves nothing of the first.
         for frame in 0..2 {
@@ -341,7 +333,13 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
             assert_eq!(gpu.submissions(), before + 1, "a frame is one list of work");
             for stage in [Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement] {
                 let bound = half.unwrap_or(if stage == Stage::Main { 1e-4 } else { bound });
-                for (k, (ours, theirs)) in on_gpu.cells(stage).into_iter().zip(cpu.cells(stage)).enumerate() {
+                for (k, (ours, theirs)) in on_gpu
+                    .cells(stage)
+                    .unwrap()
+                    .into_iter()
+                    .zip(cpu.cells(stage).unwrap())
+                    .enumerate()
+                {
                     for (cell, (ours, theirs)) in ours.iter().zip(theirs).enumerate() {
                         assert!(
                             (ours - theirs).abs() < bound,
@@ -355,7 +353,9 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
                 assert!(maps.area() > 0 && maps.area().abs_diff(expected.area()) < 3);
             }
             for (x, y) in [(0, 0), (width - 1, height - 1), (width / 2, height / 3)] {
-                assert!((on_gpu.mask_logit(x, y) - cpu.mask_logit(x, y)).abs() < half.unwrap_or(1e-3));
+                assert!(
+                    (on_gpu.mask_logit(x, y).unwrap() - cpu.mask_logit(x, y).unwrap()).abs() < half.unwrap_or(1e-3)
+                );
             }
         }
         let other = pollster::block_on(on_gpu.run(&Picture::from_fn(width, 3, |_, _| [0; 3]))).unwrap_err();
@@ -375,7 +375,7 @@ fn the_papers_network_says_the_same_on_a_gpu() {
     let weights = weights(&config, image, &mut numbers);
     let picture = Picture::from_fn(480, 270, |x, y| [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]);
     let mut cpu = Executor::new(&config, image, &weights, 1).unwrap();
-    let mut on_gpu = ResidualGpuExecutor::new(&gpu.in_f32(), &config, &weights).unwrap();
+    let mut on_gpu = GpuExecutor::new(&gpu.in_f32(), &config, image, &weights).unwrap();
     cpu.run(&picture).unwrap();
     let before = gpu.submissions();
     pollster::block_on(on_gpu.run(&picture)).unwrap();

@@ -1,7 +1,7 @@
 //! Every step against its definition.
 
 use super::*;
-use crate::plan::{Convolution, Filters, Input, plain, relu};
+use crate::plan::{Convolution, DenseLayer, Filters, LayerInput};
 
 /// Numbers from -1 to 1 without a pattern.
 struct Numbers(u64);
@@ -39,14 +39,14 @@ impl Plain {
 }
 
 /// The sum of the definition, in double precision.
-fn expected(convolution: &Convolution, inputs: &[Plain], added: Option<&Plain>, output: MapShape) -> Plain {
+fn expected(convolution: &Convolution, inputs: &[Plain], skip: Option<&Plain>, output: MapShape) -> Plain {
     let Filters {
         weights,
         biases,
         kernel,
         ..
     } = &convolution.filters;
-    let read: Vec<(&Input, &Plain, usize)> = (convolution.inputs.iter().zip(inputs))
+    let read: Vec<(&LayerInput, &Plain, usize)> = (convolution.inputs.iter().zip(inputs))
         .flat_map(|(input, map)| (0..map.0.channels).map(move |channel| (input, map, channel)))
         .collect();
     let border = kernel / 2;
@@ -70,7 +70,7 @@ fn expected(convolution: &Convolution, inputs: &[Plain], added: Option<&Plain>, 
                 }
             }
         }
-        if let (Some(map), Some(Added { factor, top, .. })) = (added, convolution.added) {
+        if let (Some(map), Some(SkipInput { factor, top, .. })) = (skip, convolution.skip) {
             sum += map.at(o, (y + top) / factor, x / factor);
         }
         (if convolution.rectified { sum.max(0.0) } else { sum }) as f32
@@ -132,37 +132,29 @@ impl Case {
     }
 }
 
-fn shape(channels: usize, height: usize, width: usize) -> MapShape {
-    MapShape {
-        channels,
-        height,
-        width,
-    }
-}
-
 /// A map with any numbers.
 fn given(plan: &mut Plan, numbers: &mut Numbers, shape: MapShape) -> (MapId, Plain) {
-    let values = numbers.some(shape.channels * shape.height * shape.width);
+    let values = numbers.some(shape.channels * shape.area());
     (plan.input(shape), Plain(shape, values))
 }
 
 /// Channels of the inputs, their rows and columns, and how they are read (up-sampling, rows cropped); outputs, kernel, stride;
-/// up-sampling and first row of what is added, nothing for 0.
+/// up-sampling and first row of the skip input, none for 0.
 type Shapes<'a> = (&'a [usize], [usize; 2], (usize, [usize; 2]), [usize; 3], [usize; 2]);
 
-fn convolution((channels, [height, width], (factor, cropped), [outputs, kernel, stride], added): Shapes<'_>) -> Case {
+fn convolution((channels, [height, width], (factor, cropped), [outputs, kernel, stride], skip): Shapes<'_>) -> Case {
     let (mut plan, mut numbers) = (Plan::default(), Numbers(3));
     let mut inputs: Vec<(MapId, Plain)> = (channels.iter())
-        .map(|&channels| given(&mut plan, &mut numbers, shape(channels, height, width)))
+        .map(|&channels| given(&mut plan, &mut numbers, MapShape::new(channels, height, width)))
         .collect();
     let [rows, columns] = [factor * height - cropped[0] - cropped[1], factor * width].map(|side| side.div_ceil(stride));
-    let [added, top] = added;
-    let plain_added = (added > 0).then(|| {
-        let [rows, columns] = [rows + top, columns].map(|side| side.div_ceil(added));
-        given(&mut plan, &mut numbers, shape(outputs, rows, columns))
+    let [skip, top] = skip;
+    let plain_skip = (skip > 0).then(|| {
+        let [rows, columns] = [rows + top, columns].map(|side| side.div_ceil(skip));
+        given(&mut plan, &mut numbers, MapShape::new(outputs, rows, columns))
     });
     let fan_in = channels.iter().sum::<usize>() * kernel * kernel;
-    let read = |(k, (map, _)): (usize, &(MapId, Plain))| Input {
+    let read = |(k, (map, _)): (usize, &(MapId, Plain))| LayerInput {
         map: *map,
         rectified: k % 2 == 0,
         factor,
@@ -177,9 +169,9 @@ fn convolution((channels, [height, width], (factor, cropped), [outputs, kernel, 
             kernel,
         },
         stride,
-        added: plain_added.as_ref().map(|(map, _)| Added {
+        skip: plain_skip.as_ref().map(|(map, _)| SkipInput {
             map: *map,
-            factor: added,
+            factor: skip,
             top,
         }),
         rectified: outputs % 2 == 0,
@@ -189,10 +181,10 @@ fn convolution((channels, [height, width], (factor, cropped), [outputs, kernel, 
     let expected = expected(
         &convolution,
         &plains,
-        plain_added.as_ref().map(|(_, plain)| plain),
+        plain_skip.as_ref().map(|(_, plain)| plain),
         plan.shape(output),
     );
-    inputs.extend(plain_added);
+    inputs.extend(plain_skip);
     Case {
         plan,
         given: inputs,
@@ -235,10 +227,10 @@ fn convolutions_are_the_sums_of_their_definition_on_every_processor_and_number_o
 fn poolings_are_the_largest_values_and_never_those_outside() {
     for (channels, height, width, stride, border) in [(20, 9, 13, 3, 0), (33, 8, 7, 2, 1), (5, 7, 8, 3, 1)] {
         let (mut plan, mut numbers) = (Plan::default(), Numbers(5));
-        let (map, mut plain) = given(&mut plan, &mut numbers, shape(channels, height, width));
+        let (map, mut plain) = given(&mut plan, &mut numbers, MapShape::new(channels, height, width));
         // All negative: a border of zeros would win.
         plain.1.iter_mut().for_each(|value| *value -= 2.0);
-        let output = plan.pool(Pool { map, stride, border }).unwrap();
+        let output = plan.pool(MaxPool { map, stride, border }).unwrap();
         let value = |c: usize, y: usize, x: usize| {
             let around = |at: usize, side: usize| {
                 (stride * at..stride * at + 3).filter_map(move |k| k.checked_sub(border).filter(|&k| k < side))
@@ -261,10 +253,14 @@ fn poolings_are_the_largest_values_and_never_those_outside() {
 
 #[test]
 fn dense_layers_read_all_values_of_a_map() {
-    for (shape, outputs) in [(shape(20, 3, 5), 50), (shape(200, 1, 1), 300), (shape(3, 2, 1), 4)] {
+    for (shape, outputs) in [
+        (MapShape::new(20, 3, 5), 50),
+        (MapShape::new(200, 1, 1), 300),
+        (MapShape::new(3, 2, 1), 4),
+    ] {
         let (mut plan, mut numbers) = (Plan::default(), Numbers(7));
         let (map, plain) = given(&mut plan, &mut numbers, shape);
-        let dense = crate::plan::Dense {
+        let dense = DenseLayer {
             map,
             weights: numbers.some(plain.1.len() * outputs),
             biases: numbers.some(outputs),
@@ -294,22 +290,16 @@ fn what_is_no_number_stays_none() {
     for (kernel, stride) in [(3, 1), (3, 2), (1, 1)] {
         for arch in archs().into_iter().filter(|arch| !matches!(arch, Arch::Scalar)) {
             let mut plan = Plan::default();
-            let map = plan.input(MapShape {
-                channels: 1,
-                height: 6,
-                width: 6,
-            });
+            let map = plan.input(MapShape::new(1, 6, 6));
+            let filters = Filters {
+                weights: vec![1.0; kernel * kernel],
+                biases: vec![0.0],
+                inputs: 1,
+                kernel,
+            };
             let convolution = Convolution {
-                inputs: vec![relu(map)],
-                filters: Filters {
-                    weights: vec![1.0; kernel * kernel],
-                    biases: vec![0.0],
-                    inputs: 1,
-                    kernel,
-                },
                 stride,
-                added: None,
-                rectified: false,
+                ..Convolution::new(vec![LayerInput::relu(map)], filters)
             };
             let output = plan.convolve(convolution).unwrap();
             let mut cpu = CpuPlan::with_arch(arch, plan, &[output], 1);
@@ -327,11 +317,7 @@ fn what_is_no_number_stays_none() {
 fn maps_that_are_needed_at_the_same_time_do_not_share_memory() {
     // x, a = f(x), b = f(a), c = b + a, d = f(c), e = d + a: `a` lives until the end.
     let mut plan = Plan::default();
-    let shape = MapShape {
-        channels: 3,
-        height: 5,
-        width: 6,
-    };
+    let shape = MapShape::new(3, 5, 6);
     let x = plan.input(shape);
     let f = |plan: &mut Plan, map: MapId| {
         let mut weights = vec![0.0; 9];
@@ -342,21 +328,14 @@ fn maps_that_are_needed_at_the_same_time_do_not_share_memory() {
             inputs: 3,
             kernel: 1,
         };
-        let inputs = vec![plain(map)];
-        plan.convolve(Convolution {
-            inputs,
-            filters,
-            stride: 1,
-            added: None,
-            rectified: false,
-        })
-        .unwrap()
+        let convolution = Convolution::new(vec![LayerInput::plain(map)], filters);
+        plan.convolve(convolution).unwrap()
     };
     let a = f(&mut plan, x);
     let b = f(&mut plan, a);
-    let c = plan.add(b, Added::same(a)).unwrap();
+    let c = plan.add(b, SkipInput::same(a)).unwrap();
     let d = f(&mut plan, c);
-    let e = plan.add(d, Added::same(a)).unwrap();
+    let e = plan.add(d, SkipInput::same(a)).unwrap();
     let mut cpu = CpuPlan::new(plan, &[e], 1);
     assert!(cpu.buffers.len() < 6, "{}", cpu.buffers.len());
     cpu.values_mut(x).fill(0.0);

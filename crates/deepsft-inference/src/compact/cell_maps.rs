@@ -1,10 +1,9 @@
-//! From cells to maps at pixels.
+//! What the network says of cells, and maps at pixels from it.
 
-use super::depths::PIXELS_PER_CELL;
-use super::network::PATCH;
-use super::positions::{Between, cells, upsampled};
+use super::cells::{LinearSample, PIXELS_PER_CELL, cells, upsampled};
+use super::patches::PATCH;
 use crate::config::NetworkConfig;
-use crate::cpu::{Shared, awake, in_bands};
+use crate::cpu::{Partition, in_parallel, with_team};
 use crate::stage::Stage;
 use deepsft_geometry::{GeometryError, Maps, OUTSIDE, check_size};
 use pulp::{Arch, Simd, WithSimd};
@@ -12,8 +11,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Cells beside one another whose u or v differ by more than this belong to different charts.
 const SEAM_JUMP: f32 = 0.12;
 
-/// What a compact network said of an image's cells, wherever it ran.
-pub(super) struct Reading {
+/// (u, v, depth) of an image's cells, on whichever device the network ran.
+#[derive(Debug)]
+pub(super) struct CellMaps {
     image: [usize; 2],
     seams: bool,
     near_mm: f32,
@@ -23,26 +23,27 @@ pub(super) struct Reading {
     pub(super) main: [Vec<f32>; 3],
     pub(super) refined: [Vec<f32>; 3],
     /// Pixels from cells: rows and columns.
-    pixels_from_cells: [Vec<Between>; 2],
+    pixels_from_cells: [Vec<LinearSample>; 2],
     /// One for each thread.
-    lines: Vec<Line>,
+    lines: Vec<PixelRow>,
 }
 
 /// What is said along one row of pixels.
-struct Line {
+#[derive(Debug)]
+struct PixelRow {
     /// Of the cells' columns.
     cells: Vec<f32>,
     /// u, v and depth (mm) of the pixels.
     pixels: [Vec<f32>; 3],
 }
 
-impl Reading {
+impl CellMaps {
     /// `threads` will read.
     pub(super) fn new(image: [usize; 2], config: &NetworkConfig, threads: usize) -> Self {
         let [rows, columns] = cells(image);
         let three = |length: usize| [(); 3].map(|()| vec![0.0; length]);
         let range = config.depth_range;
-        let line = |_| Line {
+        let line = |_| PixelRow {
             cells: vec![0.0; columns],
             pixels: three(columns * PIXELS_PER_CELL),
         };
@@ -69,13 +70,13 @@ impl Reading {
     }
 
     /// The patch of a pixel, and which of its logits is the pixel's.
-    pub(super) fn place_in_mask(&self, x: usize, y: usize) -> (usize, usize) {
+    pub(super) fn index_in_mask(&self, x: usize, y: usize) -> (usize, usize) {
         let columns = self.pixels_from_cells[1].len() / PATCH;
         (y / PATCH * columns + x / PATCH, y % PATCH * PATCH + x % PATCH)
     }
 
     /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else where the
-    /// mask's probability is at least one half: `mask` gives the logit of a place of [`Reading::place_in_mask`].
+    /// mask's probability is at least one half: `mask` gives the logit at an index of [`CellMaps::index_in_mask`].
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
@@ -93,33 +94,33 @@ impl Reading {
         }
         let mut lines = std::mem::take(&mut self.lines);
         let in_mask = |x, y| {
-            let (patch, within) = self.place_in_mask(x, y);
+            let (patch, within) = self.index_in_mask(x, y);
             mask(patch, within) >= 0.0
         };
         let is_seen = |x, y| seen.map_or_else(|| in_mask(x, y), |seen| seen[y * width + x]);
         let (depth, registration) = maps.parts_mut();
-        let out = Pixels {
+        let out = MapRows {
             depth,
             registration,
             width,
         };
-        let (reading, arch, cells) = (&*self, Arch::new(), self.cells(stage));
-        awake(lines.len(), || {
-            in_bands(&mut lines, 0..height, out, &|line, rows, out| {
+        let (cell_maps, arch, cells) = (&*self, Arch::new(), self.cells(stage));
+        with_team(lines.len(), || {
+            in_parallel(&mut lines, 0..height, out, &|line, rows, out| {
                 let rows_out = out
                     .depth
                     .chunks_exact_mut(width)
                     .zip(out.registration.chunks_exact_mut(width));
                 for (y, (depth, registration)) in rows.zip(rows_out) {
-                    arch.dispatch(ToPixels {
-                        reading,
+                    arch.dispatch(InterpolatedRow {
+                        maps: cell_maps,
                         cells,
                         y,
                         line,
                     });
                     for (x, (depth, uv)) in depth.iter_mut().zip(registration).enumerate() {
                         (*depth, *uv) = match is_seen(x, y) {
-                            true => (line.pixels[2][x], reading.position(cells, line, x, y)),
+                            true => (line.pixels[2][x], cell_maps.position(cells, line, x, y)),
                             false => (OUTSIDE, [OUTSIDE; 2]),
                         };
                     }
@@ -131,7 +132,7 @@ impl Reading {
     }
 
     /// (u, v) at a pixel: of its own cell where cells around it are of different charts.
-    fn position(&self, cells: [&[f32]; 3], line: &Line, x: usize, y: usize) -> [f32; 2] {
+    fn position(&self, cells: [&[f32]; 3], line: &PixelRow, x: usize, y: usize) -> [f32; 2] {
         let [row, column] = [self.pixels_from_cells[0][y], self.pixels_from_cells[1][x]];
         let columns = line.cells.len();
         if self.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
@@ -143,13 +144,13 @@ impl Reading {
 }
 
 /// Rows of maps that are written.
-struct Pixels<'a> {
+struct MapRows<'a> {
     depth: &'a mut [f32],
     registration: &'a mut [[f32; 2]],
     width: usize,
 }
 
-impl Shared for Pixels<'_> {
+impl Partition for MapRows<'_> {
     fn split(self, rows: usize) -> [Self; 2] {
         let Self {
             depth,
@@ -169,25 +170,20 @@ impl Shared for Pixels<'_> {
 }
 
 /// Takes cells to the pixels of the row `y`: `line`.
-struct ToPixels<'a> {
-    reading: &'a Reading,
+struct InterpolatedRow<'a> {
+    maps: &'a CellMaps,
     cells: [&'a [f32]; 3],
     y: usize,
-    line: &'a mut Line,
+    line: &'a mut PixelRow,
 }
 
-impl WithSimd for ToPixels<'_> {
+impl WithSimd for InterpolatedRow<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            reading,
-            cells,
-            y,
-            line,
-        } = self;
-        let row = reading.pixels_from_cells[0][y];
+        let Self { maps, cells, y, line } = self;
+        let row = maps.pixels_from_cells[0][y];
         let columns = line.cells.len();
         let [half, last] = [PIXELS_PER_CELL / 2, columns * PIXELS_PER_CELL - PIXELS_PER_CELL / 2];
         // Before the first cell's centre and behind the last one there is one cell, between two there are as many pixels as in a cell.
@@ -210,7 +206,7 @@ impl WithSimd for ToPixels<'_> {
             }
         }
         for depth in &mut line.pixels[2] {
-            *depth = reading.near_mm * exp(*depth * reading.span);
+            *depth = maps.near_mm * exp(*depth * maps.span);
         }
     }
 }
@@ -242,7 +238,7 @@ fn exp(x: f32) -> f32 {
 }
 
 /// Whether the four cells around a sample are of different charts.
-fn jumps(map: &[f32], columns: usize, row: Between, column: Between) -> bool {
+fn jumps(map: &[f32], columns: usize, row: LinearSample, column: LinearSample) -> bool {
     let (mut least, mut most) = (f32::MAX, f32::MIN);
     for r in row.cells {
         for c in column.cells {

@@ -1,8 +1,7 @@
-//! Threads that work together, each on a core of its own.
+//! Core affinity: each thread of the team keeps to a core while a frame lasts.
 //!
 //! Kernels decide by what threads did lately where they run. After a pause that is little: some, on virtual machines above all, then
-//! gather all threads of a program on one core, and notice too late for a frame that takes 10 ms. For as long as a frame takes, each
-//! thread therefore keeps to the core that it is on.
+//! gather all threads of a program on one core, and notice too late for a frame that takes 10 ms.
 
 #[cfg(target_os = "linux")]
 pub(super) use linux::Cores;
@@ -14,22 +13,18 @@ mod linux {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
     use std::sync::{Mutex, PoisonError};
 
-    /// The cores that threads of one frame keep to.
+    /// The cores that the threads of a frame keep to.
+    #[derive(Default)]
     pub(crate) struct Cores(Mutex<CpuSet>);
 
-    /// The calling thread keeps to its core as long as this lives.
-    pub(crate) struct Kept(Option<CpuSet>);
+    /// Keeps the calling thread on its core until it is dropped.
+    pub(crate) struct Pinned(Option<CpuSet>);
 
     impl Cores {
-        /// Nobody has one yet.
-        pub(crate) fn new() -> Self {
-            Self(Mutex::new(CpuSet::new()))
-        }
-
-        /// The calling thread keeps to a core that no other of the frame has, if there is one.
-        pub(crate) fn keep(&self) -> Kept {
+        /// Moves the calling thread to a core that no other of the frame has, if there is one, and keeps it there.
+        pub(crate) fn pin(&self) -> Pinned {
             let Ok(allowed) = sched_getaffinity(None) else {
-                return Kept(None);
+                return Pinned(None);
             };
             let mut taken = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let mut free = CpuSet::new();
@@ -38,7 +33,7 @@ mod linux {
             }
             // It moves at once.
             if free.count() == 0 || sched_setaffinity(None, &free).is_err() {
-                return Kept(None);
+                return Pinned(None);
             }
             let core = sched_getcpu();
             let mut here = CpuSet::new();
@@ -46,11 +41,11 @@ mod linux {
             taken.set(core);
             // Should it fail, the thread may move, no more.
             let _ = sched_setaffinity(None, &here);
-            Kept(Some(allowed))
+            Pinned(Some(allowed))
         }
     }
 
-    impl Drop for Kept {
+    impl Drop for Pinned {
         fn drop(&mut self) {
             if let Some(allowed) = &self.0 {
                 let _ = sched_setaffinity(None, allowed);
@@ -62,17 +57,12 @@ mod linux {
 #[cfg(not(target_os = "linux"))]
 mod other {
     /// Other systems spread threads by themselves.
+    #[derive(Default)]
     pub(crate) struct Cores;
 
-    pub(crate) struct Kept;
-
     impl Cores {
-        pub(crate) fn new() -> Self {
+        pub(crate) fn pin(&self) -> Self {
             Self
-        }
-
-        pub(crate) fn keep(&self) -> Kept {
-            Kept
         }
     }
 }
@@ -85,8 +75,8 @@ mod tests {
     #[test]
     fn a_second_thread_leaves_the_core_of_the_first_and_both_may_go_anywhere_afterwards() {
         let allowed = sched_getaffinity(None).unwrap();
-        let cores = Cores::new();
-        let first = cores.keep();
+        let cores = Cores::default();
+        let first = cores.pin();
         let core = sched_getcpu();
         std::thread::scope(|scope| {
             let second = scope.spawn(|| {
@@ -95,10 +85,10 @@ mod tests {
                 there.set(core);
                 rustix::thread::sched_setaffinity(None, &there).unwrap();
                 rustix::thread::sched_setaffinity(None, &allowed).unwrap();
-                let kept = cores.keep();
+                let pinned = cores.pin();
                 assert_eq!(sched_getcpu() == core, allowed.count() == 1);
                 assert_eq!(sched_getaffinity(None).unwrap().count(), 1);
-                drop(kept);
+                drop(pinned);
                 assert_eq!(sched_getaffinity(None).unwrap(), allowed);
             });
             second.join().unwrap();

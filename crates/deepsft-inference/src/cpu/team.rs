@@ -1,0 +1,100 @@
+//! The thread team: the threads that make a frame together.
+//!
+//! They belong to this crate: no job of the caller's thread pool runs inside a frame, and no thread of the caller is tied to a core.
+
+#[cfg(not(target_family = "wasm"))]
+mod affinity;
+#[cfg(not(target_family = "wasm"))]
+mod native;
+
+#[cfg(not(target_family = "wasm"))]
+pub use native::available_threads;
+#[cfg(not(target_family = "wasm"))]
+use native::join;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use native::with_team;
+use std::ops::Range;
+
+/// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
+pub(crate) const MAX_THREADS: usize = 8;
+
+/// Returns the number of threads that a network can use: one in a browser.
+#[cfg(target_family = "wasm")]
+pub fn available_threads() -> usize {
+    1
+}
+
+/// Runs `work` on the only thread.
+#[cfg(target_family = "wasm")]
+pub(crate) fn with_team<R>(_threads: usize, work: impl FnOnce() -> R) -> R {
+    work()
+}
+
+#[cfg(target_family = "wasm")]
+fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    (a(), b())
+}
+
+/// Output that threads write together, each a part of its own.
+pub(crate) trait Partition: Send + Sized {
+    /// Splits off the first `chunks` chunks.
+    fn split(self, chunks: usize) -> [Self; 2];
+}
+
+/// Numbers in chunks of `length`; the first chunk lacks `missing` of them, and the last may be shorter, too.
+pub(crate) struct Chunks<'a> {
+    pub(crate) values: &'a mut [f32],
+    pub(crate) length: usize,
+    pub(crate) missing: usize,
+}
+
+impl<'a> Chunks<'a> {
+    /// Divides `values` into chunks of `length` numbers.
+    pub(crate) fn whole(values: &'a mut [f32], length: usize) -> Self {
+        let missing = 0;
+        Self {
+            values,
+            length,
+            missing,
+        }
+    }
+}
+
+impl Partition for Chunks<'_> {
+    fn split(self, chunks: usize) -> [Self; 2] {
+        let (length, missing) = (self.length, self.missing);
+        let (above, below) = if chunks == 0 { (0, missing) } else { (missing, 0) };
+        let at = (length * chunks - above).min(self.values.len());
+        let (first, others) = self.values.split_at_mut(at);
+        [(first, above), (others, below)].map(|(values, missing)| Self {
+            values,
+            length,
+            missing,
+        })
+    }
+}
+
+/// Divides `chunks` among as many threads as there are scratches: `work` gets a scratch, some of the chunks and their part of `out`.
+pub(crate) fn in_parallel<T: Send, O: Partition>(
+    scratches: &mut [T],
+    chunks: Range<usize>,
+    out: O,
+    work: &(impl Fn(&mut T, Range<usize>, O) + Sync),
+) {
+    match scratches {
+        [] => {}
+        [_] if chunks.is_empty() => {}
+        [scratch] => work(scratch, chunks, out),
+        _ => {
+            let (few, rest) = scratches.split_at_mut(scratches.len() / 2);
+            let all = few.len() + rest.len();
+            let count = (chunks.len() * few.len()).div_ceil(all);
+            let middle = chunks.start + count;
+            let [above, below] = out.split(count);
+            join(
+                || in_parallel(few, chunks.start..middle, above, work),
+                || in_parallel(rest, middle..chunks.end, below, work),
+            );
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The team where there are threads: a pool of this crate's own, which serves one frame at a time.
+
+use super::MAX_THREADS;
+use super::affinity::Cores;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::panic::resume_unwind;
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{available_parallelism, scope};
+
+/// How often a thread looks for work before it lets other programs go first.
+const TRIES: u32 = 1_000;
+
+/// The team; `None` where the system gives no threads.
+static TEAM: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
+    let count = available_parallelism().map_or(1, usize::from).min(MAX_THREADS);
+    let named = |k: usize| format!("deepsft-{k}");
+    ThreadPoolBuilder::new()
+        .num_threads(count)
+        .thread_name(named)
+        .build()
+        .ok()
+});
+
+/// Whether a frame has the team.
+static IS_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Sets a flag to a value when it is dropped, also after a panic.
+struct SetOnDrop<'a>(&'a AtomicBool, bool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(self.1, Ordering::Release);
+    }
+}
+
+/// Returns the number of threads that a network can use: as many as rayon's current pool has, at most 8; one in a browser.
+pub fn available_threads() -> usize {
+    rayon::current_num_threads().min(MAX_THREADS)
+}
+
+fn is_member() -> bool {
+    TEAM.as_ref().is_some_and(|team| team.current_thread_index().is_some())
+}
+
+/// Runs both at the same time on the team's threads, one after the other elsewhere.
+pub(super) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    if is_member() { rayon::join(a, b) } else { (a(), b()) }
+}
+
+/// Runs `work` on the team, `threads` of whose threads stay awake meanwhile, each on a core of its own: a part of a layer takes less
+/// time than a thread needs to wake up. While another frame has the team, `work` runs on the calling thread alone.
+pub(crate) fn with_team<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    if threads <= 1 || is_member() || IS_TAKEN.swap(true, Ordering::Acquire) {
+        return work();
+    }
+    let _taken = SetOnDrop(&IS_TAKEN, false);
+    let Some(team) = &*TEAM else {
+        return work();
+    };
+    let run = || team.install(|| awake(threads, work));
+    if rayon::current_thread_index().is_none() {
+        return run();
+    }
+    // A thread of a pool would take on other jobs of its pool while it waits for the team: it waits for a plain thread instead.
+    let joined = scope(|scope| scope.spawn(run).join());
+    joined.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+/// Runs `work` while `threads` threads of the team, this one included, spin for its parts.
+fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    let (done, cores) = (AtomicBool::new(false), Cores::default());
+    let work = || {
+        let (_done, _pinned) = (SetOnDrop(&done, true), cores.pin());
+        // Who was woken on this core can leave it now.
+        std::thread::yield_now();
+        work()
+    };
+    rayon::join(work, || spin(threads - 1, &cores, &done)).0
+}
+
+fn spin(threads: usize, cores: &Cores, done: &AtomicBool) {
+    if threads > 1 {
+        rayon::join(|| spin(1, cores, done), || spin(threads - 1, cores, done));
+        return;
+    }
+    // Where nobody else took this on, the work is done.
+    if done.load(Ordering::Acquire) {
+        return;
+    }
+    let _pinned = cores.pin();
+    let mut in_vain = 0;
+    while !done.load(Ordering::Acquire) {
+        if rayon::yield_now() == Some(rayon::Yield::Executed) {
+            in_vain = 0;
+        } else if in_vain < TRIES {
+            in_vain += 1;
+            std::hint::spin_loop();
+        } else {
+            std::thread::yield_now();
+        }
+    }
+}
