@@ -1,9 +1,9 @@
-//! Devices by name.
+//! Names and descriptions of devices.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// What computes.
+/// A kind of device that a network runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum DeviceKind {
@@ -20,7 +20,7 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
-    /// The name people type and read: `cpu`, `webgpu`, `vulkan`, `cuda`.
+    /// Returns the name that people type and read: `cpu`, `webgpu`, `vulkan`, `cuda`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -37,7 +37,7 @@ impl fmt::Display for DeviceKind {
     }
 }
 
-/// A name that is none of a device.
+/// Reports a name that no device has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no device {0:?}, only cpu, webgpu, vulkan and cuda")]
 pub struct UnknownDevice(pub String);
@@ -54,7 +54,7 @@ impl FromStr for DeviceKind {
     }
 }
 
-/// What a started device is, for people.
+/// Describes a started device to people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceDescription {
     /// The kind that was asked for.
@@ -66,7 +66,7 @@ pub struct DeviceDescription {
 }
 
 impl DeviceDescription {
-    /// A device that no program on the CPU plays.
+    /// Describes a device that no program on the CPU plays.
     pub fn new(kind: DeviceKind, adapter_name: impl Into<String>) -> Self {
         Self {
             kind,
@@ -75,7 +75,7 @@ impl DeviceDescription {
         }
     }
 
-    /// The processor.
+    /// Describes the processor.
     pub fn cpu() -> Self {
         Self::new(DeviceKind::Cpu, "processor")
     }

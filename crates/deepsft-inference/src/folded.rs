@@ -1,4 +1,4 @@
-//! A finished network: what training leaves for those who only run it.
+//! Finished networks: what training leaves for those who only run them.
 
 use crate::compact::CompactPlan;
 use crate::config::{Architecture, NetworkConfig};

@@ -1,6 +1,6 @@
-//! Where maps are read from a network.
+//! Stages at which maps are read from a network.
 
-/// How far along a network's blocks its maps are read: the rows of an ablation of the refinement blocks.
+/// A stage of a network at which its maps are read: the rows of an ablation of the refinement blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// What the main block says.
@@ -12,7 +12,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Main => "main block only",

@@ -40,15 +40,9 @@ impl WithSimd for PatchRows<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self {
-            image,
-            width,
-            pitch,
-            rows,
-            out,
-        } = self;
+        let (image, pitch) = (self.image, self.pitch);
         let line = 3 * image.width();
-        for (y, out) in rows.zip(out.chunks_exact_mut(width * pitch)) {
+        for (y, out) in self.rows.zip(self.out.chunks_exact_mut(self.width * pitch)) {
             for row in 0..PATCH {
                 let known = image.rgb().get((PATCH * y + row) * line..).unwrap_or_default();
                 let known = &known[..known.len().min(line)];

@@ -1,8 +1,8 @@
-//! The depths that a network can tell, and how they are normalised.
+//! The range of depths that a network can tell, and how they are normalised.
 
 use serde::{Deserialize, Serialize};
 
-/// Depths the network can say, mm.
+/// The range of depths that a network can tell, mm.
 ///
 /// Two measures of depth are used. *Normalised log depth* d = ln(z / near) / ln(far / near) is what the compact
 /// network classifies. *Normalised depth* (z - near) / (far - near) is what the maps of a network in training hold and what the
@@ -26,27 +26,27 @@ impl Default for DepthRange {
 }
 
 impl DepthRange {
-    /// Normalised log depth of `depth_mm`.
+    /// Returns the normalised log depth of `depth_mm`.
     pub fn normalise(&self, depth_mm: f64) -> f64 {
         (depth_mm / self.near_mm).ln() / (self.far_mm / self.near_mm).ln()
     }
 
-    /// Depth in mm of normalised log depth `d`.
+    /// Returns the depth in mm of normalised log depth `d`.
     pub fn depth_mm(&self, d: f64) -> f64 {
         self.near_mm * (self.far_mm / self.near_mm).powf(d)
     }
 
-    /// Millimetres in one unit of normalised depth.
+    /// Returns the millimetres in one unit of normalised depth.
     pub fn span_mm(&self) -> f64 {
         self.far_mm - self.near_mm
     }
 
-    /// Normalised depth of `depth_mm`.
+    /// Returns the normalised depth of `depth_mm`.
     pub fn normalise_linear(&self, depth_mm: f64) -> f64 {
         (depth_mm - self.near_mm) / self.span_mm()
     }
 
-    /// Depth in mm of normalised depth `depth`.
+    /// Returns the depth in mm of normalised depth `depth`.
     pub fn depth_mm_linear(&self, depth: f64) -> f64 {
         self.near_mm + depth * self.span_mm()
     }

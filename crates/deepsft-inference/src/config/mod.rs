@@ -1,4 +1,4 @@
-//! What a network is built from: its architecture, the template and the camera it is for, the depths it can tell.
+//! Descriptions of networks: architecture, template, camera and range of depths.
 
 mod compact_config;
 mod depth_range;

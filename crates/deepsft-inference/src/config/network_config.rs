@@ -8,13 +8,12 @@ use crate::plan::PlanError;
 use crate::stage::Stage;
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
 /// Relative difference by which a length may change when it is written as text and read again.
 const ROUNDING: f64 = 1e-6;
 
-/// Layers of a network.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The architecture of a network, with its layers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "architecture", rename_all = "lowercase")]
 pub enum Architecture {
     /// The network that ships: the paper's structure with a 67th of its parameters and a 250th of its operations.
@@ -26,7 +25,7 @@ pub enum Architecture {
 }
 
 impl Architecture {
-    /// Its name in a `model.json`.
+    /// Returns its name in a `model.json`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Compact(_) => "compact",
@@ -35,7 +34,7 @@ impl Architecture {
         }
     }
 
-    /// The stages at which maps can be read, in their order; the last is the answer. R50F has no refinement blocks.
+    /// Returns the stages at which maps can be read, in their order; the last is the answer. R50F has no refinement blocks.
     pub fn stages(&self) -> &'static [Stage] {
         match self {
             Self::R50F(_) => &[Stage::Main],
@@ -52,12 +51,10 @@ impl Architecture {
     }
 }
 
-/// Everything needed to build a network again from its weights.
+/// Describes everything that is needed to build a network again from its weights.
 ///
-/// In a `model.json` the fields of the architecture stand beside the others, and `architecture` says which it is; a
-/// description without it is of a compact network.
+/// In a `model.json` the fields of the architecture stand beside the others, and `architecture` says which it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Description")]
 pub struct NetworkConfig {
     /// Layers.
     #[serde(flatten)]
@@ -72,51 +69,8 @@ pub struct NetworkConfig {
     pub depth_range: DepthRange,
 }
 
-/// [`NetworkConfig`] as it is written, before the architecture is known.
-#[derive(Deserialize)]
-struct Description {
-    #[serde(default)]
-    architecture: ArchitectureName,
-    template_size_mm: [f64; 2],
-    focal: f64,
-    principal_point: [f64; 2],
-    depth_range: DepthRange,
-    #[serde(flatten)]
-    layers: Map<String, Value>,
-}
-
-/// Descriptions written before there were others lack the name: they are of compact networks.
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ArchitectureName {
-    #[default]
-    Compact,
-    Paper,
-    R50F,
-}
-
-impl TryFrom<Description> for NetworkConfig {
-    type Error = serde_json::Error;
-
-    fn try_from(description: Description) -> Result<Self, serde_json::Error> {
-        let layers = Value::Object(description.layers);
-        let architecture = match description.architecture {
-            ArchitectureName::Compact => Architecture::Compact(serde_json::from_value(layers)?),
-            ArchitectureName::Paper => Architecture::Paper(serde_json::from_value(layers)?),
-            ArchitectureName::R50F => Architecture::R50F(serde_json::from_value(layers)?),
-        };
-        Ok(Self {
-            architecture,
-            template_size_mm: description.template_size_mm,
-            focal: description.focal,
-            principal_point: description.principal_point,
-            depth_range: description.depth_range,
-        })
-    }
-}
-
 impl NetworkConfig {
-    /// A network of `architecture` for a template of `template_size_mm` seen by the pinhole `camera` that training
+    /// Describes a network of `architecture` for a template of `template_size_mm` seen by the pinhole `camera` that training
     /// images are rendered with.
     pub fn new(architecture: Architecture, template_size_mm: [f64; 2], camera: &Camera) -> Self {
         Self {
@@ -128,25 +82,26 @@ impl NetworkConfig {
         }
     }
 
-    /// The compact network, see [`NetworkConfig::new`].
+    /// Describes the compact network, see [`NetworkConfig::new`].
     pub fn compact(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        let shape = CompactConfig::default();
-        Self::new(Architecture::Compact(shape), template_size_mm, camera)
+        Self::new(
+            Architecture::Compact(CompactConfig::default()),
+            template_size_mm,
+            camera,
+        )
     }
 
-    /// The paper's network, see [`NetworkConfig::new`].
+    /// Describes the paper's network, see [`NetworkConfig::new`].
     pub fn paper(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        let shape = PaperConfig::default();
-        Self::new(Architecture::Paper(shape), template_size_mm, camera)
+        Self::new(Architecture::Paper(PaperConfig::default()), template_size_mm, camera)
     }
 
-    /// R50F, see [`NetworkConfig::new`].
+    /// Describes R50F, see [`NetworkConfig::new`].
     pub fn r50f(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        let shape = R50FConfig::default();
-        Self::new(Architecture::R50F(shape), template_size_mm, camera)
+        Self::new(Architecture::R50F(R50FConfig::default()), template_size_mm, camera)
     }
 
-    /// The same for a template whose texture has seams ([`CompactConfig::seams`]); the other architectures need not know.
+    /// Returns the same for a template whose texture has seams ([`CompactConfig::seams`]); the other architectures need not know.
     pub fn with_seams(mut self) -> Self {
         if let Architecture::Compact(shape) = &mut self.architecture {
             shape.seams = true;
@@ -154,7 +109,7 @@ impl NetworkConfig {
         self
     }
 
-    /// The layers of a compact network, if it is one.
+    /// Returns the layers of a compact network, if it is one.
     pub fn as_compact(&self) -> Option<&CompactConfig> {
         match &self.architecture {
             Architecture::Compact(shape) => Some(shape),
@@ -162,7 +117,7 @@ impl NetworkConfig {
         }
     }
 
-    /// Whether a network of this shape can be made: widths and numbers within bounds far above what is
+    /// Checks that a network of this shape can be made: widths and numbers within bounds far above what is
     /// useful, so that a damaged description costs no memory.
     ///
     /// # Errors
@@ -188,7 +143,7 @@ impl NetworkConfig {
         Ok(())
     }
 
-    /// Whether the network is for this template and this training camera. A network of another size or focal length
+    /// Checks that the network is for this template and this training camera. A network of another size or focal length
     /// computes as well, and its depths are wrong.
     ///
     /// # Errors

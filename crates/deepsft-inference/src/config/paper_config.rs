@@ -24,7 +24,7 @@ impl Default for PaperConfig {
 }
 
 impl PaperConfig {
-    /// A network of `1 / divisor` of the paper's widths with running statistics that follow within tens of steps.
+    /// Describes a network of `1 / divisor` of the paper's widths with running statistics that follow within tens of steps.
     pub fn narrow(width_divisor: usize) -> Self {
         Self {
             width_divisor,

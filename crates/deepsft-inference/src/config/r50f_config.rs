@@ -42,7 +42,7 @@ impl R50FConfig {
     /// Values of these maps.
     pub const MAP_VALUES: usize = Self::MAPS * CANONICAL_HEIGHT * CANONICAL_WIDTH;
 
-    /// A network of `1 / divisor` of the widths, see [`super::PaperConfig::narrow`].
+    /// Describes a network of `1 / divisor` of the widths, see [`super::PaperConfig::narrow`].
     pub fn narrow(width_divisor: usize) -> Self {
         Self {
             width_divisor,

@@ -82,14 +82,9 @@ impl WithSimd for DenseBlocks<'_> {
 impl DenseBlocks<'_> {
     #[inline(always)]
     fn sum<S: Simd, const VECTORS: usize, const ROWS: usize>(self, simd: S) {
-        let Self {
-            dense,
-            read,
-            blocks,
-            out,
-        } = self;
+        let (dense, read) = (self.dense, self.read);
         let zero = simd.splat_f32s(0.0);
-        for (out, block) in out.chunks_exact_mut(BLOCK).zip(blocks) {
+        for (out, block) in self.out.chunks_exact_mut(BLOCK).zip(self.blocks) {
             let weights = &dense.weights.values()[block * read.len() * BLOCK..][..read.len() * BLOCK];
             let (weights, _) = S::as_simd_f32s(weights);
             let mut sums = [[zero; VECTORS]; ROWS];

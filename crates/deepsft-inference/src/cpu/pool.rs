@@ -22,23 +22,17 @@ impl WithSimd for PooledRows<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            pool,
-            map,
-            output,
-            rows,
-            out,
-        } = self;
+        let (pool, map, across) = (self.pool, self.map, self.output.width);
         let (pitch, MapShape { height, width, .. }) = (map.pitch(), map.shape);
         // The part of a window that lies inside.
         let inside = |at: usize, side: usize| {
             let first = pool.stride * at;
             first.saturating_sub(pool.border)..(first + SIDE - pool.border).min(side)
         };
-        for (position, out) in out.chunks_exact_mut(pitch).enumerate() {
+        for (position, out) in self.out.chunks_exact_mut(pitch).enumerate() {
             let (ys, xs) = (
-                inside(rows.start + position / output.width, height),
-                inside(position % output.width, width),
+                inside(self.rows.start + position / across, height),
+                inside(position % across, width),
             );
             let (out, _) = S::as_mut_simd_f32s(out);
             out.fill(simd.splat_f32s(f32::NEG_INFINITY));

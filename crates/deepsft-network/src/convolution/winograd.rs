@@ -44,7 +44,7 @@ impl PointFilters {
         let mut points: Vec<PackedMatrix> = (0..POINTS).map(|_| PackedMatrix::new(inputs, all, lanes)).collect();
         for first in (0..outputs).step_by(BLOCK) {
             for input in 0..inputs {
-                let place = points[0].place(input, first);
+                let place = points[0].index(input, first);
                 let mut filters = [[0.0; BLOCK]; 9];
                 for output in first..outputs.min(first + BLOCK) {
                     for (place, filters) in filters.iter_mut().enumerate() {

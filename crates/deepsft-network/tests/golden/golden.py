@@ -20,6 +20,7 @@ import plain_arrays
 SEED = 21
 
 CONFIG = {
+    "architecture": "compact",
     "channels": [4, 6, 8, 10],
     "blocks_at_32": 1,
     "bins": [7, 6, 5],

@@ -29,12 +29,7 @@ impl WithSimd for InputTransform<'_> {
 impl InputTransform<'_> {
     #[inline(always)]
     fn run<S: Simd, const TILE: usize, const READ: usize>(self, simd: S) {
-        let Self {
-            tiling,
-            layer,
-            tiles,
-            read,
-        } = self;
+        let (tiling, layer, read) = (self.tiling, self.layer, self.read);
         let zero = simd.splat_f32s(0.0);
         let (across, point_pitch) = (tiling.across, tiling.input_pitch());
         let mut first_channel = 0;
@@ -46,7 +41,7 @@ impl InputTransform<'_> {
                 1 => (input.size(map.shape), input.factor, input.cropped[0]),
                 _ => ([map.shape.height, map.shape.width], 1, 0),
             };
-            for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(READ * READ * point_pitch)) {
+            for (tile, read) in self.tiles.clone().zip(read.chunks_exact_mut(READ * READ * point_pitch)) {
                 // Where the tile's numbers lie; the border has none. Its first row and column are before the tile's first.
                 let mut positions = [[None; READ]; READ];
                 for (i, positions) in positions.iter_mut().enumerate() {
@@ -116,14 +111,7 @@ impl WithSimd for OutputTransform<'_> {
 impl OutputTransform<'_> {
     #[inline(always)]
     fn run<S: Simd, const TILE: usize, const READ: usize>(self, simd: S) {
-        let Self {
-            tiling,
-            layer,
-            tile_rows,
-            first_tile,
-            products,
-            out,
-        } = self;
+        let (tiling, layer, products, out) = (self.tiling, self.layer, self.products, self.out);
         let width = layer.spec.output.width;
         let (across, factor, pitch) = (
             tiling.across,
@@ -131,9 +119,9 @@ impl OutputTransform<'_> {
             padded_channels(layer.spec.output.channels),
         );
         let (outputs, point_pitch) = (tiling.outputs, tiling.point_pitch());
-        let first_row = tiling.rows_made(tile_rows.clone()).start;
+        let first_row = tiling.rows_made(self.tile_rows.clone()).start;
         let zero = simd.splat_f32s(0.0);
-        for tile in tile_rows.start * across..tile_rows.end * across {
+        for tile in self.tile_rows.start * across..self.tile_rows.end * across {
             let (tile_row, tile_column) = (TILE * (tile / across), TILE * (tile % across));
             for kind in 0..factor * factor {
                 for channel in (0..pitch).step_by(S::F32_LANES) {
@@ -141,7 +129,7 @@ impl OutputTransform<'_> {
                     for j in 0..READ {
                         let mut column = [zero; READ];
                         for (i, number) in column.iter_mut().enumerate() {
-                            let at = (tile - first_tile) * outputs + kind * pitch + channel;
+                            let at = (tile - self.first_tile) * outputs + kind * pitch + channel;
                             *number = vector::<S>(products, (i * READ + j) * point_pitch + at);
                         }
                         let column: [S::f32s; TILE] = winograd_output_transform(simd, column);

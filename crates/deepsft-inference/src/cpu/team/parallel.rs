@@ -1,39 +1,7 @@
-//! The thread team: the threads that make a frame together.
-//!
-//! They belong to this crate: no job of the caller's thread pool runs inside a frame, and no thread of the caller is tied to a core.
+//! Work divided among the threads of the team.
 
-#[cfg(not(target_family = "wasm"))]
-mod affinity;
-#[cfg(not(target_family = "wasm"))]
-mod native;
-
-#[cfg(not(target_family = "wasm"))]
-pub use native::available_threads;
-#[cfg(not(target_family = "wasm"))]
-use native::join;
-#[cfg(not(target_family = "wasm"))]
-pub(crate) use native::with_team;
+use super::threads::join;
 use std::ops::Range;
-
-/// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
-pub(crate) const MAX_THREADS: usize = 8;
-
-/// Returns the number of threads that a network can use: one in a browser.
-#[cfg(target_family = "wasm")]
-pub fn available_threads() -> usize {
-    1
-}
-
-/// Runs `work` on the only thread.
-#[cfg(target_family = "wasm")]
-pub(crate) fn with_team<R>(_threads: usize, work: impl FnOnce() -> R) -> R {
-    work()
-}
-
-#[cfg(target_family = "wasm")]
-fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
-    (a(), b())
-}
 
 /// Output that threads write together, each a part of its own.
 pub(crate) trait Partition: Send + Sized {

@@ -1,12 +1,14 @@
 //! The team where there are threads: a pool of this crate's own, which serves one frame at a time.
 
-use super::MAX_THREADS;
 use super::affinity::Cores;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::panic::resume_unwind;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{available_parallelism, scope};
+
+/// More would find nothing to do: the map with most work has nine rows of tiles. Each thread has 2 MB of its own.
+pub(crate) const MAX_THREADS: usize = 8;
 
 /// How often a thread looks for work before it lets other programs go first.
 const TRIES: u32 = 1_000;
