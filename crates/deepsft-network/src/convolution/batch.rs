@@ -1,6 +1,6 @@
 //! Convolutions of a batch on the processor and their gradients, as products of matrices.
 //!
-//! The maps of a batch are brought into [`Places`]: rows of places with a border of zeros, the channels of a place side by
+//! The maps of a batch are brought into [`PaddedMaps`]: rows of places with a border of zeros, the channels of a place side by
 //! side. There a kernel's row is one run of numbers, so nothing is copied for the products:
 //!
 //! | | rows of the product | inner side |
@@ -11,9 +11,9 @@
 //!
 //! Sums run in an order that depends on nothing but the sizes, whatever the number of threads.
 
-use super::along::{Along, TOGETHER};
-use super::places::{Layout, Places, to_maps};
-use super::room::with_room;
+use super::gradient_kernel::{GradientKernel, TOGETHER};
+use super::padded_maps::{Layout, PaddedMaps, to_maps};
+use super::scratch::with_scratch;
 use super::winograd::{self, PointFilters};
 use deepsft_inference::gemm::{
     AlignedBuffer, Epilogue, MatrixRows, PackedMatrix, multiply, padded_channels, vector_width,
@@ -69,7 +69,7 @@ impl Convolving {
 
     /// The output [N, outputs, rows, columns] for maps [N, inputs, rows, columns], `weights` [outputs, inputs, kernel, kernel]
     /// and `biases` [outputs]; and the maps as they were read, for the gradients.
-    pub fn forward(&self, maps: &[f32], weights: &[f32], biases: &[f32]) -> (Vec<f32>, Places) {
+    pub fn forward(&self, maps: &[f32], weights: &[f32], biases: &[f32]) -> (Vec<f32>, PaddedMaps) {
         let arch = Arch::new();
         let lanes = vector_width(arch);
         let mut layout = self.layout(self.inputs, self.size);
@@ -77,8 +77,8 @@ impl Convolving {
             layout.pitch = self.inputs.next_multiple_of(TOGETHER);
         }
         let read = match self.rectified {
-            Some(gain) => Places::new(maps, &layout, |value| value.max(0.0) * gain),
-            None => Places::new(maps, &layout, |value| value),
+            Some(gain) => PaddedMaps::new(maps, &layout, |value| value.max(0.0) * gain),
+            None => PaddedMaps::new(maps, &layout, |value| value),
         };
         let area = self.kernel * self.kernel;
         let [rows, columns] = self.output_size();
@@ -111,7 +111,7 @@ impl Convolving {
                     pitch: read.row,
                 },
                 matrix: &filters,
-                sink: ToPlaces {
+                epilogue: WriteRows {
                     across: columns,
                     step: 1,
                     line: columns,
@@ -124,12 +124,12 @@ impl Convolving {
     }
 
     /// The gradient of the output [N, outputs, rows, columns] as the other gradients read it.
-    pub fn gradient(&self, gradient: &[f32]) -> Places {
-        Places::new(gradient, &self.layout(self.outputs, self.output_size()), |value| value)
+    pub fn gradient(&self, gradient: &[f32]) -> PaddedMaps {
+        PaddedMaps::new(gradient, &self.layout(self.outputs, self.output_size()), |value| value)
     }
 
     /// The gradient of the maps that were read.
-    pub fn input_gradient(&self, gradient: &Places, read: &Places, weights: &[f32]) -> Vec<f32> {
+    pub fn input_gradient(&self, gradient: &PaddedMaps, read: &PaddedMaps, weights: &[f32]) -> Vec<f32> {
         let arch = Arch::new();
         let lanes = vector_width(arch);
         let (stride, pitch) = (self.stride, padded_channels(self.inputs));
@@ -177,7 +177,7 @@ impl Convolving {
                         pitch: gradient.row,
                     },
                     matrix: &phase.filters,
-                    sink: ToPlaces {
+                    epilogue: WriteRows {
                         across: columns,
                         step: stride,
                         line: stride * width,
@@ -193,7 +193,7 @@ impl Convolving {
     fn by_winograd(
         &self,
         arch: Arch,
-        from: &Places,
+        from: &PaddedMaps,
         filters: &PointFilters,
         channels: usize,
         finish: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
@@ -209,7 +209,7 @@ impl Convolving {
         groups.for_each(|(group, out)| {
             let samples = group * together..group * together + out.len() / (channels * map);
             let made = together * map * padded_channels(channels);
-            with_room([read, products, made], |[read, products, made]| {
+            with_scratch([read, products, made], |[read, products, made]| {
                 let between = [read, products];
                 winograd::convolve(arch, from, filters, samples.clone(), self.size, between, made);
                 let made = made.chunks_exact_mut(map * padded_channels(channels));
@@ -222,7 +222,7 @@ impl Convolving {
     }
 
     /// The gradient of the biases.
-    pub fn bias_gradient(&self, gradient: &Places) -> Vec<f32> {
+    pub fn bias_gradient(&self, gradient: &PaddedMaps) -> Vec<f32> {
         let samples = gradient.values.values().par_chunks_exact(gradient.sample);
         let samples: Vec<Vec<f32>> = samples
             .map(|sample| {
@@ -241,7 +241,7 @@ impl Convolving {
     }
 
     /// The gradient of the weights.
-    pub fn filter_gradient(&self, gradient: &Places, read: &Places) -> Vec<f32> {
+    pub fn filter_gradient(&self, gradient: &PaddedMaps, read: &PaddedMaps) -> Vec<f32> {
         let arch = Arch::new();
         let area = self.kernel * self.kernel;
         let pitch = gradient.pitch;
@@ -301,7 +301,7 @@ impl Convolving {
 /// Maps [N, channels, places], sample by sample: `make` gets a sample's number and its places to fill, `finish` these and its
 /// maps.
 fn by_samples(
-    from: &Places,
+    from: &PaddedMaps,
     channels: usize,
     places: usize,
     finish: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
@@ -310,7 +310,7 @@ fn by_samples(
     let mut out = vec![0.0; from.samples() * channels * places];
     let samples = out.par_chunks_exact_mut(channels * places).enumerate();
     samples.for_each(|(sample, out)| {
-        with_room([places * padded_channels(channels)], |[made]| {
+        with_scratch([places * padded_channels(channels)], |[made]| {
             make(sample, made);
             finish(sample, made, out);
         });
@@ -383,7 +383,7 @@ impl Phase {
 struct Product<'a> {
     rows: MatrixRows<'a>,
     matrix: &'a PackedMatrix,
-    sink: ToPlaces<'a>,
+    epilogue: WriteRows<'a>,
 }
 
 impl WithSimd for Product<'_> {
@@ -391,12 +391,12 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        multiply::<S, false>(simd, &self.rows, self.matrix, &mut self.sink);
+        multiply::<S, false>(simd, &self.rows, self.matrix, &mut self.epilogue);
     }
 }
 
 /// Puts rows of a product at places of a map: `across` of them `step` apart, then a line further.
-struct ToPlaces<'a> {
+struct WriteRows<'a> {
     across: usize,
     step: usize,
     line: usize,
@@ -404,7 +404,7 @@ struct ToPlaces<'a> {
     out: &'a mut [f32],
 }
 
-impl<S: Simd> Epilogue<S> for ToPlaces<'_> {
+impl<S: Simd> Epilogue<S> for WriteRows<'_> {
     #[inline(always)]
     fn begin(&mut self, _: S, _: Range<usize>) {}
 
@@ -422,8 +422,8 @@ impl<S: Simd> Epilogue<S> for ToPlaces<'_> {
 /// on.
 struct FilterGradient<'a> {
     convolving: &'a Convolving,
-    gradient: &'a Places,
-    read: &'a Places,
+    gradient: &'a PaddedMaps,
+    read: &'a PaddedMaps,
     first: usize,
     sums: &'a mut [f32],
 }
@@ -451,7 +451,7 @@ impl WithSimd for FilterGradient<'_> {
                 for (block, sums) in sums.chunks_exact_mut(TOGETHER * gradient.pitch).enumerate() {
                     let (place, channel) = ((first + block) / blocks, (first + block) % blocks * TOGETHER);
                     let [y, x] = [place / kernel, place % kernel];
-                    let along = Along {
+                    let kernel = GradientKernel {
                         read: &read_values[(stride * start + y) * read.row + x * read.pitch + channel..],
                         step: stride * read.pitch,
                         line: stride * read.row,
@@ -461,7 +461,7 @@ impl WithSimd for FilterGradient<'_> {
                         rows: end - start,
                         columns,
                     };
-                    along.add_to(simd, sums);
+                    kernel.add_to(simd, sums);
                 }
             }
         }

@@ -1,10 +1,10 @@
 //! Convolutions that are trained: in single precision on the processor by [`batch`], which burn's graph differentiates through
 //! the operation below; elsewhere burn's own.
 
-mod along;
 mod batch;
-mod places;
-mod room;
+mod gradient_kernel;
+mod padded_maps;
+mod scratch;
 #[cfg(test)]
 mod tests;
 mod winograd;
@@ -16,7 +16,7 @@ use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::flex::FlexTensor;
 use burn::backend::{Autodiff, Flex};
 use burn::tensor::{DType, Slice, Tensor, TensorData, activation, module::conv2d, ops::ConvOptions};
-use places::Places;
+use padded_maps::PaddedMaps;
 use std::sync::Arc;
 
 /// What a convolution does, beside its weights.
@@ -109,7 +109,7 @@ fn on_processor(x: &Tensor<4>, weight: &Tensor<4>, bias: &Tensor<1>, how: Convol
 struct Differentiated;
 
 impl Backward<Flex, 3> for Differentiated {
-    type State = (Convolving, Arc<Places>, FlexTensor);
+    type State = (Convolving, Arc<PaddedMaps>, FlexTensor);
 
     fn backward(self, ops: Ops<Self::State, 3>, gradients: &mut Gradients, _: &mut Checkpointer) {
         let [x, weight, bias] = ops.parents;
@@ -138,7 +138,12 @@ impl Backward<Flex, 3> for Differentiated {
     }
 }
 
-fn forward(convolving: &Convolving, x: &FlexTensor, weight: &FlexTensor, bias: &FlexTensor) -> (FlexTensor, Places) {
+fn forward(
+    convolving: &Convolving,
+    x: &FlexTensor,
+    weight: &FlexTensor,
+    bias: &FlexTensor,
+) -> (FlexTensor, PaddedMaps) {
     let [x, weight, bias] = [x, weight, bias].map(FlexTensor::to_contiguous);
     let (y, read) = convolving.forward(values(&x), values(&weight), values(&bias));
     let [rows, columns] = convolving.output_size();

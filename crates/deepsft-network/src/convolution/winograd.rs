@@ -1,8 +1,8 @@
 //! Winograd's F(4 x 4, 3 x 3) for a batch: a quarter of the multiplications. `deepsft-inference` explains the method.
 
-use super::along::{Along, TOGETHER};
-use super::places::Places;
-use super::room::with_room;
+use super::gradient_kernel::{GradientKernel, TOGETHER};
+use super::padded_maps::PaddedMaps;
+use super::scratch::with_scratch;
 use deepsft_inference::gemm::{
     AlignedBuffer, MatrixRows, Overwrite, PackedMatrix, multiply, odd_cache_lines, padded_channels,
     winograd_input_transform, winograd_output_transform,
@@ -31,7 +31,7 @@ pub struct PointFilters {
 
 impl PointFilters {
     /// Numbers that [`convolve`] needs between its parts.
-    pub fn between(&self, from: &Places) -> [usize; 2] {
+    pub fn between(&self, from: &PaddedMaps) -> [usize; 2] {
         [
             CHUNK * POINTS * odd_cache_lines(from.pitch),
             POINTS * odd_cache_lines(CHUNK * self.outputs),
@@ -84,7 +84,7 @@ fn filter_to_points([a, b, c]: [[f32; BLOCK]; 3]) -> [[f32; BLOCK]; READ] {
 /// `out` [sample, row, column, padded channel] with `size` rows and columns.
 pub fn convolve(
     arch: Arch,
-    from: &Places,
+    from: &PaddedMaps,
     filters: &PointFilters,
     samples: Range<usize>,
     size: [usize; 2],
@@ -109,7 +109,7 @@ pub fn convolve(
 }
 
 struct Chunk<'a> {
-    from: &'a Places,
+    from: &'a PaddedMaps,
     filters: &'a PointFilters,
     first_sample: usize,
     size: [usize; 2],
@@ -186,7 +186,7 @@ impl WithSimd for Chunk<'_> {
 
 /// Takes what a tile reads to the points, its first `channels` channels: `read` [point, channel].
 #[inline(always)]
-fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, channels: usize, read: &mut [f32], pitch: usize) {
+fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &PaddedMaps, channels: usize, read: &mut [f32], pitch: usize) {
     for channel in (0..channels).step_by(S::F32_LANES) {
         let mut rows = [[simd.splat_f32s(0.0); READ]; READ];
         for (i, row) in rows.iter_mut().enumerate() {
@@ -218,15 +218,15 @@ fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
 /// of `read`, whose number is a multiple of [`BLOCK`].
 pub fn filter_gradient(
     arch: Arch,
-    read: &Places,
-    gradient: &Places,
+    read: &PaddedMaps,
+    gradient: &PaddedMaps,
     size: [usize; 2],
     channels: Range<usize>,
 ) -> AlignedBuffer {
     let (count, outputs) = (channels.len(), gradient.pitch);
     let mut out = AlignedBuffer::new(count * 9 * outputs);
     let [reads, gradients] = [count, outputs].map(|numbers| POINTS * odd_cache_lines(CHUNK * numbers));
-    with_room([reads, gradients, POINTS * count * outputs], |between| {
+    with_scratch([reads, gradients, POINTS * count * outputs], |between| {
         arch.dispatch(FilterGradient {
             read,
             gradient,
@@ -240,8 +240,8 @@ pub fn filter_gradient(
 }
 
 struct FilterGradient<'a> {
-    read: &'a Places,
-    gradient: &'a Places,
+    read: &'a PaddedMaps,
+    gradient: &'a PaddedMaps,
     size: [usize; 2],
     channels: Range<usize>,
     between: [&'a mut [f32]; 3],
@@ -280,7 +280,7 @@ impl WithSimd for FilterGradient<'_> {
             for (point, sums) in sums.chunks_exact_mut(count * outputs).enumerate() {
                 let (read, gradient) = (&reads[point * read_pitch..], &gradients[point * gradient_pitch..]);
                 for (block, sums) in sums.chunks_exact_mut(TOGETHER * outputs).enumerate() {
-                    let along = Along {
+                    let kernel = GradientKernel {
                         read: &read[block * TOGETHER..],
                         step: count,
                         line: 0,
@@ -290,7 +290,7 @@ impl WithSimd for FilterGradient<'_> {
                         columns: chunk.len(),
                         pitch: outputs,
                     };
-                    along.add_to(simd, sums);
+                    kernel.add_to(simd, sums);
                 }
             }
         }
@@ -319,7 +319,7 @@ impl WithSimd for FilterGradient<'_> {
 
 /// Takes a tile of the output's gradient to the points: `points` [point, output].
 #[inline(always)]
-fn gradient_to_points<S: Simd>(simd: S, first: &[f32], from: &Places, points: &mut [f32], pitch: usize) {
+fn gradient_to_points<S: Simd>(simd: S, first: &[f32], from: &PaddedMaps, points: &mut [f32], pitch: usize) {
     for channel in (0..from.pitch).step_by(S::F32_LANES) {
         let mut rows = [[simd.splat_f32s(0.0); READ]; TILE];
         for (i, row) in rows.iter_mut().enumerate() {

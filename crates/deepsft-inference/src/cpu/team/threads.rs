@@ -60,7 +60,7 @@ pub(crate) fn with_team<R: Send>(threads: usize, work: impl FnOnce() -> R + Send
     let Some(team) = &*TEAM else {
         return work();
     };
-    let run = || team.install(|| awake(threads, work));
+    let run = || team.install(|| keep_awake(threads, work));
     if rayon::current_thread_index().is_none() {
         return run();
     }
@@ -70,7 +70,7 @@ pub(crate) fn with_team<R: Send>(threads: usize, work: impl FnOnce() -> R + Send
 }
 
 /// Runs `work` while `threads` threads of the team, this one included, spin for its parts.
-fn awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+fn keep_awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     let (done, cores) = (AtomicBool::new(false), Cores::default());
     let work = || {
         let (_done, _pinned) = (SetOnDrop(&done, true), cores.pin());

@@ -5,8 +5,8 @@ use pulp::Simd;
 /// Rows that are summed together: channels of what is read.
 pub const TOGETHER: usize = 8;
 
-/// Places in lines.
-pub struct Along<'a> {
+/// What is read and its gradient at positions in lines.
+pub struct GradientKernel<'a> {
     /// What is read: [`TOGETHER`] numbers of every place.
     pub read: &'a [f32],
     /// From one place to the next, and from one line to the next.
@@ -22,7 +22,7 @@ pub struct Along<'a> {
     pub columns: usize,
 }
 
-impl Along<'_> {
+impl GradientKernel<'_> {
     /// Adds the products of what is read and the gradient over all places: `sums` [`TOGETHER`, `pitch`].
     #[inline(always)]
     pub fn add_to<S: Simd>(&self, simd: S, sums: &mut [f32]) {

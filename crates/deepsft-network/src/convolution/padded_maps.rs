@@ -1,4 +1,4 @@
-//! Maps of a batch as products of matrices read them, and back.
+//! The maps of a batch in the padded layout (NHWC) that matrix products read, and back.
 
 use deepsft_inference::gemm::AlignedBuffer;
 use rayon::prelude::*;
@@ -9,9 +9,9 @@ const SQUARE: usize = 4;
 /// Numbers of a cache line.
 const LINE: usize = 16;
 
-/// Maps of a batch: rows of places with a border of zeros, the channels of a place side by side and padded with zeros.
+/// Maps of a batch in the padded layout: rows of places with a border of zeros, the channels of a place side by side and padded with zeros.
 #[derive(Debug)]
-pub struct Places {
+pub struct PaddedMaps {
     pub values: AlignedBuffer,
     /// Numbers of a sample.
     pub sample: usize,
@@ -23,7 +23,7 @@ pub struct Places {
     pub border: usize,
 }
 
-/// How maps lie in [`Places`].
+/// How maps lie in [`PaddedMaps`].
 pub struct Layout {
     pub channels: usize,
     /// Rows and columns.
@@ -36,7 +36,7 @@ pub struct Layout {
     pub multiple: usize,
 }
 
-impl Places {
+impl PaddedMaps {
     /// What `read` makes of maps [N, channels, rows, columns].
     pub fn new(maps: &[f32], layout: &Layout, read: impl Fn(f32) -> f32 + Sync) -> Self {
         let Layout {
@@ -121,7 +121,7 @@ fn turn_rows(lines: [&[f32]; SQUARE], to: &mut [f32], pitch: usize, channel: usi
     }
 }
 
-/// Places of `pitch` numbers each -> maps [channels, places], plus a number per channel, if there are any.
+/// PaddedMaps of `pitch` numbers each -> maps [channels, places], plus a number per channel, if there are any.
 pub fn to_maps(places: &[f32], pitch: usize, maps: &mut [f32], added: &[f32]) {
     let count = places.len() / pitch;
     let channels = maps.len() / count;
