@@ -1,45 +1,32 @@
 //! The `deepsft` command: from a picture of a flat object, or a scan of any, to a trained model and to reconstructions.
 //!
-//! The library has no stable interface: it is there for the program and for our own measurements.
+//! The library is there for the program, and for those who read its videos: it has no other interface.
 
-#![allow(
-    missing_debug_implementations,
-    reason = "for the program and our own measurements alone"
-)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 // First: its macros are for all that follow.
 #[macro_use]
-#[doc(hidden)]
-pub mod printing;
+mod printing;
 
 mod camera_choice;
 mod commands;
-#[doc(hidden)]
-pub mod failure;
-#[doc(hidden)]
-pub mod input;
+mod failure;
+mod input;
 mod interruption;
 mod mesh_choice;
-#[doc(hidden)]
-pub mod network_choice;
+mod network_choice;
 mod numbers;
-#[doc(hidden)]
-pub mod object_choice;
-#[doc(hidden)]
-pub mod output;
-#[doc(hidden)]
-pub mod paths;
-#[doc(hidden)]
-pub mod progress;
-#[doc(hidden)]
-pub mod synthesis;
+mod object_choice;
+mod output;
+mod paths;
+mod progress;
+mod synthesis;
 mod truth;
-#[doc(hidden)]
-pub mod video;
+mod video;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
+pub use video::Yuv4Mpeg;
 
 /// Shape and registration of a known bending object from one image (Shape-from-Template).
 ///
@@ -69,9 +56,8 @@ Exit codes:
   141  the reader of the output went away before its end, as head does";
 
 /// What the program can do.
-#[doc(hidden)]
 #[derive(Subcommand)]
-pub enum Command {
+enum Command {
     /// Make a template.
     #[command(subcommand)]
     Template(commands::template::TemplateCommand),
@@ -103,13 +89,7 @@ pub enum Command {
 
 /// Runs the command that the process's arguments ask for.
 pub fn run() -> ExitCode {
-    execute(&Arguments::parse().command)
-}
-
-/// Runs a command.
-#[doc(hidden)]
-pub fn execute(command: &Command) -> ExitCode {
-    let result = match command {
+    let result = match &Arguments::parse().command {
         Command::Template(command) => commands::template::run(command),
         Command::Synth(arguments) => commands::synth::run(arguments),
         Command::Train(arguments) => commands::train::run(arguments),
@@ -127,6 +107,10 @@ pub fn execute(command: &Command) -> ExitCode {
         Err(error) => failure::report(&error),
     }
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/mod.rs"]
+mod unit;
 
 #[cfg(test)]
 mod tests {

@@ -10,23 +10,17 @@ use std::process;
 const READER_GONE: i32 = 141;
 
 /// [`std::print`], but a reader that went away ends the program quietly.
-#[doc(hidden)]
-#[macro_export]
 macro_rules! print {
     ($($part:tt)*) => { $crate::printing::to_stdout(format_args!($($part)*)) };
 }
 
 /// [`std::println`], but a reader that went away ends the program quietly.
-#[doc(hidden)]
-#[macro_export]
 macro_rules! println {
     () => { $crate::printing::to_stdout(format_args!("\n")) };
     ($($part:tt)*) => { $crate::printing::to_stdout(format_args!("{}\n", format_args!($($part)*))) };
 }
 
 /// [`std::eprintln`], but what nobody can read is dropped.
-#[doc(hidden)]
-#[macro_export]
 macro_rules! eprintln {
     ($($part:tt)*) => { $crate::printing::to_stderr(format_args!("{}\n", format_args!($($part)*))) };
 }

@@ -32,15 +32,6 @@ pub struct Video {
     pub frames: Box<dyn Iterator<Item = Result<Picture>>>,
 }
 
-impl std::fmt::Debug for Video {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Video")
-            .field("frames_per_s", &self.frames_per_s)
-            .field("count", &self.count)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Video {
     /// Opens a folder of PNG and JPEG files, taken in natural order (`2.png` before `10.png`), or a video file.
     /// `frames_per_s` goes before what the file says; a folder says nothing.

@@ -2,7 +2,7 @@
 
 use crate::picture;
 use anyhow::Result;
-use deepsft_cli::video::Yuv4Mpeg;
+use deepsft_cli::Yuv4Mpeg;
 
 pub(crate) fn read(input: &[u8]) -> Result<()> {
     let video = Yuv4Mpeg::new(input)?;

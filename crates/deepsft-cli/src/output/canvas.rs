@@ -15,15 +15,6 @@ pub struct Canvas {
     pixels: Vec<u8>,
 }
 
-impl std::fmt::Debug for Canvas {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Canvas")
-            .field("width", &self.width)
-            .field("height", &self.height)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Canvas {
     /// A canvas of one colour.
     pub fn new(width: usize, height: usize, [r, g, b]: [u8; 3]) -> Self {

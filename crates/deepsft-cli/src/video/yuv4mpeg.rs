@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use deepsft::MAX_PICTURE_SIDE_PX;
 use deepsft_geometry::Picture;
 use std::cell::Cell;
+use std::fmt;
 use std::io::{BufRead, BufReader, Chain, Cursor, Read};
 use std::rc::Rc;
 use y4m::{Colorspace, Decoder, Error, Frame, Limits};
@@ -24,6 +25,12 @@ pub struct Yuv4Mpeg<R: Read> {
     full_range: bool,
     /// Bytes read since the last whole frame.
     since_frame: Rc<Cell<usize>>,
+}
+
+impl<R: Read> fmt::Debug for Yuv4Mpeg<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Yuv4Mpeg({} x {})", self.width, self.height)
+    }
 }
 
 /// How the planes of colour are laid out: pixels to a sample, across and down.

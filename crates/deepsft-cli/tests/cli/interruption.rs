@@ -1,10 +1,11 @@
-//! A training that is killed, and goes on.
+//! Commands that are killed: a training goes on, and no result is half there.
 
 use crate::common::{deepsft, write_template};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -159,4 +160,90 @@ fn step_three_goes_on_where_step_two_has_ended_and_begins_anew_where_step_two_go
     // Fewer epochs than there are.
     let told = "it has 3 epochs already, more than the 1 asked for";
     train_until(folder, told, &train("2", "1", &["--resume"]));
+}
+
+/// How often a command is killed, at moments spread over its run.
+const KILLS: u32 = 4;
+
+/// The files of a folder, without those that hold times, and without what a data set keeps to go on until it is whole.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let (mut files, mut folders) = (BTreeMap::new(), vec![folder.to_path_buf()]);
+    while let Some(inside) = folders.pop() {
+        for entry in fs::read_dir(inside).into_iter().flatten() {
+            let path = entry.unwrap().path();
+            let left_out = ["track.json", "track.csv", "state.json"]
+                .iter()
+                .any(|name| path.ends_with(name));
+            if path.is_dir() {
+                folders.push(path);
+            } else if !left_out {
+                files.insert(
+                    path.strip_prefix(folder).unwrap().to_path_buf(),
+                    fs::read(&path).unwrap(),
+                );
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn a_killed_command_leaves_the_older_result_or_the_new_one_and_ends_as_if_it_had_not_been_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_template(folder, "template");
+    let words = |line: &str| -> Vec<String> { line.split(' ').map(str::to_owned).collect() };
+    deepsft(folder, &words("clip --template template --frames 6 --out film")).succeeds();
+    for (command, older, newer) in [
+        (
+            "clip --template ../template",
+            "--frames 2 --seed 2",
+            "--frames 6 --seed 1",
+        ),
+        (
+            "synth --template ../template --shard-size 2",
+            "--count 2 --seed 2",
+            "--count 6 --seed 1",
+        ),
+        (
+            "track --template ../template --find-every 1",
+            "../film",
+            "--pictures ../film",
+        ),
+    ] {
+        let [with_older, with_newer] = [older, newer].map(|of| words(&format!("{command} --out out {of}")));
+        let case = |name: &str| {
+            let case = folder.join(name);
+            let _ = fs::remove_dir_all(&case);
+            fs::create_dir(&case).unwrap();
+            case
+        };
+        let (whole, killed) = (case("whole"), case("killed"));
+        let start = Instant::now();
+        deepsft(&whole, &with_newer).succeeds();
+        let a_run = start.elapsed();
+        deepsft(&killed, &with_older).succeeds();
+        let (older, newer, result) = (
+            files(&killed.join("out")),
+            files(&whole.join("out")),
+            killed.join("out"),
+        );
+        assert_ne!(older, newer);
+        for kill in 1..=KILLS {
+            let mut run = Command::new(env!("CARGO_BIN_EXE_deepsft"));
+            run.args(&with_newer).current_dir(&killed);
+            let running = Killed(run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+            sleep(a_run * kill / (KILLS + 1));
+            drop(running);
+            let found = files(&result);
+            assert!(found == older || found == newer, "{command}: {:?}", found.keys());
+        }
+        deepsft(&killed, &with_newer).succeeds();
+        assert!(files(&result) == newer, "{command}");
+        let beside: Vec<_> = fs::read_dir(&killed)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
+        assert_eq!(beside, [result]);
+    }
 }

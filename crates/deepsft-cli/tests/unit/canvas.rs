@@ -1,7 +1,7 @@
 //! What a canvas holds after drawing.
 
-use deepsft_cli::output::canvas::Canvas;
-use deepsft_cli::output::lettering::{Align, Lettering};
+use crate::output::canvas::Canvas;
+use crate::output::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
 
 #[test]

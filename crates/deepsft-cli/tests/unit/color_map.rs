@@ -1,6 +1,6 @@
 //! Colours for numbers.
 
-use deepsft_cli::output::color_map::ColorMap;
+use crate::output::color_map::ColorMap;
 
 #[test]
 fn the_ends_and_the_middle_are_those_of_matplotlib() {

@@ -1,6 +1,6 @@
 //! The training curve as a picture.
 
-use deepsft_cli::output::curve_plot::curve_plot;
+use crate::output::curve_plot::curve_plot;
 use deepsft_train::CurvePoint;
 
 #[test]

@@ -1,8 +1,8 @@
 //! Networks by their names.
 
+use crate::network_choice::NetworkChoice;
 use clap::ValueEnum;
 use deepsft::{Architecture, PaperConfig};
-use deepsft_cli::network_choice::NetworkChoice;
 use deepsft_geometry::training_camera;
 
 #[test]

@@ -1,7 +1,7 @@
 //! What panels show of maps.
 
-use deepsft_cli::output::color_map::ColorMap;
-use deepsft_cli::output::panels::{
+use crate::output::color_map::ColorMap;
+use crate::output::panels::{
     average, coordinate, depth, depth_error, overlay, photometric_difference, registration_error, registration_error_px,
 };
 use deepsft_geometry::glam::DVec2;

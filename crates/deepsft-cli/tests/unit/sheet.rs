@@ -1,7 +1,7 @@
 //! Picture sheets.
 
-use deepsft_cli::output::color_map::ColorMap;
-use deepsft_cli::output::sheet::{ColorBar, Panel, Row, sheet};
+use crate::output::color_map::ColorMap;
+use crate::output::sheet::{ColorBar, Panel, Row, sheet};
 use deepsft_geometry::Picture;
 
 fn panel(width: usize, height: usize, bar: Option<ColorBar>) -> Panel {

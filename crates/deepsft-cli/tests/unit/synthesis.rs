@@ -1,6 +1,6 @@
 //! The options of synthetic images.
 
-use deepsft_cli::synthesis::{Preset, SynthesisOptions, synthesizer};
+use crate::synthesis::{Preset, SynthesisOptions, synthesizer};
 use deepsft_geometry::{Picture, Template};
 use deepsft_synth::EffectsConfig;
 

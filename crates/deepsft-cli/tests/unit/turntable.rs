@@ -1,6 +1,6 @@
 //! The views of a turntable.
 
-use deepsft_cli::output::turntable::turntable;
+use crate::output::turntable::turntable;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
 

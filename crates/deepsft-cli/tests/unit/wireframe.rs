@@ -1,6 +1,6 @@
 //! Where the lines of a wireframe lie.
 
-use deepsft_cli::output::wireframe::wireframe;
+use crate::output::wireframe::wireframe;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template, training_camera};
 
