@@ -3,7 +3,7 @@
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter};
-use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery};
+use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Topology};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::Evaluation;
 use std::collections::BTreeMap;
@@ -113,6 +113,15 @@ fn the_maps_of_an_upright_image_are_those_of_the_turned_one() {
         }
         assert!(pollster::block_on(estimator.infer_stages_where(&turned, &seen[1..])).is_err());
     }
+}
+
+/// The object with a volume that networks are trained for: a program of an earlier commit made it.
+#[test]
+fn the_soft_toy_is_one_closed_surface_in_eighteen_charts() {
+    let toy = deepsft_formats::read_template(&deepsft_tests::root().join("models/soft-toy/template")).unwrap();
+    let topology = Topology::of(toy.mesh()).unwrap();
+    assert_eq!((toy.mesh().faces().len(), topology.charts), (7100, 18));
+    assert_eq!(topology.genus(), Some(0));
 }
 
 #[test]

@@ -24,7 +24,7 @@ network learns which cell of the view shows the same, or that none does. Prints 
 photographs if you name a folder; each is shown in eight frames. One photograph in three is held out. It is measured on
 prints of those and on prints painted with another seed.
 
-OUT/weights.bpk has the weights, OUT/curve.csv the curve. OUT.checkpoint holds what --resume goes on from.
+OUT/weights.bpk has the weights, OUT/curve.csv the curve. OUT/checkpoint holds what --resume goes on from.
 
 Example, the size of what ships (some hours; 20 GFLOP a pair):
   deepsft-lab any-picture --photographs photographs --pairs 86000 --out any-picture")]
@@ -41,7 +41,7 @@ pub struct AnyPictureArguments {
     /// Seed of prints, frames and weights
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Go on from OUT.checkpoint
+    /// Go on from OUT/checkpoint
     #[arg(long)]
     resume: bool,
     /// What to compute on
@@ -64,10 +64,9 @@ pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     std::fs::create_dir_all(&arguments.out)?;
     let _lock = FolderLock::acquire(&arguments.out)?;
     let (device, _) = pollster::block_on(start_device(arguments.device))?;
-    let checkpoint = training::beside(&arguments.out, ".checkpoint");
-    let earlier = checkpoint.exists() || training::beside(&arguments.out, ".checkpoint.old").exists();
+    let checkpoint = arguments.out.join("checkpoint");
     ensure!(
-        arguments.resume || !earlier,
+        arguments.resume || !checkpoint.exists(),
         "there is a checkpoint of an earlier training: add --resume to go on with it, or remove {}",
         checkpoint.display()
     );

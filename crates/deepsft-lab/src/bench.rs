@@ -12,16 +12,16 @@ use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use deepsft::ModelBundle;
 use deepsft_formats::write_file;
-use deepsft_network::{Network, start_device};
+use mesh_times::MeshTimes;
 use serde::Serialize;
 use std::path::PathBuf;
-use throughput::{Rate, SampleTime};
+use throughput::Rate;
 use turns::Inference;
 
 #[derive(Args)]
 #[command(after_help = "\
 The command measures on this machine's CPU:
-  synthesis   training images per second with each preset, on one thread and on all, and where their time goes
+  synthesis   training images per second with each preset, on one thread and on all
   training    samples per second of training step 1 on windows and on whole frames; making the images is included
   inference   one 1280 x 720 camera frame through the canonical warp, the network and the confidence, and the
               network alone; medians over --runs frames, for each number of threads
@@ -71,16 +71,7 @@ enum Only {
     Synthesis,
 }
 
-/// How fast training images are made.
-#[derive(Serialize)]
-struct SynthesisReport {
-    processor: Option<String>,
-    cores: usize,
-    synthesis: Vec<Rate>,
-    sample_time: Vec<SampleTime>,
-}
-
-/// The content of the JSON file.
+/// The content of the JSON file; what was not measured is left out.
 #[derive(Serialize)]
 struct Report {
     model: String,
@@ -88,10 +79,12 @@ struct Report {
     processor: Option<String>,
     cores: usize,
     synthesis: Vec<Rate>,
-    sample_time: Vec<SampleTime>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     training: Vec<Rate>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     inference: Vec<Inference>,
-    mesh: mesh_times::MeshTimes,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<MeshTimes>,
     deepsft_version: &'static str,
 }
 
@@ -103,59 +96,15 @@ pub fn run(arguments: &BenchArguments) -> Result<()> {
     if let Some(folder) = &arguments.export {
         return plain_arrays::write(&bundle, &workload::camera_frame(&bundle)?, folder);
     }
-    match arguments.only {
-        Some(Only::Synthesis) => measure_synthesis(arguments, &bundle),
-        None => measure(arguments, &bundle),
-    }
-}
-
-fn measure_synthesis(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
-    let cores = cores();
-    let (synthesis, sample_time) = throughput::synthesis(bundle.template(), cores)?;
-    let report = SynthesisReport {
-        processor: processor(),
-        cores,
-        synthesis,
-        sample_time,
-    };
-    print_machine(report.processor.as_deref(), cores);
-    println!("{:<46}{:>14}", "throughput", "samples/s");
-    print_rates("synthesis", &report.synthesis);
-    print_sample_times(&report.sample_time);
+    let report = measured(arguments, &bundle)?;
+    print(&report);
     match &arguments.json {
         Some(path) => Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?),
         None => Ok(()),
     }
 }
 
-fn print_machine(processor: Option<&str>, cores: usize) {
-    println!("{}, {cores} cores", processor.unwrap_or("unknown processor"));
-}
-
-fn print_rates(kind: &str, rates: &[Rate]) {
-    for rate in rates {
-        println!("{:<46}{:>14.2}", format!("{kind}, {}", rate.of), rate.samples_per_s);
-    }
-}
-
-fn print_sample_times(times: &[SampleTime]) {
-    println!(
-        "\n{:<46}{:>10}{:>10}{:>10}{:>10}",
-        "a sample, ms, medians, 1 thread", "shape", "scene", "image", "coding"
-    );
-    for time in times {
-        println!(
-            "{:<46}{:>10.2}{:>10.2}{:>10.2}{:>10.2}",
-            format!("{}, {} preset", time.template, time.preset),
-            time.shape_ms,
-            time.scene_ms,
-            time.image_ms,
-            time.coding_ms
-        );
-    }
-}
-
-fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
+fn measured(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<Report> {
     let cores = cores();
     let mut threads: Vec<usize> = arguments.threads.iter().map(|&count| count.into()).collect();
     if threads.is_empty() {
@@ -166,50 +115,47 @@ fn measure(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<()> {
         threads.iter().all(|&count| count <= cores),
         "--threads asks for more threads than the {cores} cores this program may use"
     );
-    let estimator = reading::estimator(bundle)?;
-    let rival = arguments.rival.as_ref().map(|name| Rival {
-        name,
-        command: &arguments.rival_command,
-    });
-    // Inference first: a processor that is not yet hot from training is what a user's frame meets.
-    eprintln!("inference on {threads:?} threads");
-    let frame = workload::camera_frame(bundle)?;
-    let (device, _) = pollster::block_on(start_device(deepsft::DeviceKind::Cpu))?;
-    let layers = Network::from_folded(bundle.network(), &device)?.describe();
-    let gflop = layers.iter().map(|layer| layer.executed_flops).sum::<u64>() as f64 / 1e9;
-    let inference = turns::measure(&arguments.model, gflop, &frame, &threads, arguments.runs, rival)?;
-    eprintln!("the mesh");
-    let mesh = mesh_times::measure(bundle)?;
-    eprintln!("synthesis");
-    let (synthesis, sample_time) = throughput::synthesis(bundle.template(), cores)?;
-    eprintln!("training");
-    let training = throughput::training(bundle)?;
-    let report = Report {
+    let mut report = Report {
         model: bundle.name().to_owned(),
-        parameters: estimator.parameters(),
+        parameters: reading::estimator(bundle)?.parameters(),
         processor: processor(),
         cores,
-        synthesis,
-        sample_time,
-        training,
-        inference,
-        mesh,
+        synthesis: Vec::new(),
+        training: Vec::new(),
+        inference: Vec::new(),
+        mesh: None,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
-    print(&report);
-    if let Some(path) = &arguments.json {
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+    if arguments.only.is_none() {
+        let rival = arguments.rival.as_ref().map(|name| Rival {
+            name,
+            command: &arguments.rival_command,
+        });
+        // Inference first: a processor that is not yet hot from training is what a user's frame meets.
+        eprintln!("inference on {threads:?} threads");
+        let frame = workload::camera_frame(bundle)?;
+        report.inference = turns::measure(&arguments.model, &frame, &threads, arguments.runs, rival)?;
+        eprintln!("the mesh");
+        report.mesh = Some(mesh_times::measure(bundle)?);
+        eprintln!("training");
+        report.training = throughput::training(bundle)?;
     }
-    Ok(())
+    eprintln!("synthesis");
+    report.synthesis = throughput::synthesis(bundle.template(), cores)?;
+    Ok(report)
 }
 
 fn print(report: &Report) {
     println!("{}, {} parameters", report.model, report.parameters);
-    print_machine(report.processor.as_deref(), report.cores);
+    let processor = report.processor.as_deref().unwrap_or("unknown processor");
+    println!("{processor}, {} cores", report.cores);
     println!("{:<46}{:>14}", "throughput", "samples/s");
-    print_rates("synthesis", &report.synthesis);
-    print_rates("training", &report.training);
-    print_sample_times(&report.sample_time);
+    for (kind, rates) in [("synthesis", &report.synthesis), ("training", &report.training)] {
+        for rate in rates {
+            println!("{:<46}{:>14.2}", format!("{kind}, {}", rate.of), rate.samples_per_s);
+        }
+    }
+    let Some(mesh) = &report.mesh else { return };
     let runs = report.inference.first().map_or(0, |inference| inference.runs);
     let columns = |title: &str, of: &dyn Fn(&Inference) -> Option<String>| {
         let cells: Option<Vec<String>> = report.inference.iter().map(of).collect();
@@ -236,23 +182,16 @@ fn print(report: &Report) {
             Some(format!("{:.2}", i.rival.as_ref()?.ratio))
         });
     }
-    columns("GFLOP/s of the network's plain convolutions", &|i| {
-        Some(format!("{:.0}", i.operations.network_gflop_per_s))
-    });
-    columns("GFLOP/s of a product of matrices (burn)", &|i| {
-        Some(format!("{:.0}", i.operations.matrices_gflop_per_s))
-    });
-    columns("  share", &|i| Some(format!("{:.2}", i.operations.share)));
     println!(
         "\n{:<46}{:>14}",
-        format!("the mesh, ms, medians of {}", report.mesh.frames),
+        format!("the mesh, ms, medians of {}", mesh.frames),
         "1 thread"
     );
     for (stage, times) in [
-        ("mesh fitted to one frame", &report.mesh.fit),
-        ("ARAP completion of one frame", &report.mesh.completion),
-        ("start of a track", &report.mesh.track_start),
-        ("one frame followed", &report.mesh.track),
+        ("mesh fitted to one frame", &mesh.fit),
+        ("ARAP completion of one frame", &mesh.completion),
+        ("start of a track", &mesh.track_start),
+        ("one frame followed", &mesh.track),
     ] {
         println!("{stage:<46}{:>14.2}", times.median_ms);
     }

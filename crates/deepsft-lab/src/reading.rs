@@ -1,40 +1,11 @@
-//! What commands read: bundles, pictures, the object of a study. Errors name the file.
+//! What commands read: bundles and pictures. Errors name the file.
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
-use deepsft::{Device, Estimator, MODEL_FILE, ModelBundle, Target, decode_picture};
-use deepsft_formats::read_template;
+use deepsft::{Device, Estimator, MODEL_FILE, ModelBundle, decode_picture};
 use deepsft_geometry::Picture;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// An object by its model or by its template.
-#[derive(Args)]
-#[group(required = true, multiple = false)]
-pub struct ObjectChoice {
-    /// Model bundle of the object
-    #[arg(long, value_name = "BUNDLE")]
-    model: Option<PathBuf>,
-    /// Folder of the object's template
-    #[arg(long, value_name = "DIR")]
-    template: Option<PathBuf>,
-}
-
-impl ObjectChoice {
-    /// The object and its name: a model's, or the template's folder.
-    pub fn target(&self) -> Result<(Target, String)> {
-        if let Some(folder) = &self.model {
-            let bundle = bundle(folder)?;
-            return Ok((Target::from_model(&bundle, &Device::Cpu)?, bundle.name().to_owned()));
-        }
-        let folder = self.template.as_deref().context("--model or --template is needed")?;
-        Ok((
-            Target::from_template(read_template(folder)?),
-            folder.display().to_string(),
-        ))
-    }
-}
 
 /// The model bundle in a folder.
 pub fn bundle(folder: &Path) -> Result<ModelBundle> {

@@ -55,12 +55,12 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
-/// A GoPro's image is 59 degrees across and the training camera's 65: without the warp depths are off by a sixth.
+/// A GoPro's image is 59 degrees across and the training camera's 65: taken for that one's, depths would be off by a sixth (70 mm).
 #[test]
-fn one_scene_is_measured_through_all_cameras_with_and_without_the_warp() {
+fn one_scene_is_measured_through_all_cameras() {
     let folder = tempfile::tempdir().unwrap();
     let model = shipped_model();
-    let arguments = [
+    let study = [
         "study",
         "cameras",
         "--model",
@@ -70,26 +70,15 @@ fn one_scene_is_measured_through_all_cameras_with_and_without_the_warp() {
         "--near-scenes",
         "0",
     ];
-    let files = ["--json", "cameras.json"];
-    let run = deepsft_lab(folder.path(), &[&arguments[..], &files].concat());
+    let run = deepsft_lab(folder.path(), &[&study[..], &["--json", "cameras.json"]].concat());
     assert!(run.succeeds().stdout.contains("wide-phone, upright"), "{}", run.stdout);
     let report = json(&folder.path().join("cameras.json"));
     let rows = report["cameras"].as_array().unwrap();
-    assert_eq!((rows.len(), report["near"].as_array().unwrap().len()), (20, 6));
-    let row = |camera: &str, is_warped: bool| {
-        let is_it =
-            |row: &&Value| row["camera"] == camera && row["is_warped"] == is_warped && row["is_upright"] == false;
-        rows.iter().find(is_it).unwrap()
-    };
-    let depth = |row: &Value| row["fitted"]["depth_mm"]["median"].as_f64().unwrap();
-    for camera in ["training", "kinect-v2", "realsense-d435", "gopro-hero3", "wide-phone"] {
-        assert_eq!(row(camera, true)["found"], 1, "{camera}");
+    assert_eq!((rows.len(), report["near"].as_array().unwrap().len()), (10, 6));
+    for row in rows.iter().filter(|row| row["is_upright"] == false) {
+        assert_eq!(row["found"], 1, "{row}");
+        assert!(row["fitted"]["depth_mm"]["median"].as_f64().unwrap() < 20.0, "{row}");
     }
-    assert_eq!(depth(row("training", true)), depth(row("training", false)));
-    assert!(
-        depth(row("gopro-hero3", false)) > 3.0 * depth(row("gopro-hero3", true)),
-        "{report}"
-    );
 }
 
 #[test]

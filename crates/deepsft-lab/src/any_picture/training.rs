@@ -10,7 +10,7 @@ use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
 use deepsft::weights_to_burnpack;
-use deepsft_formats::write_file;
+use deepsft_formats::{FolderKind, write_folder};
 use deepsft_synth::random::{Stream, generator};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -203,41 +203,23 @@ impl Training {
         table
     }
 
-    /// Writes the checkpoint: beside, then renamed; the one before stays as FOLDER.old.
+    /// Writes the checkpoint in place of the one before.
     pub fn save(&self, folder: &Path) -> Result<()> {
-        let (fresh, old) = (
-            folder.with_extension("checkpoint.new"),
-            folder.with_extension("checkpoint.old"),
-        );
-        for stale in [&fresh, &old] {
-            if stale.exists() {
-                fs::remove_dir_all(stale)?;
-            }
-        }
-        fs::create_dir_all(&fresh)?;
-        let weights = self
-            .matcher
-            .valid()
-            .into_record()
-            .into_bytes()
-            .map_err(|e| anyhow!("{e}"))?;
-        let optimizer = self.optimizer.into_bytes().map_err(|e| anyhow!("{e}"))?;
-        write_file(&fresh.join(WEIGHTS), &weights)?;
-        write_file(&fresh.join(OPTIMIZER), &optimizer)?;
-        write_file(&fresh.join(STATE), &serde_json::to_vec_pretty(&self.state)?)?;
-        if folder.exists() {
-            if old.exists() {
-                fs::remove_dir_all(&old)?;
-            }
-            fs::rename(folder, &old)?;
-        }
-        Ok(fs::rename(&fresh, folder)?)
+        let weights = self.matcher.valid().into_record().into_bytes();
+        let files = [
+            (WEIGHTS, weights.map_err(|e| anyhow!("{e}"))?.to_vec()),
+            (
+                OPTIMIZER,
+                self.optimizer.into_bytes().map_err(|e| anyhow!("{e}"))?.to_vec(),
+            ),
+            (STATE, serde_json::to_vec_pretty(&self.state)?),
+        ];
+        let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
+        Ok(write_folder(folder, &CHECKPOINT, &files.into())?)
     }
 
     /// Goes on from a checkpoint as if there had been no end.
     pub fn resume(&mut self, folder: &Path) -> Result<()> {
-        let old = beside(folder, ".old");
-        let folder = if folder.exists() { folder } else { &old };
         let read = |name: &str| {
             let path = folder.join(name);
             fs::read(&path).with_context(|| format!("cannot go on from {}", path.display()))
@@ -272,13 +254,6 @@ impl Training {
     }
 }
 
-/// The path beside `path` with the same name and an ending.
-pub fn beside(path: &Path, ending: &str) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(ending);
-    path.with_file_name(name)
-}
-
 fn optimizer() -> ModuleOptimizer {
     AdamWConfig::new()
         .with_weight_decay(1e-4)
@@ -290,6 +265,10 @@ fn optimizer() -> ModuleOptimizer {
 const WEIGHTS: &str = "matcher.bpk";
 const OPTIMIZER: &str = "optimizer.bpk";
 const STATE: &str = "state.json";
+const CHECKPOINT: FolderKind = FolderKind {
+    known_by: &[STATE],
+    files: &[WEIGHTS, OPTIMIZER, STATE],
+};
 
 #[cfg(test)]
 mod tests {

@@ -2,14 +2,15 @@
 
 use anyhow::{Context, Result};
 use deepsft::{DeviceKind, ModelBundle};
+use deepsft_formats::read_template;
 use deepsft_geometry::Template;
 use deepsft_network::start_device;
-use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{SampleRecord, SynthConfig, Synthesizer};
+use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{BatchShape, Budget, Progress, Schedule, TrainConfig, train};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -25,6 +26,9 @@ const WARM_UP_STEPS: u64 = 4;
 /// Steps of training that are measured.
 const STEPS: u64 = 12;
 
+/// The template of an object with a volume.
+const SOFT_TOY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/soft-toy/template");
+
 /// A throughput.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Rate {
@@ -33,49 +37,25 @@ pub struct Rate {
     pub samples_per_s: f64,
 }
 
-/// Where the time of a sample with the template goes: medians, one thread.
-#[derive(Debug, PartialEq, Serialize)]
-pub struct SampleTime {
-    pub template: &'static str,
-    pub preset: &'static str,
-    /// A shape and a pose; a sample draws several when the first shows too little.
-    pub shape_ms: f64,
-    /// Background, other sheets, light, occluders, camera: all that is drawn before the template is placed.
-    pub scene_ms: f64,
-    /// The template in it, occluders, camera effects, maps.
-    pub image_ms: f64,
-    /// Coding of the sample for a data set; not part of making one.
-    pub coding_ms: f64,
-}
-
 type Preset = (&'static str, fn() -> SynthConfig);
 
 const PRESETS: [Preset; 2] = [("default", SynthConfig::default), ("paper", SynthConfig::paper)];
 
-/// Making samples of the bundle's template, with each preset, on one thread and on `cores`.
-pub fn synthesis(template: &Template, cores: usize) -> Result<(Vec<Rate>, Vec<SampleTime>)> {
-    let (mut rates, mut times) = (Vec::new(), Vec::new());
-    synthesis_of("template", template, cores, &mut rates, &mut times)?;
-    Ok((rates, times))
-}
-
-fn synthesis_of(
-    object: &'static str,
-    template: &Template,
-    cores: usize,
-    rates: &mut Vec<Rate>,
-    times: &mut Vec<SampleTime>,
-) -> Result<()> {
-    for (name, config) in PRESETS {
-        let synthesizer = Synthesizer::new(template, config())?;
-        let mut counts = vec![1, cores];
-        counts.dedup();
-        for threads in counts {
-            rates.push(synthesis_on(&synthesizer, object, name, threads)?);
+/// Making samples of the bundle's template and of the soft toy, with each preset, on one thread and on `cores`.
+pub fn synthesis(template: &Template, cores: usize) -> Result<Vec<Rate>> {
+    let mut rates = Vec::new();
+    let mut counts = vec![1, cores];
+    counts.dedup();
+    let soft_toy = read_template(Path::new(SOFT_TOY))?;
+    for (object, template) in [("template", template), ("soft toy", &soft_toy)] {
+        for (preset, config) in PRESETS {
+            let synthesizer = Synthesizer::new(template, config())?;
+            for &threads in &counts {
+                rates.push(synthesis_on(&synthesizer, object, preset, threads)?);
+            }
         }
-        times.push(sample_time(&synthesizer, object, name)?);
     }
-    Ok(())
+    Ok(rates)
 }
 
 fn synthesis_on(synthesizer: &Synthesizer, object: &str, preset: &str, threads: usize) -> Result<Rate> {
@@ -94,53 +74,6 @@ fn synthesis_on(synthesizer: &Synthesizer, object: &str, preset: &str, threads: 
         ),
         samples_per_s: count as f64 / started.elapsed().as_secs_f64(),
     })
-}
-
-fn sample_time(synthesizer: &Synthesizer, template: &'static str, preset: &'static str) -> Result<SampleTime> {
-    let mut times = [const { Vec::new() }; 4];
-    for index in 0..SAMPLES_PER_THREAD {
-        let mut clock = Clock::start();
-        let vertices = synthesizer.sample_vertices(&mut generator(SEED, index, Stream::Shape));
-        times[0].push(clock.lap_ms());
-        let scene = synthesizer.scene(SEED, index);
-        times[1].push(clock.lap_ms());
-        let sample = scene.render(vertices, index)?;
-        times[2].push(clock.lap_ms());
-        let record = SampleRecord {
-            seed: SEED,
-            index,
-            sample,
-        };
-        black_box(record.encode()?);
-        times[3].push(clock.lap_ms());
-    }
-    let [shape_ms, scene_ms, image_ms, coding_ms] = times.map(|mut times| {
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    });
-    Ok(SampleTime {
-        template,
-        preset,
-        shape_ms,
-        scene_ms,
-        image_ms,
-        coding_ms,
-    })
-}
-
-/// A stop watch.
-struct Clock(Instant);
-
-impl Clock {
-    fn start() -> Self {
-        Self(Instant::now())
-    }
-
-    /// Milliseconds since the start or the last lap.
-    fn lap_ms(&mut self) -> f64 {
-        let last = std::mem::replace(&mut self.0, Instant::now());
-        (self.0 - last).as_secs_f64() * 1e3
-    }
 }
 
 /// Training step 1 of a new network of the bundle's shape, on windows and on whole frames, the making of

@@ -5,11 +5,9 @@
 use super::workload;
 use crate::measuring::{Process, Rival, Times, timed};
 use crate::reading;
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use burn::tensor::{Distribution, Tensor};
-use deepsft::{DeviceKind, ModelBundle, Stage, encode_png};
+use anyhow::{Context, Result, bail};
+use deepsft::{ModelBundle, Stage, encode_png};
 use deepsft_geometry::{Maps, Picture};
-use deepsft_network::start_device;
 use serde::{Deserialize, Serialize};
 use std::io::{Write, stdin, stdout};
 use std::path::Path;
@@ -25,12 +23,6 @@ const WHOLE_FRAME: &str = "frame";
 /// Asks for the network alone, from the canonical image to the values of all pixels.
 const NETWORK_ALONE: &str = "network";
 
-/// Asks for the product of two square matrices, by burn.
-const MATRICES: &str = "matrices";
-
-/// Their side.
-const SIDE: usize = 1024;
-
 /// Inference on a number of threads.
 #[derive(Serialize)]
 pub struct Inference {
@@ -44,32 +36,6 @@ pub struct Inference {
     /// See [`NETWORK_ALONE`].
     pub network_alone: Times,
     pub rival: Option<RivalReport>,
-    pub operations: Operations,
-}
-
-/// How many operations the processor did in a second, a multiplication and an addition counted as two.
-#[derive(Serialize)]
-pub struct Operations {
-    /// Those of the network's plain convolutions, also where the executor saves some.
-    pub network_gflop_per_s: f64,
-    /// Of a product of matrices: what the processor can do.
-    pub matrices_gflop_per_s: f64,
-    /// The first of the second.
-    pub share: f64,
-}
-
-impl Operations {
-    /// `gflop` of the network and its milliseconds, and the milliseconds of the matrices.
-    fn new(gflop: f64, network_ms: f64, matrices_ms: f64) -> Self {
-        let matrices_gflop = 2.0 * (SIDE as f64).powi(3) / 1e9;
-        let [network_gflop_per_s, matrices_gflop_per_s] =
-            [gflop / network_ms, matrices_gflop / matrices_ms].map(|per_ms| 1e3 * per_ms);
-        Self {
-            network_gflop_per_s,
-            matrices_gflop_per_s,
-            share: network_gflop_per_s / matrices_gflop_per_s,
-        }
-    }
 }
 
 /// The same network in another program.
@@ -97,13 +63,11 @@ struct Player<'a> {
     stages: Vec<Stages>,
     network_alone: Vec<f64>,
     rival_alone: Vec<f64>,
-    matrices: Vec<f64>,
 }
 
-/// Starts the processes and lets them take turns; an image takes the network `gflop` operations.
+/// Starts the processes and lets them take turns.
 pub fn measure(
     model: &Path,
-    gflop: f64,
     frame: &Picture,
     threads: &[usize],
     runs: u32,
@@ -121,7 +85,7 @@ pub fn measure(
     }
     players
         .into_iter()
-        .map(|player| player.report(runs, gflop).context("nothing was measured"))
+        .map(|player| player.report(runs).context("nothing was measured"))
         .collect()
 }
 
@@ -144,7 +108,6 @@ impl<'a> Player<'a> {
             stages: Vec::new(),
             network_alone: Vec::new(),
             rival_alone: Vec::new(),
-            matrices: Vec::new(),
         })
     }
 
@@ -158,9 +121,7 @@ impl<'a> Player<'a> {
             }
             None => None,
         };
-        let matrices = self.ours.ask(MATRICES)?.parse()?;
         if counts {
-            self.matrices.push(matrices);
             self.stages.push(stages);
             self.network_alone.push(network_alone);
             self.rival_alone.extend(rival_alone);
@@ -168,7 +129,7 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    fn report(self, runs: u32, gflop: f64) -> Option<Inference> {
+    fn report(self, runs: u32) -> Option<Inference> {
         let stage = |of: fn(&Stages) -> f64| Times::of(self.stages.iter().map(of).collect());
         let network_alone = Times::of(self.network_alone)?;
         let rival = match self.rival {
@@ -183,9 +144,7 @@ impl<'a> Player<'a> {
             }
             None => None,
         };
-        let matrices = Times::of(self.matrices)?;
         Some(Inference {
-            operations: Operations::new(gflop, network_alone.median_ms, matrices.median_ms),
             threads: self.threads,
             runs,
             canonical_warp: stage(|s| s.canonical_warp)?,
@@ -206,8 +165,6 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let (width, height) = canonical.size();
     let mut executor = bundle.network().executor((width, height))?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
-    let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
-    let matrix = Tensor::<2>::random([SIDE, SIDE], Distribution::Uniform(-1.0, 1.0), &device);
     for question in stdin().lines() {
         let answer = match question?.as_str() {
             WHOLE_FRAME => {
@@ -227,19 +184,6 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
                     executor.run(&canonical)?;
                     executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)
                 })?;
-                ms.to_string()
-            }
-            MATRICES => {
-                let mut ms = 0.0;
-                let product = timed(&mut ms, || {
-                    matrix.clone().matmul(matrix.clone()).into_data().try_to_vec::<f32>()
-                })
-                .map_err(|error| anyhow!("{error:?}"))?;
-                ensure!(
-                    product.len() == SIDE * SIDE,
-                    "the product has {} numbers",
-                    product.len()
-                );
                 ms.to_string()
             }
             other => bail!("there is nothing called {other:?} to measure"),

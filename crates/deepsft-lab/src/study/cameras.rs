@@ -1,5 +1,4 @@
-//! `deepsft-lab study cameras`: the same scenes through several cameras, with and without the canonical warp (the paper's section on
-//! camera intrinsics).
+//! `deepsft-lab study cameras`: the same scenes through several cameras (the paper's section on camera intrinsics).
 
 mod near;
 mod scenes;
@@ -10,7 +9,7 @@ use clap::Args;
 use deepsft::Estimator;
 use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
-use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
 use scenes::{NamedCamera, Scenes, cameras, holds};
@@ -25,12 +24,9 @@ const DISTANCE_MM: [f64; 2] = [400.0, 900.0];
 Each scene is rendered once through a wide, fine pinhole. Every camera's image is resampled from it through that camera's lens, and gets
 its own noise and compression. A scene counts only if all vertices of the sheet are inside the images of all cameras.
 
-with     the image is warped to the training camera's, as always
-without  the image is resized to 480 x 270 (270 x 480) and taken for the training camera's
-
 Errors are over the pixels of the canonical image, registration in its pixels.
 
-A second table is about sheets that wide cameras see whole and the canonical view does not: in that view alone, and zoomed out as always.
+A second table is about sheets that wide cameras see whole and the canonical view, which is not zoomed out, does not.
 
 Example, about half an hour on one core:
   deepsft-lab study cameras --model models/poster-a4 --json cameras.json")]
@@ -85,7 +81,6 @@ struct Figures {
 struct Row {
     camera: &'static str,
     is_upright: bool,
-    is_warped: bool,
     scenes: usize,
     found: usize,
     network: Figures,
@@ -103,33 +98,19 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
     };
     let cameras = cameras()?;
     let scenes = Scenes::new(template, &cameras, DISTANCE_MM, arguments.seed)?;
-    let mut answers: Vec<[Vec<Answer>; 2]> = cameras.iter().map(|_| Default::default()).collect();
+    let mut answers: Vec<Vec<Answer>> = cameras.iter().map(|_| Vec::new()).collect();
     let seen_by_all = |vertices: &[DVec3]| cameras.iter().all(|named| holds(&named.camera, vertices));
     scenes.each(arguments.scenes, seen_by_all, |scene| {
         for (NamedCamera { camera, .. }, answers) in cameras.iter().zip(&mut answers) {
             let canonical = bench.estimator.canonical_camera(camera.size());
             let truth = deepsft_synth::canonical_truth(&scene.world, template.mesh(), &canonical);
             let image = scenes.image(scene, camera)?;
-            for (is_warped, answers) in [true, false].into_iter().zip(answers) {
-                let believed = if is_warped {
-                    *camera
-                } else {
-                    taken_for(&canonical, camera)?
-                };
-                answers.push(bench.answer(&image, camera, &believed, &truth)?);
-            }
+            answers.push(bench.answer(&image, camera, &canonical, &truth)?);
         }
         Ok(())
     })?;
-    let rows: Vec<Row> = cameras
-        .iter()
-        .zip(&answers)
-        .flat_map(|(named, answers)| {
-            [true, false]
-                .into_iter()
-                .zip(answers)
-                .map(|(is_warped, answers)| Row::of(named, is_warped, answers))
-        })
+    let rows: Vec<Row> = (cameras.iter().zip(&answers))
+        .map(|(named, answers)| Row::of(named, answers))
         .collect();
     print(&rows);
     let near = near::measured(&arguments.model, arguments.near_scenes, arguments.seed)?;
@@ -141,11 +122,6 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
     Ok(())
 }
 
-/// The camera that an image of `camera`'s size is taken for when it is only resized to the canonical size.
-fn taken_for(canonical: &Camera, camera: &Camera) -> Result<Camera> {
-    Ok(canonical.resized(camera.size())?)
-}
-
 /// What images are put through.
 struct Bench<'a> {
     estimator: Estimator,
@@ -154,17 +130,15 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// What is made of `image`, which `camera` took, by who takes it for one of `believed`.
-    fn answer(&mut self, image: &Picture, camera: &Camera, believed: &Camera, truth: &Maps) -> Result<Answer> {
-        let canonical = self.estimator.canonical_camera(camera.size());
-        let seen = self.estimator.canonical_image(image, believed)?;
+    /// What is made of `image`, which `camera` took.
+    fn answer(&mut self, image: &Picture, camera: &Camera, canonical: &Camera, truth: &Maps) -> Result<Answer> {
+        let seen = self.estimator.canonical_image(image, camera)?;
         let maps = pollster::block_on(self.estimator.infer(&seen))?;
-        let fit = self.fitter.fit(&seen, &canonical, &Start::Maps(maps.clone()))?;
+        let fit = self.fitter.fit(&seen, canonical, &Start::Maps(maps.clone()))?;
         let mesh = self.template.mesh();
         let fitted = fit.as_ref().map(|surface| surface.maps(mesh).within(&maps));
         let errors = |maps: &Maps| -> Result<Errors> {
-            let maps = as_canonical(maps, &canonical, camera, believed);
-            let metrics = frame_metrics(&maps, truth, &canonical, self.template.size_mm())?;
+            let metrics = frame_metrics(maps, truth, canonical, self.template.size_mm())?;
             Ok(Errors {
                 depth_mm: metrics.depth_rmse_mm,
                 registration_px: metrics.registration_rmse_px,
@@ -179,56 +153,8 @@ impl Bench<'_> {
     }
 }
 
-/// `maps` of an image of `camera` that was taken for one of `believed`, in the pixels of the `canonical` camera in which that image would
-/// be right. Depths stay as they are.
-fn as_canonical(maps: &Maps, canonical: &Camera, camera: &Camera, believed: &Camera) -> Maps {
-    if camera == believed {
-        return maps.clone();
-    }
-    let mut result = Maps::empty(maps.width(), maps.height());
-    for pixel in 0..maps.depth().len() {
-        let centre = DVec2::new((pixel % maps.width()) as f64 + 0.5, (pixel / maps.width()) as f64 + 0.5);
-        let at = camera
-            .pixel_from_ray(canonical.ray_from_pixel(centre))
-            .and_then(|at| canonical.pixel_from_ray(believed.ray_from_pixel(at)));
-        if let Some((depth, uv)) = at.and_then(|at| interpolated(maps, at)) {
-            result.set(pixel, depth, uv.to_array());
-        }
-    }
-    result
-}
-
-/// Depth and registration between the centres of the four pixels around a place, of those that are inside the object; none where the
-/// nearest is outside.
-fn interpolated(maps: &Maps, at: DVec2) -> Option<(f32, Vec2)> {
-    let limit = DVec2::new(maps.width() as f64, maps.height() as f64);
-    if at.cmplt(DVec2::ZERO).any()
-        || at.cmpge(limit).any()
-        || !maps.inside(at.y as usize * maps.width() + at.x as usize)
-    {
-        return None;
-    }
-    let corner = (at - 0.5).clamp(DVec2::ZERO, limit - 2.0).floor();
-    let t = (at - 0.5 - corner).clamp(DVec2::ZERO, DVec2::ONE).as_vec2();
-    let (mut sum, mut depth, mut uv) = (0.0, 0.0, Vec2::ZERO);
-    for (dx, dy, weight) in [
-        (0, 0, (1.0 - t.x) * (1.0 - t.y)),
-        (1, 0, t.x * (1.0 - t.y)),
-        (0, 1, (1.0 - t.x) * t.y),
-        (1, 1, t.x * t.y),
-    ] {
-        let pixel = (corner.y as usize + dy) * maps.width() + corner.x as usize + dx;
-        if maps.inside(pixel) {
-            sum += weight;
-            depth += weight * maps.depth()[pixel];
-            uv += weight * Vec2::from_array(maps.registration()[pixel]);
-        }
-    }
-    (sum > 0.0).then(|| (depth / sum, uv / sum))
-}
-
 impl Row {
-    fn of(named: &NamedCamera, is_warped: bool, answers: &[Answer]) -> Self {
+    fn of(named: &NamedCamera, answers: &[Answer]) -> Self {
         let figure = |of: &dyn Fn(&Answer) -> Option<f64>| {
             Summary::of(answers.iter().map(of)).map_or_else(Figure::default, |summary| Figure {
                 mean: summary.mean,
@@ -243,7 +169,6 @@ impl Row {
         Self {
             camera: named.name,
             is_upright: named.is_upright,
-            is_warped,
             scenes: answers.len(),
             found: answers.iter().filter(|answer| answer.found).count(),
             network: figures(|answer| &answer.network),
@@ -255,32 +180,21 @@ impl Row {
 fn print(rows: &[Row]) {
     let figure =
         |figure: Figure, decimals: usize| format!("{:.decimals$} / **{:.decimals$}**", figure.mean, figure.median);
-    for is_warped in [true, false] {
-        let title = if is_warped { "with the warp" } else { "without" };
-        println!(
-            "\n| {title} | found | network: depth, mm | registration, px | 3D, mm | fitted: depth, mm | registration, px | 3D, mm |"
-        );
-        println!("|---|---|---|---|---|---|---|---|");
-        for row in rows.iter().filter(|row| row.is_warped == is_warped) {
-            let held = if row.is_upright { "upright" } else { "across" };
-            let Figures {
-                depth_mm,
-                registration_px,
-                points_mm,
-            } = row.network;
-            let fitted = row.fitted;
-            println!(
-                "| {}, {held} | {} of {} | {} | {} | {} | {} | {} | {} |",
-                row.camera,
-                row.found,
-                row.scenes,
-                figure(depth_mm, 1),
-                figure(registration_px, 2),
-                figure(points_mm, 1),
-                figure(fitted.depth_mm, 1),
-                figure(fitted.registration_px, 2),
-                figure(fitted.points_mm, 1),
+    println!(
+        "| | found | network: depth, mm | registration, px | 3D, mm | fitted: depth, mm | registration, px | 3D, mm |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for row in rows {
+        let held = if row.is_upright { "upright" } else { "across" };
+        print!("| {}, {held} | {} of {}", row.camera, row.found, row.scenes);
+        for figures in [row.network, row.fitted] {
+            print!(
+                " | {} | {} | {}",
+                figure(figures.depth_mm, 1),
+                figure(figures.registration_px, 2),
+                figure(figures.points_mm, 1)
             );
         }
+        println!(" |");
     }
 }

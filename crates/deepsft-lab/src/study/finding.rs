@@ -17,7 +17,7 @@ use clap::Args;
 use deepsft::{SharedDescriptorNetwork, encode_png};
 use deepsft_formats::write_file;
 use deepsft_geometry::Picture;
-use finders::{FeatureFinding, Finder, NetworkFinding};
+use finders::Way;
 use judging::{FrameResult, Studied};
 use prints::{Kind, Print};
 use serde::Serialize;
@@ -29,8 +29,8 @@ const BETWEEN_WRITES: usize = 5;
 
 #[derive(Args)]
 #[command(after_help = "\
-Every print is made by a program, of three kinds: like photographs; graphic; text or line art. Repetitive prints, and your
-photographs if you name a folder, are kinds of their own. A print is 297 mm long, 250 to 900 mm away, tilted by up to 65
+Every print is made by a program, of three kinds: like photographs; graphic; text or line art. Repetitive prints are a kind of
+their own. A print is 297 mm long, 250 to 900 mm away, tilted by up to 65
 degrees, any way up, bent, partly hidden, in images of 960 x 540 pixels. Other frames show another print of the same kind in
 its place. Every finder's sheet is taken on by the same fit. Errors are medians over the visible sheet in pixels of the canonical
 image (480 x 270).
@@ -48,11 +48,8 @@ pub struct FindingStudyArguments {
     #[arg(long, value_name = "N", default_value_t = 20)]
     repetitive: usize,
     /// Study the template of this model in place of painted prints, and its own network beside the other finders
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["kinds", "prints", "repetitive", "photographs"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["kinds", "prints", "repetitive"])]
     model: Option<PathBuf>,
-    /// Folder of photographs (PNG or JPEG); each is a print too
-    #[arg(long, value_name = "DIR")]
-    photographs: Option<PathBuf>,
     /// Frames per print
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
     frames: u64,
@@ -96,18 +93,18 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
         prints.len() > 1,
         "at least two prints are needed: one is shown in the other's place"
     );
-    let mut finders: Vec<Box<dyn Finder>> = vec![Box::new(FeatureFinding::default())];
+    let mut ways = vec![Way::Features];
     if let Some(bundle) = &model {
-        finders.push(Box::new(NetworkFinding::of_model(reading::estimator(bundle)?)));
+        ways.push(Way::Network(Box::new(reading::estimator(bundle)?)));
     }
     if let Some(weights) = &arguments.descriptors {
         let network = SharedDescriptorNetwork::from_bytes(&fs::read(weights)?)?;
-        finders.push(Box::new(NetworkFinding::descriptors(network)));
+        ways.push(Way::Descriptors(network));
     }
     let mut progress = Progress::of(count as u64, "prints");
     let mut results = Vec::new();
     for number in 0..count {
-        let mut studied = Studied::new(&prints, number, &mut finders)?;
+        let mut studied = Studied::new(&prints, number, &ways)?;
         let seed = arguments.seed.wrapping_add(number as u64);
         for index in 0..arguments.frames.max(arguments.absent) {
             for (shown, count) in [(true, arguments.frames), (false, arguments.absent)] {
@@ -137,7 +134,7 @@ fn painted_prints(arguments: &FindingStudyArguments) -> Result<Vec<Print>> {
             _ => (kind, arguments.prints),
         })
         .collect();
-    prints::prints(&counts, arguments.photographs.as_deref(), arguments.seed)
+    prints::prints(&counts, arguments.seed)
 }
 
 /// Writes what is known so far.

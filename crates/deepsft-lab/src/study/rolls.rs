@@ -2,10 +2,10 @@
 //! stands upright.
 
 use crate::progress::Progress;
-use crate::reading::ObjectChoice;
+use crate::reading;
 use anyhow::Result;
 use clap::Args;
-use deepsft::{TargetFinder, View};
+use deepsft::{Device, Target, TargetFinder, View};
 use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Template, metrics::Summary, training_camera};
@@ -22,8 +22,9 @@ const SEED: u64 = 71_000_001;
 
 #[derive(Args)]
 pub struct RollsArguments {
-    #[command(flatten)]
-    object: ObjectChoice,
+    /// Model bundle of the object
+    #[arg(long, value_name = "BUNDLE")]
+    model: PathBuf,
     /// Steps that a whole turn is divided into
     #[arg(long, value_name = "N", default_value_t = 36, value_parser = clap::value_parser!(u64).range(1..=360))]
     steps: u64,
@@ -74,7 +75,7 @@ pub fn run(arguments: &RollsArguments) -> Result<()> {
 }
 
 fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
-    let (target, _) = arguments.object.target()?;
+    let target = Target::from_model(&reading::bundle(&arguments.model)?, &Device::Cpu)?;
     let template = target.template().clone();
     let mut finder = TargetFinder::new(target)?;
     let config = SynthConfig {

@@ -5,12 +5,12 @@ mod seen_vertices;
 mod summary;
 
 use crate::progress::Progress;
-use crate::reading::ObjectChoice;
+use crate::reading;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use clip_record::{FrameRecord, Motion, losses};
 use deepsft::session::{VideoFollower, VideoOptions};
-use deepsft::{Finder, Target, TargetFinder, View};
+use deepsft::{Device, Finder, Target, TargetFinder, View};
 use deepsft_formats::write_file;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate};
 use deepsft_geometry::{Camera, Maps, training_camera};
@@ -57,11 +57,12 @@ It also lists jitter and lag after smoothing (One-Euro filter).
 Example:
   deepsft-lab study tracking --model models/poster-a4 --clips 50 --json tracking.json")]
 pub struct TrackingStudyArguments {
-    #[command(flatten)]
-    object: ObjectChoice,
-    /// Who looks for the sheet [default: the network of a model, else features]
-    #[arg(long, value_name = "WHO", value_enum)]
-    finders: Option<Finders>,
+    /// Model bundle of the sheet
+    #[arg(long, value_name = "BUNDLE")]
+    model: PathBuf,
+    /// Who looks for the sheet
+    #[arg(long, value_name = "WHO", value_enum, default_value = "network")]
+    finders: Finders,
     /// Number of clips
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     clips: u64,
@@ -107,7 +108,8 @@ struct Report<'a> {
 }
 
 pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
-    let (target, name) = arguments.object.target()?;
+    let bundle = reading::bundle(&arguments.model)?;
+    let target = Target::from_model(&bundle, &Device::Cpu)?;
     let (mut finder, camera) = finder(&target, arguments.finders)?;
     let synthesizer = Synthesizer::new(target.template(), SynthConfig::for_clip_stories(camera))?;
     let mut progress = Progress::of(arguments.clips, "clips");
@@ -128,7 +130,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
     print(&summary, &by_event);
     if let Some(path) = &arguments.json {
         let report = Report {
-            object: &name,
+            object: bundle.name(),
             first_seed: arguments.seed,
             finding_delay_frames: arguments.delay,
             summary: &summary,
@@ -142,16 +144,12 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
 }
 
 /// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
-fn finder(target: &Target, finders: Option<Finders>) -> Result<(TargetFinder, Camera)> {
+fn finder(target: &Target, finders: Finders) -> Result<(TargetFinder, Camera)> {
     let canonical = target.canonical_camera(training_camera().size());
     let doubled = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
-    let unasked = match target.network() {
-        Some(_) => Finders::Network,
-        None => Finders::Features,
-    };
-    Ok(match finders.unwrap_or(unasked) {
+    Ok(match finders {
         Finders::Network => {
-            let network = target.network().context("a picture has no network of its own")?.clone();
+            let network = target.network().context("the model has no network")?.clone();
             let finders = vec![Finder::Network(Box::new(network))];
             (TargetFinder::with_finders(target.clone(), finders), canonical)
         }

@@ -1,5 +1,4 @@
-//! Objects that are too near for the training camera's angle of view, and not for the camera's: in the canonical view alone, and in the
-//! nearest view that holds them.
+//! Objects that are too near for the training camera's angle of view, and not for the camera's: seen in a view that is zoomed out.
 
 use super::scenes::{NamedCamera, Scenes, cameras, cut_off, holds};
 use crate::reading;
@@ -17,7 +16,7 @@ const DISTANCE_MM: [f64; 2] = [150.0, 500.0];
 /// The least fraction of the sheet that the canonical view must cut off.
 const MIN_CUT: f64 = 0.2;
 
-/// What came out of one view of each scene.
+/// What came out of the scenes.
 #[derive(Default)]
 struct Answers {
     found: usize,
@@ -30,12 +29,6 @@ pub struct NearRow {
     camera: &'static str,
     is_upright: bool,
     scenes: usize,
-    canonical: Near,
-    zoomed: Near,
-}
-
-#[derive(Serialize)]
-struct Near {
     found: usize,
     mesh_mm_mean: Option<f64>,
     mesh_mm_median: Option<f64>,
@@ -44,15 +37,7 @@ struct Near {
 /// Cameras that see more than the training camera: a web camera of 4 : 3 too.
 fn wide_cameras() -> Result<Vec<NamedCamera>> {
     let webcam = Camera::typical((1280, 960))?;
-    let webcams = [false, true].map(|is_upright| NamedCamera {
-        name: "4:3 webcam",
-        is_upright,
-        camera: if is_upright {
-            webcam.turned_anticlockwise()
-        } else {
-            webcam
-        },
-    });
+    let webcams = [false, true].map(|is_upright| NamedCamera::held("4:3 webcam", webcam, is_upright));
     let others = cameras()?
         .into_iter()
         .filter(|named| ["kinect-v2", "wide-phone"].contains(&named.name));
@@ -71,30 +56,25 @@ pub fn measured(model: &Path, count: u64, seed: u64) -> Result<Vec<NearRow>> {
         let nearest = target.canonical_camera(camera.size());
         let seen_by = std::slice::from_ref(&named);
         let scenes = Scenes::new(bundle.template(), seen_by, DISTANCE_MM, seed)?;
-        let (mut canonical, mut zoomed) = (Answers::default(), Answers::default());
+        let mut answers = Answers::default();
         scenes.each(
             count,
             |vertices| holds(&camera, vertices) && cut_off(&nearest, vertices) >= MIN_CUT,
             |scene| {
                 let image = scenes.image(scene, &camera)?;
-                let mut view = View::new(&image, &camera);
-                canonical.add(
-                    pollster::block_on(finder.estimate_in(&mut view, &nearest))?,
-                    &scene.world.vertices_camera,
-                );
-                zoomed.add(
-                    pollster::block_on(finder.estimate(&mut view))?,
-                    &scene.world.vertices_camera,
-                );
+                let estimate = pollster::block_on(finder.estimate(&mut View::new(&image, &camera)))?;
+                answers.add(estimate, &scene.world.vertices_camera);
                 Ok(())
             },
         )?;
+        let summary = Summary::of(answers.mesh_mm.iter().copied().map(Some));
         rows.push(NearRow {
             camera: named.name,
             is_upright: named.is_upright,
             scenes: count as usize,
-            canonical: canonical.summary(),
-            zoomed: zoomed.summary(),
+            found: answers.found,
+            mesh_mm_mean: summary.map(|summary| summary.mean),
+            mesh_mm_median: summary.map(|summary| summary.median),
         });
     }
     Ok(rows)
@@ -114,35 +94,17 @@ impl Answers {
         self.mesh_mm
             .push((squares.sum::<f64>() / truth.len().max(1) as f64).sqrt());
     }
-
-    fn summary(&self) -> Near {
-        let summary = Summary::of(self.mesh_mm.iter().copied().map(Some));
-        Near {
-            found: self.found,
-            mesh_mm_mean: summary.map(|summary| summary.mean),
-            mesh_mm_median: summary.map(|summary| summary.median),
-        }
-    }
 }
 
 pub fn print(rows: &[NearRow]) {
-    println!("\n| too near for the canonical view | canonical view: found | mesh, mm | zoomed out: found | mesh, mm |");
-    println!("|---|---|---|---|---|");
-    let millimetres = |near: &Near| match (near.mesh_mm_mean, near.mesh_mm_median) {
-        (Some(mean), Some(median)) => format!("{mean:.1} / **{median:.1}**"),
-        _ => "-".to_owned(),
-    };
+    println!("\n| too near for the canonical view | found | mesh, mm |");
+    println!("|---|---|---|");
     for row in rows {
         let held = if row.is_upright { "upright" } else { "across" };
-        println!(
-            "| {}, {held} | {} of {} | {} | {} of {} | {} |",
-            row.camera,
-            row.canonical.found,
-            row.scenes,
-            millimetres(&row.canonical),
-            row.zoomed.found,
-            row.scenes,
-            millimetres(&row.zoomed),
-        );
+        let mesh = match (row.mesh_mm_mean, row.mesh_mm_median) {
+            (Some(mean), Some(median)) => format!("{mean:.1} / **{median:.1}**"),
+            _ => "-".to_owned(),
+        };
+        println!("| {}, {held} | {} of {} | {mesh} |", row.camera, row.found, row.scenes);
     }
 }

@@ -41,18 +41,19 @@ pub fn cameras() -> Result<Vec<NamedCamera>> {
     let phone =
         Camera::pinhole((width, height), DVec2::new(fx, fy), DVec2::new(cx, cy))?.with_distortion(distortion)?;
     across.push(("wide-phone", phone));
-    let held = |is_upright| {
-        across.clone().into_iter().map(move |(name, camera)| NamedCamera {
+    let held = |is_upright| (across.iter()).map(move |(name, camera)| NamedCamera::held(name, *camera, is_upright));
+    Ok(held(false).chain(held(true)).collect())
+}
+
+impl NamedCamera {
+    pub fn held(name: &'static str, across: Camera, is_upright: bool) -> Self {
+        let upright = across.turned_anticlockwise();
+        Self {
             name,
             is_upright,
-            camera: if is_upright {
-                camera.turned_anticlockwise()
-            } else {
-                camera
-            },
-        })
-    };
-    Ok(held(false).chain(held(true)).collect())
+            camera: if is_upright { upright } else { across },
+        }
+    }
 }
 
 /// Scenes in which all cameras, which stand at one place and look the same way, see the whole sheet: rendered once through a wide, fine

@@ -1,9 +1,10 @@
 //! One print with all finders: every frame is searched by each, fitted from what each found, and compared with the truth.
 
-use super::finders::{Finder, View};
+use super::finders::Way;
 use super::prints::{Kind, Print};
 use crate::measuring::Stopwatch;
 use anyhow::Result;
+use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, training_camera};
@@ -79,7 +80,7 @@ impl FrameResult {
 pub struct Studied<'a> {
     print: &'a Print,
     number: usize,
-    finders: &'a mut [Box<dyn Finder>],
+    finders: Vec<(&'a Way, Finder)>,
     shown: Synthesizer,
     another: Synthesizer,
     camera: Camera,
@@ -89,7 +90,7 @@ pub struct Studied<'a> {
 
 impl<'a> Studied<'a> {
     /// Print `number` of `prints`; the next of its kind stands in its place where it is absent.
-    pub fn new(prints: &'a [Print], number: usize, finders: &'a mut [Box<dyn Finder>]) -> Result<Self> {
+    pub fn new(prints: &'a [Print], number: usize, ways: &'a [Way]) -> Result<Self> {
         let print = &prints[number];
         let same = |k: &usize| prints[*k].kind == print.kind;
         let next = (1..prints.len()).map(|k| (number + k) % prints.len());
@@ -99,13 +100,11 @@ impl<'a> Studied<'a> {
             .or_else(|| next.clone().next())
             .unwrap_or(number);
         let (camera, config) = frames_config()?;
-        for finder in finders.iter_mut() {
-            finder.take(&print.template)?;
-        }
+        let finders = ways.iter().map(|way| Ok((way, way.finder(print)?)));
         Ok(Self {
             print,
             number,
-            finders,
+            finders: finders.collect::<Result<_>>()?,
             shown: Synthesizer::new(&print.template, config.clone())?,
             another: Synthesizer::new(&prints[other].template, config)?,
             camera,
@@ -138,15 +137,10 @@ impl<'a> Studied<'a> {
     }
 
     fn attempts(&mut self, image: &Picture, truth: Option<&Maps>) -> Result<Vec<Attempt>> {
-        let view = View {
-            image,
-            camera: &self.camera,
-            canonical: &self.canonical,
-        };
         let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
         let mut attempts = Vec::new();
-        for finder in self.finders.iter_mut() {
-            let found = finder.find(view)?;
+        for (way, finder) in &mut self.finders {
+            let found = way.find(finder, View::new(image, &self.camera), &self.canonical)?;
             let mesh = self.print.template.mesh();
             let error = |maps: &Maps| error_px(maps, truth?, self.print, &self.canonical);
             let start_px = found.start.as_ref().and_then(|start| match start {
@@ -161,7 +155,7 @@ impl<'a> Studied<'a> {
             let fit_ms = stopwatch.ms();
             let verdict = fit.as_ref().map_or_else(Verdict::default, |surface| surface.verdict);
             attempts.push(Attempt {
-                finder: finder.name(),
+                finder: way.kind().name(),
                 started: found.start.is_some(),
                 start_px,
                 fitted_px: fit.as_ref().and_then(|surface| error(&surface.maps(mesh))),

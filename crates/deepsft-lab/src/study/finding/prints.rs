@@ -3,7 +3,6 @@
 use super::line_art::line_art;
 use super::photograph::photograph_like;
 use super::repetitive::repetitive;
-use crate::reading;
 use anyhow::Result;
 use clap::ValueEnum;
 use deepsft_geometry::{Picture, Template};
@@ -12,7 +11,6 @@ use deepsft_synth::random::{Stream, generator, mix};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
-use std::path::Path;
 
 /// Longer side of every print, mm.
 const LONG_SIDE_MM: f64 = 297.0;
@@ -29,21 +27,17 @@ pub enum Kind {
     LineArt,
     /// Checks, dots and rows of one motif.
     Repetitive,
-    /// The user's photographs.
-    #[value(skip)]
-    Photograph,
     /// The template of a model.
     #[value(skip)]
     OfModel,
 }
 
 impl Kind {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 5] = [
         Self::PhotographLike,
         Self::Graphic,
         Self::LineArt,
         Self::Repetitive,
-        Self::Photograph,
         Self::OfModel,
     ];
 
@@ -56,7 +50,6 @@ impl Kind {
             Self::Graphic => "graphic",
             Self::LineArt => "text, line art",
             Self::Repetitive => "repetitive",
-            Self::Photograph => "photographs",
             Self::OfModel => "the model's",
         }
     }
@@ -66,7 +59,7 @@ impl Kind {
         let mut dice = generator(mix(seed ^ self as u64), number as u64, Stream::Pool);
         let of = |numbers: &[usize]| numbers[number % numbers.len()];
         match self {
-            Self::PhotographLike | Self::Photograph | Self::OfModel => photograph_like(number, &mut dice),
+            Self::PhotographLike | Self::OfModel => photograph_like(number, &mut dice),
             Self::Graphic => artwork(of(&[0, 1, 2, 4, 6, 8]), &mut dice),
             // Every third: the text and scribbles that also stand around in synthetic scenes.
             Self::LineArt if number.is_multiple_of(3) => artwork(of(&[5, 7]), &mut dice),
@@ -81,7 +74,7 @@ impl fmt::Display for Kind {
         f.write_str(
             self.to_possible_value()
                 .as_ref()
-                .map_or("photograph", |value| value.get_name()),
+                .map_or("model", |value| value.get_name()),
         )
     }
 }
@@ -106,8 +99,8 @@ impl Print {
     }
 }
 
-/// Prints of `counts`, and the photographs in a folder.
-pub fn prints(counts: &[(Kind, usize)], photographs: Option<&Path>, seed: u64) -> Result<Vec<Print>> {
+/// Prints of `counts`.
+pub fn prints(counts: &[(Kind, usize)], seed: u64) -> Result<Vec<Print>> {
     let wanted: Vec<(Kind, usize)> = (counts.iter())
         .flat_map(|&(kind, count)| (0..count).map(move |number| (kind, number)))
         .collect();
@@ -115,18 +108,12 @@ pub fn prints(counts: &[(Kind, usize)], photographs: Option<&Path>, seed: u64) -
         let (subject, picture) = kind.painted(number, seed);
         Print::new(kind, subject, picture)
     });
-    let mut prints = painted.collect::<Result<Vec<_>>>()?;
-    if let Some(folder) = photographs {
-        for file in reading::pictures(folder)? {
-            prints.push(Print::new(Kind::Photograph, "photograph", reading::picture(&file)?)?);
-        }
-    }
-    Ok(prints)
+    painted.collect()
 }
 
 /// The print of a model and another one to stand in its place.
 pub fn prints_of_model(template: &Template, seed: u64) -> Result<Vec<Print>> {
-    let mut prints = prints(&[(Kind::Graphic, 1)], None, seed)?;
+    let mut prints = prints(&[(Kind::Graphic, 1)], seed)?;
     let template = template.clone();
     prints.insert(
         0,
@@ -151,7 +138,7 @@ mod tests {
             (Kind::LineArt, 15),
             (Kind::Repetitive, 5),
         ] {
-            let paint = |count: usize, seed: u64| prints(&[(kind, count)], None, seed).unwrap();
+            let paint = |count: usize, seed: u64| prints(&[(kind, count)], seed).unwrap();
             let pixels = |print: &Print| print.template.texture().rgb().to_vec();
             let painted = paint(subjects, 3);
             let first = pixels(&painted[0]);

@@ -31,35 +31,18 @@ pub fn repetitive(number: usize, dice: &mut Dice) -> (&'static str, Picture) {
         let mixed = deepsft_synth::random::mix((cell.x as u64) << 20 ^ cell.y as u64 ^ salt);
         ((mixed >> 40) as f32 / (1_u64 << 24) as f32) < share
     };
-    let checked = |cell: Vec2| (cell.x + cell.y) as i64 % 2 == 0;
+    let ink_where = |is_ink: bool| if is_ink { ink } else { paper };
+    let check = |cell: Vec2| ink_where((cell.x + cell.y) as i64 % 2 == 0);
     let motif = |within: Vec2, discs: &[(Vec2, f32, [u8; 3])]| {
         let mut over = discs.iter().rev();
         over.find(|(at, radius, _)| within.distance(*at) < *radius)
             .map_or(paper, |disc| disc.2)
     };
     let paint = |cell: Vec2, within: Vec2| match number % 5 {
-        0 => {
-            if checked(cell) {
-                ink
-            } else {
-                paper
-            }
-        }
+        0 => check(cell),
         1 if changed(cell, 0.12) => discs[0].2,
-        1 => {
-            if checked(cell) {
-                ink
-            } else {
-                paper
-            }
-        }
-        2 => {
-            if within.distance(Vec2::splat(0.5)) < 0.3 {
-                ink
-            } else {
-                paper
-            }
-        }
+        1 => check(cell),
+        2 => ink_where(within.distance(Vec2::splat(0.5)) < 0.3),
         3 => motif(within, &discs),
         _ => {
             let mark = marks

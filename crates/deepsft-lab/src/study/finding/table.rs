@@ -15,7 +15,7 @@ pub fn print(results: &[FrameResult]) {
     }
     println!("prints          finder       frames   start  fitted   found   right     off   false");
     println!("                                    < {START_PX} px  < {FITTED_PX} px                          finds");
-    let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::Photograph | Kind::OfModel);
+    let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::OfModel);
     for &finder in &finders {
         for kind in Kind::ALL {
             row(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
