@@ -12,6 +12,7 @@ import { Scan, scanFiles } from "./targets/scan.js";
 import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
+import { LastingTracker } from "./tracking/lasting-tracker.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
@@ -364,7 +365,7 @@ export class DeepSft {
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
     const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, callbacks.onEstimate !== undefined));
-    const tracker = new TrackerWorker(workerUrl, timeoutMs);
+    const tracker = new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs));
     return this.#running(new MeshTracking(video, { ...callbacks, onTracked, targets, tracker, start, find, camera, software }));
   }
 

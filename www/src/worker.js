@@ -11,13 +11,17 @@ const METHODS = {
   ...{ startTracker, unfollow, follow, answer, trackedMaps },
 };
 
+/** Whether the module has trapped outside of the calls below: its promises are rejected, and nothing of it works any more. */
+let isBroken = false;
+self.addEventListener("error", () => void (isBroken = true));
+
 /**
  * @param {unknown} error
  * @returns {DeepSftError}
  */
 function explained(error) {
   if (!(error instanceof WebAssembly.RuntimeError)) return asDeepSftError(error);
-  return new DeepSftError("internal", `The engine stopped because of a defect (${error.message}). Load it again.`);
+  return new DeepSftError("internal", `The engine stopped because of a defect (${error.message}).`);
 }
 
 self.addEventListener("message", async ({ data: { id, method, request } }) => {
@@ -28,6 +32,6 @@ self.addEventListener("message", async ({ data: { id, method, request } }) => {
     self.postMessage({ id, value }, { transfer });
   } catch (error) {
     const { code, message } = explained(error);
-    self.postMessage({ id, error: { code, message }, fatal: error instanceof WebAssembly.RuntimeError });
+    self.postMessage({ id, error: { code, message }, fatal: isBroken || error instanceof WebAssembly.RuntimeError });
   }
 });

@@ -77,7 +77,7 @@ fn on_panic(info: &PanicHookInfo<'_>) {
     let reason = info.payload_as_str().unwrap_or("unknown reason");
     let failure = Failure::new(
         Code::Internal,
-        format!("The engine stopped because of a defect ({reason}{place}). It cannot be used any more; load it again."),
+        format!("The engine stopped because of a defect ({reason}{place})."),
     );
     // A panic within one of the short borrows above finds the cell taken: then nobody can be told.
     let waiting = WAITING.with(|waiting| {

@@ -1,4 +1,4 @@
-// The engine as the page holds it: started on what works, and started again where its GPU was lost.
+// The engine as the page holds it: started on what works, and started again where its GPU was lost or its worker died.
 
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { EngineWorker } from "./engine-worker.js";
@@ -22,7 +22,7 @@ const EARLY_MS = 60_000;
 /** After so many early losses in a row the CPU does the work. */
 const MAX_EARLY_LOSSES = 3;
 
-/** An engine that outlives the loss of its GPU, with its targets. */
+/** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export class LastingEngine {
   #plan;
   /** @type {EngineWorker} */
@@ -97,40 +97,44 @@ export class LastingEngine {
   }
 
   /**
-   * Has the engine do something; where it loses its GPU meanwhile, once more after it has been started again.
+   * Has the engine do something; where it loses its GPU or its worker meanwhile, once more after it has been started again.
    *
    * @template T
    * @param {(worker: EngineWorker) => Promise<T>} work
    * @returns {Promise<T>}
    */
   async run(work) {
-    for (;;) {
+    for (let deaths = 0; ; ) {
       if (this.#closed) throw closedError();
       const worker = this.#worker;
       try {
         return await work(worker);
       } catch (error) {
-        if (asDeepSftError(error).code !== "gpu-lost" || this.#closed) throw error;
-        // Another call may have seen the loss before.
+        const isLoss = asDeepSftError(error).code === "gpu-lost";
+        if (this.#closed || !(isLoss || worker.hasEnded)) throw error;
+        // Another call may have seen it before.
         if (worker === this.#worker)
           await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
+        // A worker may die of another call; of the same one twice is no chance.
+        if (!isLoss && ++deaths > 1) throw error;
       }
     }
   }
 
   /**
-   * Starts the engine afresh after the GPU was lost: on the GPU, or, where it is lost again and again, on the CPU. A lost
-   * device poisons the engine's whole module, so the worker goes with it.
+   * Starts the engine afresh: on the GPU, or, where that is lost again and again, on the CPU. A lost device poisons the engine's
+   * whole module, so the worker goes with it.
    *
-   * @param {unknown} loss
+   * @param {unknown} reason the GPU's loss or the worker's death
    */
-  async #restart(loss) {
-    this.#worker.terminate(loss);
-    this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
+  async #restart(reason) {
+    this.#worker.terminate(reason);
+    const { code } = asDeepSftError(reason);
+    if (code === "gpu-lost") this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
     const isBroken = this.#earlyLosses >= MAX_EARLY_LOSSES;
     const { request } = this.#plan;
     const message = `The GPU was lost ${MAX_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
-    if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: loss });
+    if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: reason });
     /** @type {StartedEngine | undefined} */
     let started;
     try {
@@ -146,8 +150,8 @@ export class LastingEngine {
     } catch (cause) {
       started?.worker.terminate(cause);
       throw new DeepSftError(
-        "gpu-lost",
-        `The GPU was lost and could not be started again: ${asDeepSftError(cause).message}`,
+        code,
+        `${code === "gpu-lost" ? "The GPU was lost" : "The engine stopped"} and could not be started again: ${asDeepSftError(cause).message}`,
         { cause },
       );
     }

@@ -89,7 +89,7 @@ export class WorkerCalls {
     this.#clock = setInterval(() => {
       if (this.#waiting.size === 0 || (this.#silentMs += tickMs) <= timeoutMs) return;
       const seconds = Math.round(timeoutMs / 1000);
-      this.terminate(new DeepSftError("internal", `The engine's worker was silent for ${seconds} s and was stopped. Load it again.`));
+      this.terminate(new DeepSftError("internal", `The engine's worker was silent for ${seconds} s and was stopped.`));
     }, tickMs);
     this.#worker.addEventListener("message", ({ data: { id, value, error, fatal } }) => {
       const call = this.#waiting.get(id);
@@ -109,6 +109,11 @@ export class WorkerCalls {
     this.#worker.addEventListener("messageerror", () =>
       this.terminate(new DeepSftError("internal", "A message to the engine was lost.")),
     );
+  }
+
+  /** Whether no call can be answered any more. */
+  get hasEnded() {
+    return this.#ended !== null;
   }
 
   /**

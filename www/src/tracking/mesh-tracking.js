@@ -16,7 +16,8 @@ import { VideoFrames } from "../frames/video-frames.js";
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { LastingTracker } from "./lasting-tracker.js" */
+/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
 
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
@@ -28,7 +29,7 @@ import { VideoFrames } from "../frames/video-frames.js";
 /**
  * @typedef {object} MeshTrackingParts
  * @property {Target[]} targets
- * @property {TrackerWorker} tracker ended with the loop
+ * @property {LastingTracker} tracker ended with the loop
  * @property {TrackerStartRequest} start
  * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera

@@ -125,13 +125,13 @@ const onEstimate = (script) =>
   `);
 
 for (const [what, script, words] of [
-  ["falls silent", "", /silent for 2 s/],
+  ["falls silent", "", /silent for 5 s/],
   ["crashes", 'throw new Error("boom");', /boom/],
 ]) {
-  test(`a worker that ${what} is ended, and every call says so`, { timeout: SLOW_MS }, () =>
+  test(`a worker that ${what} is ended, another one starts, and each call of which both do so says it`, { timeout: SLOW_MS }, () =>
     onPage({ webgpu: false, prepare: onEstimate(script) }, async ({ page }) => {
       const errors = await page.evaluate(async () => {
-        const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", timeoutMs: 2000 });
+        const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", timeoutMs: 5000 });
         const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 48 });
         const calls = [sft.estimate(canvas), sft.estimate(canvas)];
         return Promise.all(calls.map((call) => call.catch(({ name, code, message }) => ({ name, code, message }))));
@@ -141,10 +141,80 @@ for (const [what, script, words] of [
         assert.match(message, words);
       }
       await page.waitForTimeout(200);
-      assert.deepEqual(page.workers(), []);
+      assert.equal(page.workers().length, 1, "the old workers are gone");
     }),
   );
 }
+
+/** Runs in a worker: what of the module is called next, by class and method, traps as Rust's panics do, at once or within a promise. */
+const trapAtNextCall = async ({ of, method, inPromise }) => {
+  // A module of one function, which is `unreachable`.
+  const bytes = [0, 97, 115, 109, 1, 0, 0, 0, 1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 7, 5, 1, 1, 116, 0, 0, 10, 5, 1, 3, 0, 0, 11];
+  const trap = new WebAssembly.Instance(new WebAssembly.Module(Uint8Array.from(bytes))).exports.t;
+  const { [of]: { prototype } } = await import(new URL("/pkg/deepsft_web.js", self.location.origin).href);
+  // The panic hook rejects the promise before the trap leaves the module.
+  const defect = Object.assign(new Error("a defect"), { code: "internal" });
+  const panic = (_, reject) => queueMicrotask(() => (reject(defect), trap()));
+  prototype[method] = () => (inPromise ? new Promise(panic) : trap());
+};
+
+for (const inPromise of [false, true]) {
+  test(`an engine that traps ${inPromise ? "within a promise" : "in a call"} is started again, and knows the targets that were added`, { timeout: SLOW_MS }, () =>
+    onPage({ webgpu: false }, async ({ page }) => {
+      await page.evaluate(async () => {
+        const model = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+        globalThis.picture = poster(model);
+        globalThis.sft = await deepsft.DeepSft.load(null);
+        await sft.addPicture(model.targets[0].texture, { widthMm: 210 });
+        model.close();
+      });
+      while (page.workers().length > 1) await page.waitForTimeout(50);
+      const [worker] = page.workers();
+      await worker.evaluate(trapAtNextCall, { of: "Engine", method: "estimate", inPromise });
+      assert.equal(await page.evaluate(async () => (await sft.estimate(picture)).found), true);
+      assert.equal(page.workers().length, 1);
+      assert.notEqual(page.workers()[0], worker);
+    }),
+  );
+}
+
+test("a video is followed on after the modules of finders and tracker have trapped", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page }) => {
+    await page.evaluate(async () => {
+      globalThis.sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
+      const canvas = Object.assign(document.createElement("canvas"), { width: 640, height: 360 });
+      const picture = poster(sft);
+      let painted = 0;
+      setInterval(() => canvas.getContext("2d").drawImage(picture, painted++ % 2, 0), 100);
+      const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream() });
+      await video.play();
+      globalThis.found = 0;
+      const count = (tracked) => {
+        if (tracked.found) globalThis.found++;
+        tracked.close();
+      };
+      const tracking = sft.trackMesh(video, count, { onLost: () => void (globalThis.found = 0) });
+      tracking.finished.catch((error) => (globalThis.ended = error));
+    });
+    const isFollowed = () =>
+      page.waitForFunction(() => {
+        if (globalThis.ended) throw globalThis.ended;
+        return found >= 5;
+      });
+    await isFollowed();
+    const workers = page.workers();
+    assert.equal(workers.length, 2);
+    for (const worker of workers) {
+      await worker.evaluate(trapAtNextCall, { of: "Engine", method: "find", inPromise: true });
+      await worker.evaluate(trapAtNextCall, { of: "MeshTracker", method: "follow", inPromise: true });
+    }
+    while (page.workers().some((worker) => workers.includes(worker))) await page.waitForTimeout(50);
+    await page.evaluate(() => void (globalThis.found = 0));
+    // The other tracker knows nothing of the sheet until the other finders have seen it.
+    await isFollowed();
+    assert.equal(page.workers().length, 2);
+  }),
+);
 
 test("workers that cannot be started are errors with a code", { timeout: SLOW_MS }, () =>
   onPage({ webgpu: false }, async ({ page }) => {

@@ -72,7 +72,7 @@ function assertHoldsNoMore(now, before, when) {
   assert.equal(now.workers, before.workers, figures);
 }
 
-test("a page follows on after its tab was hidden, its camera turned and its permission withdrawn, and holds no more", { timeout: SLOW_MS }, (t) =>
+test("a page follows on after its tab was hidden, its camera turned, its permission withdrawn and its workers crashed, and holds no more", { timeout: SLOW_MS }, (t) =>
   onPage("/?device=cpu", async (page) => {
     await page.start();
     const { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
@@ -100,11 +100,8 @@ test("a page follows on after its tab was hidden, its camera turned and its perm
     assertHoldsNoMore(await page.footprint(), settled, "after all that");
 
     await page.crash();
-    assert.equal(await page.message(), "internal");
-    // Workers that crashed are ended.
-    while (page.page.workers().length > 0) await new Promise((resolve) => setTimeout(resolve, 50));
-    await page.reload();
-    await page.start();
+    await page.followsOn();
+    assertHoldsNoMore(await page.footprint(), settled, "after its workers crashed");
   }),
 );
 

@@ -208,9 +208,11 @@ export class FollowedPage {
     return after.frames - before.frames;
   }
 
-  /** Has each worker throw what nobody catches. */
+  /** Has each worker throw what nobody catches, and waits until it is gone. */
   async crash() {
-    for (const worker of this.page.workers()) await worker.evaluate(() => void setTimeout(() => { throw new Error("crash"); }));
+    const workers = this.page.workers();
+    for (const worker of workers) await worker.evaluate(() => void setTimeout(() => { throw new Error("crash"); }));
+    while (this.page.workers().some((worker) => workers.includes(worker))) await new Promise((resolve) => setTimeout(resolve, POLL_MS));
   }
 
   /** Destroys the engine's GPU device while it works. */
@@ -219,12 +221,6 @@ export class FollowedPage {
     const { answers } = await this.counts();
     await this.until((now) => now.answers > answers);
     if ((await destroy()) !== 1) throw new Error("there is no GPU device, or more than one");
-  }
-
-  /** Loads the page anew, as a person does. */
-  async reload() {
-    await this.page.reload();
-    await this.page.evaluate(count);
   }
 
   async close() {

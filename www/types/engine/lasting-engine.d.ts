@@ -12,7 +12,7 @@ export type StartedEngine = {
     info: EngineInfo;
     model: TargetDescription | null;
 };
-/** An engine that outlives the loss of its GPU, with its targets. */
+/** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export declare class LastingEngine {
     #private;
     /** The model's target, number 0; null without a model. */
@@ -45,7 +45,7 @@ export declare class LastingEngine {
     /** Stops the worker; what is under way rejects with `closed`. */
     close(): void;
     /**
-     * Has the engine do something; where it loses its GPU meanwhile, once more after it has been started again.
+     * Has the engine do something; where it loses its GPU or its worker meanwhile, once more after it has been started again.
      *
      * @template T
      * @param {(worker: EngineWorker) => Promise<T>} work

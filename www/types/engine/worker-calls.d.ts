@@ -9,6 +9,8 @@ export declare class WorkerCalls {
      * @throws {DeepSftError} `engine-load`
      */
     constructor(url: URL | undefined, timeoutMs?: number);
+    /** Whether no call can be answered any more. */
+    get hasEnded(): boolean;
     /**
      * Ends the worker; what is under way, and every later call, rejects with `reason`, or with that of the first end.
      *

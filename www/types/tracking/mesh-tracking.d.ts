@@ -3,7 +3,8 @@ import type { RawAnswer } from "../engine/engine-worker.js";
 import type { Estimate } from "../results/estimate.js";
 import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
 import type { Target } from "../targets/target.js";
-import type { RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+import type { LastingTracker } from "./lasting-tracker.js";
+import type { RawTracked, TrackerStartRequest } from "./tracker-worker.js";
 export type FoundFocal = {
     width: number;
     height: number;
@@ -15,7 +16,7 @@ export type MeshTrackingParts = {
     /**
      * ended with the loop
      */
-    tracker: TrackerWorker;
+    tracker: LastingTracker;
     start: TrackerStartRequest;
     find: (question: Question) => Promise<{
         answers: RawAnswer[];
@@ -58,7 +59,8 @@ export type Question = {
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { LastingTracker } from "./lasting-tracker.js" */
+/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
  * (`spread`), all in pixels.
@@ -68,7 +70,7 @@ export type Question = {
 /**
  * @typedef {object} MeshTrackingParts
  * @property {Target[]} targets
- * @property {TrackerWorker} tracker ended with the loop
+ * @property {LastingTracker} tracker ended with the loop
  * @property {TrackerStartRequest} start
  * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
  * @property {CameraOption | undefined} camera

@@ -1,0 +1,128 @@
+// The tracker as a video's loop holds it: where its worker dies, another one goes on.
+
+import { CANONICAL_FOCAL } from "../camera/canonical.js";
+
+/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+
+/** So many workers in a row may die without having followed a frame. */
+const MAX_DEATHS = 2;
+
+/** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
+export class LastingTracker {
+  #create;
+  #worker;
+  /** @type {TrackerStartRequest | null} */
+  #request = null;
+  #deaths = 0;
+  /** Targets that were told to be found. @type {Set<number>} */
+  #found = new Set();
+  /** Who knows of the questions that the finders have not answered yet. @type {(TrackerWorker | undefined)[]} */
+  #asked = [];
+  #closed = false;
+
+  /** @param {() => TrackerWorker} create */
+  constructor(create) {
+    this.#create = create;
+    this.#worker = create();
+  }
+
+  /**
+   * @param {TrackerStartRequest} request
+   * @returns {Promise<void>}
+   */
+  start(request) {
+    this.#request = { ...request };
+    return this.#worker.start(request);
+  }
+
+  /**
+   * @param {{ id: number }} request
+   * @returns {Promise<void>}
+   */
+  unfollow({ id }) {
+    if (this.#request) this.#request.targets = this.#request.targets.filter((target) => target.id !== id);
+    return this.#worker.unfollow({ id });
+  }
+
+  /**
+   * @param {FollowRequest} request
+   * @returns {Promise<RawTracked>}
+   */
+  async follow(request) {
+    if (request.question) this.#asked.push(this.#worker);
+    const followed = await this.#run((worker) => worker.follow(request));
+    if (followed) this.#deaths = 0;
+    const tracked = followed ?? this.#lost(request);
+    for (const target of tracked.targets) {
+      // Another worker does not know what was told before.
+      if (target.found !== this.#found.has(target.id)) target.change = target.found ? "found" : "lost";
+      this.#found[target.found ? "add" : "delete"](target.id);
+    }
+    return tracked;
+  }
+
+  /**
+   * @param {AnswerRequest} request
+   * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
+   */
+  async answer(request) {
+    const knows = this.#asked.shift() === this.#worker;
+    const heard = knows ? await this.#run((worker) => worker.answer(request)) : null;
+    return heard ?? { effects: [], next: null, answerMs: 0 };
+  }
+
+  /**
+   * @param {{ id: number }} request
+   * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
+   */
+  maps(request) {
+    return this.#worker.maps(request);
+  }
+
+  /**
+   * Ends the worker for good; what is under way rejects with `reason`.
+   *
+   * @param {unknown} reason
+   */
+  terminate(reason) {
+    this.#closed = true;
+    this.#worker.terminate(reason);
+  }
+
+  /**
+   * Has the worker do something.
+   *
+   * @template T
+   * @param {(worker: TrackerWorker) => Promise<T>} work
+   * @returns {Promise<T | null>} null where the worker died of it; another one has been started then
+   */
+  async #run(work) {
+    const worker = this.#worker;
+    try {
+      return await work(worker);
+    } catch (error) {
+      if (this.#closed || !worker.hasEnded || !this.#request) throw error;
+      // Another call may have seen it before.
+      if (worker === this.#worker) {
+        if (++this.#deaths > MAX_DEATHS) throw error;
+        this.#worker = this.#create();
+        // Calls wait for it in the worker; one that cannot start is dead for them too.
+        this.#worker.start(this.#request).catch((reason) => this.#worker.terminate(reason));
+      }
+      return null;
+    }
+  }
+
+  /**
+   * What is told of a frame with which the worker died.
+   *
+   * @param {FollowRequest} request
+   * @returns {RawTracked}
+   */
+  #lost({ focal = CANONICAL_FOCAL }) {
+    const nothing = { vertices: new Float32Array(), confidence: new Float32Array(), correlation: 0, iterations: 0 };
+    const targets = (this.#request?.targets ?? []).map(({ id }) => ({ id, found: false, held: false, change: null, ...nothing }));
+    const next = { focal, intervalMs: 0, question: null };
+    return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };
+  }
+}

@@ -1,0 +1,51 @@
+import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+/** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
+export declare class LastingTracker {
+    #private;
+    /** @param {() => TrackerWorker} create */
+    constructor(create: () => TrackerWorker);
+    /**
+     * @param {TrackerStartRequest} request
+     * @returns {Promise<void>}
+     */
+    start(request: TrackerStartRequest): Promise<void>;
+    /**
+     * @param {{ id: number }} request
+     * @returns {Promise<void>}
+     */
+    unfollow({ id }: {
+        id: number;
+    }): Promise<void>;
+    /**
+     * @param {FollowRequest} request
+     * @returns {Promise<RawTracked>}
+     */
+    follow(request: FollowRequest): Promise<RawTracked>;
+    /**
+     * @param {AnswerRequest} request
+     * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
+     */
+    answer(request: AnswerRequest): Promise<{
+        effects: AnswerEffect[];
+        next: NextFrame | null;
+        answerMs: number;
+    }>;
+    /**
+     * @param {{ id: number }} request
+     * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
+     */
+    maps(request: {
+        id: number;
+    }): Promise<{
+        width: number;
+        focal: number;
+        depth: Float32Array;
+        registration: Float32Array;
+    }>;
+    /**
+     * Ends the worker for good; what is under way rejects with `reason`.
+     *
+     * @param {unknown} reason
+     */
+    terminate(reason: unknown): void;
+}
