@@ -1,6 +1,5 @@
 //! Camera and poses together, by Levenberg-Marquardt on the distances in the image.
 
-use super::calibrate::PlanarView;
 use super::camera_model::CameraModel;
 use crate::camera::Camera;
 use crate::mesh::RigidMotion;
@@ -24,34 +23,21 @@ pub(super) struct Solution {
     pub poses: Vec<RigidMotion>,
 }
 
-/// What is minimised: the views, which of their points count, and from which distance on (pixels) they count less.
-pub(super) struct Adjustment<'a> {
+/// What is minimised: the distances of points in several views, and from which distance on (pixels) they count less.
+pub(super) struct Adjustment {
     pub model: CameraModel,
-    pub views: &'a [PlanarView],
-    pub counts: &'a [Vec<bool>],
+    /// Number of the view, place in mm, pixel.
+    pub points: Vec<(usize, DVec2, DVec2)>,
     pub robust_px: f64,
 }
 
-impl Adjustment<'_> {
-    /// The points that count: view, place in mm, pixel.
-    fn points(&self) -> impl Iterator<Item = (usize, DVec2, DVec2)> {
-        let of_view = |(view, (points, counts)): (usize, (&PlanarView, &Vec<bool>))| {
-            let kept = points
-                .points
-                .clone()
-                .into_iter()
-                .zip(counts.clone())
-                .filter(|(_, counts)| *counts);
-            kept.map(move |((place, pixel), _)| (view, place, pixel))
-        };
-        self.views.iter().zip(self.counts).enumerate().flat_map(of_view)
-    }
-
+impl Adjustment {
     /// Cauchy's robust sum; infinite where a point has no pixel.
     fn cost(&self, solution: &Solution) -> f64 {
         let square = self.robust_px * self.robust_px;
-        self.points()
-            .map(|(view, place, pixel)| {
+        self.points
+            .iter()
+            .map(|&(view, place, pixel)| {
                 let seen = solution.camera.project(solution.poses[view].apply(place.extend(0.0)));
                 seen.map_or(f64::INFINITY, |seen| {
                     square * (seen.distance_squared(pixel) / square).ln_1p()
@@ -60,17 +46,14 @@ impl Adjustment<'_> {
             .sum()
     }
 
-    fn unknowns(&self) -> usize {
-        self.model.names().len() + POSE * self.views.len()
-    }
-
     /// The normal equations at `solution`: J^T W J and -J^T W r, the camera's parameters first.
     fn equations(&self, solution: &Solution) -> (Mat<f64>, Mat<f64>) {
-        let (count, camera_count) = (self.unknowns(), self.model.names().len());
+        let camera_count = self.model.names().len();
+        let count = camera_count + POSE * solution.poses.len();
         let mut matrix = Mat::<f64>::zeros(count, count);
         let mut vector = Mat::<f64>::zeros(count, 1);
         let square = self.robust_px * self.robust_px;
-        for (view, place, pixel) in self.points() {
+        for &(view, place, pixel) in &self.points {
             let pose = &solution.poses[view];
             let turned = pose.rotation * place.extend(0.0);
             let p_camera = turned + pose.translation;

@@ -174,6 +174,45 @@ fn points_that_are_wrong_are_left_out() {
 }
 
 #[test]
+fn a_view_that_cannot_be_used_is_left_out_and_the_others_give_the_camera() {
+    let good = views(&distorting(), &POSES, 0.1);
+    // All but five points are found elsewhere, each in another direction.
+    let mut scattered = good[2].clone();
+    for (i, (_, pixel)) in scattered.points.iter_mut().enumerate().skip(5) {
+        *pixel += 100.0 * DVec2::from_angle(2.4 * i as f64);
+    }
+    // Five points are too few, and points on a line have no pose.
+    let few = PlanarView {
+        points: good[2].points[..5].to_vec(),
+    };
+    let line = PlanarView {
+        points: good[2].points[..7].to_vec(),
+    };
+    let without = [&good[..2], &good[3..]].concat();
+    for model in [Some(CameraModel::Radial), None] {
+        let expected = calibrate(&without, SIZE, model).unwrap();
+        for bad in [&scattered, &few, &line, &PlanarView::default()] {
+            let mut all = good.clone();
+            all[2] = bad.clone();
+            let found = calibrate(&all, SIZE, model).unwrap();
+            assert_eq!((found.model, found.used_views()), (expected.model, 5));
+            assert!((found.camera.focal() - expected.camera.focal()).length() < 1e-3);
+            assert_eq!(found.views[2].rms_px, None);
+            assert_eq!(found.views[2].residuals_px, vec![None; bad.points.len()]);
+            assert!(
+                found
+                    .views
+                    .iter()
+                    .enumerate()
+                    .all(|(i, view)| i == 2 || view.rms_px.is_some_and(|rms| rms < 0.15))
+            );
+        }
+    }
+    let error = calibrate(&[good[0].clone(), scattered, good[1].clone()], SIZE, None).unwrap_err();
+    assert_eq!(error, GeometryError::CalibrationViews { actual: 2, expected: 3 });
+}
+
+#[test]
 fn too_few_views_and_parallel_ones_are_refused() {
     let all = views(&ordinary(), &POSES, 0.25);
     let error = calibrate(&all[..2], SIZE, None).unwrap_err();

@@ -94,14 +94,6 @@ enum ModelChoice {
     Fisheye,
 }
 
-/// A view by the name of its photograph or frame.
-pub struct NamedView {
-    /// File, or number of the frame.
-    pub name: String,
-    /// What it shows.
-    pub view: PlanarView,
-}
-
 /// The content of the camera file.
 #[derive(Serialize)]
 struct CalibratedFile {
@@ -133,17 +125,13 @@ struct ParameterReport {
 struct ViewReport {
     name: String,
     points: usize,
-    rms_px: f64,
+    /// Null for a view that was left out.
+    rms_px: Option<f64>,
 }
 
 pub fn run(arguments: &CalibrateArguments) -> Result<()> {
     let mut detector = detector(arguments)?;
     let seen = views(&mut detector, &arguments.inputs)?;
-    let Seen {
-        size,
-        views,
-        photographs,
-    } = seen;
     let model = arguments.model.map(|model| match model {
         ModelChoice::Focal => CameraModel::Focal,
         ModelChoice::Pinhole => CameraModel::Pinhole,
@@ -151,18 +139,16 @@ pub fn run(arguments: &CalibrateArguments) -> Result<()> {
         ModelChoice::Polynomial => CameraModel::Polynomial,
         ModelChoice::Fisheye => CameraModel::Fisheye,
     });
-    let points: Vec<PlanarView> = views.iter().map(|named| named.view.clone()).collect();
-    let (width, height) = size;
-    let found = calibrate(&points, (width, height), model)
-        .map_err(|error| explained(error, &detector, views.len(), photographs))
+    let found = calibrate(&seen.views, seen.size, model)
+        .map_err(|error| explained(error, &detector, &seen))
         .blame("photographs", &arguments.inputs[0])?;
-    let report = report(&detector, &views, &found);
-    print(&report, &arguments.out, size, model.is_none());
+    let report = report(&detector, seen.names, &found);
+    print(&report, &arguments.out, seen.size, model.is_none());
     let file = CalibratedFile {
         camera: CameraFile::new(&found.camera),
         calibration: report,
     };
-    let picture = chart::chart(size, &views, &found);
+    let picture = chart::chart(seen.size, &seen.views, &found);
     deepsft_formats::write_file(&arguments.out.with_extension("png"), &encode_png(&picture)?)?;
     deepsft_formats::write_file(&arguments.out, &serde_json::to_vec_pretty(&file)?)?;
     Ok(())
@@ -196,7 +182,9 @@ fn detector(arguments: &CalibrateArguments) -> Result<Detector> {
 struct Seen {
     /// Columns and rows of all photographs.
     size: (usize, usize),
-    views: Vec<NamedView>,
+    views: Vec<PlanarView>,
+    /// Their files, or the numbers of their frames.
+    names: Vec<String>,
     /// How many photographs were looked at.
     photographs: usize,
 }
@@ -208,6 +196,7 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
         let seen = seen.get_or_insert(Seen {
             size,
             views: Vec::new(),
+            names: Vec::new(),
             photographs: 0,
         });
         if size != seen.size {
@@ -222,7 +211,8 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
         match detector.detect(picture)? {
             Some(view) => {
                 println!("{name}: {} points", view.points.len());
-                seen.views.push(NamedView { name, view });
+                seen.views.push(view);
+                seen.names.push(name);
             }
             None => println!("{name}: no {}", detector.name()),
         }
@@ -244,11 +234,9 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
     let mut seen = seen.context("there is no photograph")?;
     let count = seen.views.len();
     if count > MAX_VIEWS {
-        let mut index = 0;
-        seen.views.retain(|_| {
-            index += 1;
-            index * MAX_VIEWS / count != (index - 1) * MAX_VIEWS / count
-        });
+        let chosen = |index: usize| (index + 1) * MAX_VIEWS / count != index * MAX_VIEWS / count;
+        let views = seen.views.into_iter().zip(seen.names).enumerate();
+        (seen.views, seen.names) = views.filter(|(index, _)| chosen(*index)).map(|(_, view)| view).unzip();
         println!("of {count} views {MAX_VIEWS} are used");
     }
     Ok(seen)
@@ -260,10 +248,16 @@ fn is_picture(path: &Path) -> bool {
 }
 
 /// What to do about an error.
-fn explained(error: GeometryError, detector: &Detector, views: usize, photographs: usize) -> anyhow::Error {
+fn explained(error: GeometryError, detector: &Detector, seen: &Seen) -> anyhow::Error {
+    let (views, photographs) = (seen.views.len(), seen.photographs);
     match error {
         GeometryError::CalibrationViews { .. } if views == 0 => anyhow!(
             "no {0} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?",
+            detector.name()
+        ),
+        GeometryError::CalibrationViews { actual, expected } if actual < views => anyhow!(
+            "{views} of the {photographs} photographs show the {}, but only {actual} of them as one camera sees a flat one: at least \
+             {expected} are needed and 10 to 20 are good; is it flat, and the zoom the same?",
             detector.name()
         ),
         GeometryError::CalibrationViews { expected, .. } => anyhow!(
@@ -274,7 +268,7 @@ fn explained(error: GeometryError, detector: &Detector, views: usize, photograph
     }
 }
 
-fn report(detector: &Detector, views: &[NamedView], found: &PlanarCalibration) -> Report {
+fn report(detector: &Detector, names: Vec<String>, found: &PlanarCalibration) -> Report {
     let residuals = || found.views.iter().flat_map(|view| &view.residuals_px);
     Report {
         target: detector.name(),
@@ -291,11 +285,9 @@ fn report(detector: &Detector, views: &[NamedView], found: &PlanarCalibration) -
                 standard_deviation: p.deviation,
             })
             .collect(),
-        views: views
-            .iter()
-            .zip(&found.views)
-            .map(|(named, view)| ViewReport {
-                name: named.name.clone(),
+        views: (names.into_iter().zip(&found.views))
+            .map(|(name, view)| ViewReport {
+                name,
                 points: view.residuals_px.iter().flatten().count(),
                 rms_px: view.rms_px,
             })
@@ -305,6 +297,13 @@ fn report(detector: &Detector, views: &[NamedView], found: &PlanarCalibration) -
 }
 
 fn print(report: &Report, out: &Path, (width, height): (usize, usize), chosen: bool) {
+    let (used, left_out): (Vec<_>, Vec<_>) = report.views.iter().partition(|view| view.rms_px.is_some());
+    for view in left_out {
+        println!(
+            "{}: left out, its points do not agree with those of the others",
+            view.name
+        );
+    }
     println!("{}: {width} x {height} pixels, model {}", out.display(), report.model);
     for p in &report.parameters {
         let digits = if p.name.starts_with(['k', 'p']) { 5 } else { 2 };
@@ -317,7 +316,7 @@ fn print(report: &Report, out: &Path, (width, height): (usize, usize), chosen: b
         "  RMS {:.3} px over {} points in {} views, {} left out as wrong",
         report.rms_px,
         report.points,
-        report.views.len(),
+        used.len(),
         report.points_left_out
     );
     if chosen && report.model != "polynomial" {

@@ -1,10 +1,9 @@
 //! The picture of a calibration: where points were seen, and how far they are from where the camera has them.
 
-use super::calibrate::NamedView;
 use crate::output::canvas::Canvas;
 use crate::output::lettering::{Align, Lettering};
 use deepsft_geometry::Picture;
-use deepsft_geometry::planar_calibration::PlanarCalibration;
+use deepsft_geometry::planar_calibration::{PlanarCalibration, PlanarView};
 
 /// Width of the camera's image in the picture, pixels.
 const WIDTH: f64 = 1200.0;
@@ -25,7 +24,7 @@ const DOT: [u8; 3] = [24, 100, 171];
 const WRONG: [u8; 3] = [224, 49, 49];
 
 /// The picture for photographs of `size` (columns, rows).
-pub fn chart(size: (usize, usize), views: &[NamedView], found: &PlanarCalibration) -> Picture {
+pub fn chart(size: (usize, usize), views: &[PlanarView], found: &PlanarCalibration) -> Picture {
     let scale = WIDTH / size.0 as f64;
     let height = size.1 as f64 * scale;
     let mut canvas = Canvas::new(WIDTH as usize, (height + 2.0 * BAND) as usize, [255; 3]);
@@ -36,7 +35,7 @@ pub fn chart(size: (usize, usize), views: &[NamedView], found: &PlanarCalibratio
         views
             .iter()
             .zip(&found.views)
-            .flat_map(|(named, view)| named.view.points.iter().zip(&view.residuals_px))
+            .flat_map(|(seen, view)| seen.points.iter().zip(&view.residuals_px))
     };
     for ((_, pixel), _) in points() {
         let at = (*pixel * scale / cell).as_usizevec2();
@@ -62,7 +61,7 @@ pub fn chart(size: (usize, usize), views: &[NamedView], found: &PlanarCalibratio
     let above = format!(
         "RMS {:.3} px, {} views; residuals {:.0} times as long as they are, red: left out",
         found.rms_px,
-        found.views.len(),
+        found.used_views(),
         times / scale
     );
     let below = format!("points in {share:.0} % of the image (green); the lens is only known where there are some");
