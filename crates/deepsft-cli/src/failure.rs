@@ -42,6 +42,18 @@ impl fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
+/// Marks an error whose causes were told when they came: what is left is the exit code.
+#[derive(Debug)]
+struct Told(u8);
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("not every input could be used")
+    }
+}
+
+impl std::error::Error for Told {}
+
 /// Lays an error at the door of the input `path`, a `what` ("camera file").
 pub trait BlameInput<T> {
     /// The same result, its error with file and exit code 3.
@@ -64,10 +76,22 @@ pub fn usage(message: impl Into<String>) -> Error {
     Usage(message.into()).into()
 }
 
-/// Prints an error and gives its exit code.
+/// Prints an error, unless that was done, and gives its exit code.
 pub fn report(error: &Error) -> ExitCode {
-    eprintln!("error: {}", message(error));
+    if !error.is::<Told>() {
+        tell(error);
+    }
     ExitCode::from(code(error))
+}
+
+/// Prints an error on a line of its own.
+pub fn tell(error: &Error) {
+    eprintln!("error: {}", message(error));
+}
+
+/// Ends a command some of whose inputs failed, which was told; an unfit one gives the exit code.
+pub fn ended(failures: &[Error]) -> anyhow::Result<()> {
+    (failures.iter().map(code).max()).map_or(Ok(()), |code| Err(Told(code).into()))
 }
 
 /// The whole chain on one line, outermost first.
@@ -85,7 +109,9 @@ fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
 }
 
 fn code(error: &Error) -> u8 {
-    if error.is::<Usage>() {
+    if let Some(Told(code)) = error.downcast_ref() {
+        *code
+    } else if error.is::<Usage>() {
         USAGE
     } else if error.is::<InvalidInput>() || error.chain().any(is_unusable) {
         INVALID_INPUT
@@ -121,5 +147,8 @@ mod tests {
         assert_eq!(message(&usage("no")), "no");
         assert_eq!(code(&Error::msg("disk full")), FAILED);
         assert_eq!(code(&Interrupted.into()), 130);
+        assert!(ended(&[]).is_ok());
+        let failures = [error, Error::msg("disk full")];
+        assert_eq!(code(&ended(&failures).unwrap_err()), INVALID_INPUT);
     }
 }

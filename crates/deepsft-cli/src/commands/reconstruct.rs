@@ -49,6 +49,8 @@ Maps belong to the canonical 480 x 270 image; report.json has its camera, zoomed
 all stand upright: 480 rows of 270. Without --camera the focal length is what the photograph's EXIF data tell, or else that of a typical phone: depths are wrong by the same fraction as it is.
 The line of each image says which. deepsft camera calibrate makes a camera file.
 
+Each image has one line. One that cannot be used does not stop the others; the exit code is 3 then.
+
 A picture needs no training: its corners are found in the image. A model has its own network, which also sees what has
 hardly any corners. --mesh fit fits the template's mesh to what was found and then to the image, and the agreement of both
 tells whether the object is there. The maps become those of the mesh.
@@ -151,18 +153,16 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     for (image, folder) in arguments.images.iter().zip(&folders) {
         bar.set_message(image.display().to_string());
         // One bad image does not keep the others from being tried.
-        match object.reconstruct(image, camera.as_ref().zip(arguments.camera.as_deref()), folder) {
-            Ok(line) => bar.suspend(|| println!("{line}")),
-            Err(error) => failures.push(error),
-        }
+        let outcome = object.reconstruct(image, camera.as_ref().zip(arguments.camera.as_deref()), folder);
+        bar.suspend(|| match &outcome {
+            Ok(line) => println!("{line}"),
+            Err(error) => failure::tell(error),
+        });
+        failures.extend(outcome.err());
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let last = failures.pop();
-    for error in &failures {
-        eprintln!("error: {}", failure::message(error));
-    }
-    last.map_or(Ok(()), Err)
+    failure::ended(&failures)
 }
 
 /// The folder of each image's results, each its own.

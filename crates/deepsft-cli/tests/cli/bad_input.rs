@@ -85,6 +85,16 @@ fn one_bad_image_among_good_ones_does_not_stop_them() {
     reconstruct(folder.path(), &["a.png", "b.png", "c.png"]).fails(INVALID_INPUT, &["b.png"]);
     let done = |name: &str| folder.path().join("results").join(name).join("report.json").is_file();
     assert_eq!([done("a"), done("b"), done("c")], [true, false, true]);
+    // Each has its line, and what cannot be read counts however the last one ends.
+    let busy = FolderLock::acquire(&folder.path().join("results/c")).unwrap();
+    let run = reconstruct(folder.path(), &["b.png", "a.png", "c.png"]);
+    run.fails(INVALID_INPUT, &["b.png", "another process"]);
+    let (told, failed) = (
+        run.stdout.lines().count(),
+        run.stderr.lines().filter(|line| line.starts_with("error: ")).count(),
+    );
+    assert_eq!((told, failed), (1, 2), "{run:?}");
+    drop(busy);
 }
 
 #[test]
