@@ -185,7 +185,7 @@ for (const [name, build, where, drawn] of [
       const origins = new Set();
       page.on("request", (request) => request.url().startsWith("http") && origins.add(new URL(request.url()).origin));
       await page.goto(`${server.origin}/`);
-      await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: 20_000 });
+      await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
       const outcome = await page.evaluate(() => globalThis.outcome);
       assert.deepEqual({ ...outcome, parameters: outcome.parameters > 1e5 }, { parameters: true, depths: 480 * 270, number: 1, ...drawn }, JSON.stringify(outcome));
       assert.deepEqual(problems, []);

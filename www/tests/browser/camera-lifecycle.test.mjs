@@ -40,7 +40,7 @@ async function withCamera(body) {
     await page.waitForSelector('#state[data-state="missing"]');
     const playsOn = async () => {
       const before = await page.evaluate(() => globalThis.frames);
-      await page.waitForFunction((count) => globalThis.frames > count + 3, before, { timeout: 30_000 });
+      await page.waitForFunction((count) => globalThis.frames > count + 3, before, { timeout: SLOW_MS });
     };
     await playsOn();
     await body({ page, playsOn, screenshot: demo.screenshot });

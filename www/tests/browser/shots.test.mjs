@@ -36,7 +36,7 @@ async function stopped(page) {
   await page.evaluate(() => document.querySelector("#video").pause());
   // The tracker ends with the frame that it has.
   let last;
-  for (let same = 0; same < 8; await page.waitForTimeout(250)) {
+  for (let same = 0; same < 16; await page.waitForTimeout(250)) {
     const now = await page.evaluate(() => document.querySelector("#stage").style.transform + document.querySelector("#track-ms").textContent);
     same = now === last ? same + 1 : 0;
     last = now;
@@ -79,7 +79,7 @@ test("a recording has the page's size, plays, and shows what was seen; it is han
   await page.click("#use-clip");
   await page.waitForSelector('#live[data-mesh="true"]');
   await page.click('[aria-label="Record a video"]');
-  await page.waitForFunction(() => /0:0[3-9]/.test(document.querySelector("#shots .time").textContent));
+  await page.waitForFunction(() => /0:0[5-9]/.test(document.querySelector("#shots .time").textContent));
   await demo.screenshot("shots-recording");
   const { name, bytes } = await downloaded(page, '[aria-label="End the recording"]');
   t.diagnostic(`${name}: ${bytes.length} bytes`);

@@ -21,8 +21,8 @@ const FRAMES = 60;
  * everything else that tests run, a frame takes long.
  */
 const CAMERA_FPS = 6;
-/** Frames that are looked at, at least. */
-const LOOKED_AT = { shown: 60, covered: 8 };
+/** Frames that are looked at, at least: in which the sheet is followed, covered ones, and in which it is followed after those. */
+const LOOKED_AT = { followed: 60, covered: 8, again: 20 };
 /**
  * Milliseconds of the processor that the page's own thread may spend on JavaScript a frame: it grabs and hands over. A solve
  * alone takes more. (How long a task lasts by the clock also counts what else the machine does: it is only told.)
@@ -178,8 +178,10 @@ test(
         ([since, least, covered]) => {
           const frames = globalThis.tracked.filter(({ at }) => at > since);
           const film = frames.map(({ greys }) => greys.reduce((n, grey, bit) => n + (grey > 128 ? 2 ** bit : 0), 0));
-          const hidden = film.filter((n) => n >= covered.from && n < covered.to).length;
-          return hidden >= least.covered && film.length - hidden >= least.shown;
+          const hidden = frames.filter((_, i) => film[i] >= covered.from && film[i] < covered.to);
+          const followed = frames.filter(({ found }) => found);
+          const again = followed.filter(({ at }) => at > hidden[0]?.at);
+          return hidden.length >= least.covered && followed.length >= least.followed && again.length >= least.again;
         },
         [from, LOOKED_AT, { from: FRAMES + 6, to: FRAMES + COVERED }],
         { timeout: SLOW_MS, polling: 500 },
@@ -193,7 +195,9 @@ test(
       }), from);
       const stamped = tracked.map((one) => ({ ...one, film: readStamp(one.greys) }));
       const frames = stamped.map((one) => ({ ...one, truth: clipFrame(one.film) }));
-      const shown = frames.filter(({ truth }) => truth);
+      // Once it is found: how long the finders take for that is the machine's matter.
+      let isFound = true;
+      const shown = frames.filter(({ truth, found }) => (isFound = truth ? isFound || found : false));
       // A few misses in a row are waited for.
       const covered = frames.filter(({ film, truth }) => !truth && film >= FRAMES + 6);
       assert.ok(covered.every(({ found }) => !found), "a grey picture shows no sheet");
@@ -213,7 +217,6 @@ test(
         longTasks: longTasks.map(([, ms]) => ms),
       };
       t.diagnostic(JSON.stringify(report));
-      // After the cover the network has to answer and the track to start.
       assert.ok(fraction > 0.8, `found in ${fraction} of the frames`);
       assert.ok(report.medianPx < 1, `${report.medianPx} px`);
       assert.ok(report.scriptMsAFrame < MAX_SCRIPT_MS, `${report.scriptMsAFrame} ms of the page's thread a frame`);
@@ -248,9 +251,8 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
         await demo.screenshot(`${name}-track-${overlay}`);
       }
       if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
-      await page.waitForTimeout(1500);
       for (const part of ["#track-ms", "#network-ms", "#network-fps", "#fps"])
-        assert.ok(Number(await page.textContent(part)) > 0, part);
+        await page.waitForFunction((part) => Number(document.querySelector(part).textContent) > 0, part);
       await page.waitForFunction(() => /^Tracked · \d+ %$/.test(document.querySelector("#state-text").textContent));
       await demo.screenshot(`${name}-track-hud`);
       await demo.finish();
