@@ -30,9 +30,9 @@ const MARGIN_TO_RETURN_PX: f64 = 24.0;
 /// Pixels of a mask along a view's border from which the object counts as cut off.
 const CUT_PX: usize = 4;
 
-/// The cameras that may stand for one camera: the [canonical one](canonical_camera), and where the camera's image reaches beyond that one's,
-/// wider ones of the same size (shorter focal lengths), as far as the image reaches. In all of them points and depths are those of the
-/// one camera frame.
+/// The zoom levels of one camera: its [canonical camera](canonical_camera) and wider ones of the same size. The wider
+/// ones have shorter focal lengths and reach as far as the camera's image does. In all of them points and depths are
+/// those of the one camera frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CanonicalViews {
     source: Camera,
@@ -73,8 +73,8 @@ impl CanonicalViews {
         &self.views[self.views.len() - 1]
     }
 
-    /// The view for the next frame of a video in which the last frame, in the view `current`, had its mesh at `vertices_camera` (mm,
-    /// camera frame): `current`, until the mesh leaves it or a nearer one holds the mesh by far.
+    /// Chooses the view for the next frame of a video from the last mesh (mm, camera frame). It is `current` until
+    /// the mesh leaves it or a nearer view holds the mesh by far.
     pub fn following(&self, current: &Camera, vertices_camera: &[DVec3]) -> &Camera {
         let Some(current) = self.views.iter().position(|view| view == current) else {
             return self.holding(vertices_camera, MARGIN_PX);

@@ -28,11 +28,11 @@ const INWARDS: f64 = 0.01;
 pub struct UnrolledSheet {
     /// The flat sheet with what is on the scan's front.
     pub template: Template,
-    /// Mean over the surface of how much faces were stretched or pressed, a fraction: 0 for anything that paper can be bent to.
+    /// Mean stretch or compression of the faces, a fraction: 0 for anything that paper can be bent to.
     pub stretch: f64,
 }
 
-/// Lays a scanned sheet flat: what a bent sheet of paper, a label or a curved plate looks like before it was bent. Such a surface can be
+/// Flattens a scanned sheet: a bent sheet of paper, a label or a curved plate as it was before. Such a surface can be
 /// found and followed like a print.
 ///
 /// The flat layout is the least-squares conformal map (Levy, Petitjean, Ray and Maillot 2002), which for a surface that unrolls without

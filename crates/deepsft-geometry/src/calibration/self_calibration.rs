@@ -35,8 +35,9 @@ const RESERVED_VIEWS: usize = 12;
 pub struct SelfCalibrationOptions {
     /// Weights of the mesh's fit to an image.
     pub fit: FitOptions,
-    /// Standard deviations of the true camera around the assumed one: of ln f, of the principal point's column and row as
-    /// fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a phone whose focal length was guessed.
+    /// Prior standard deviations of the true camera around the assumed one. They are of ln f, of the principal
+    /// point's column and row as fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a
+    /// phone whose focal length was guessed.
     pub deviations: [f64; 4],
     /// Blur of image and drawing, pixels, one entry for each update of the camera; later updates take the last.
     pub blurs: Vec<f32>,
@@ -49,8 +50,7 @@ pub struct SelfCalibrationOptions {
     pub min_views: usize,
     /// Views that are kept. One more takes the place of the one that tells least of the focal length.
     pub max_views: usize,
-    /// Mean way of the vertices from each of the views that are kept, as a fraction of the template's diagonal, which a new one has
-    /// to differ by.
+    /// Least motion between two kept views, as a fraction of the template's diagonal: the mean way of the vertices.
     pub min_motion: f64,
 }
 
@@ -94,7 +94,7 @@ impl CalibratedCamera {
     }
 }
 
-/// Solves for a camera and the shapes of a sheet in several of its views together: bundle adjustment with meshes in place of points.
+/// Self-calibrates a camera from views of one sheet: bundle adjustment with meshes in place of points.
 ///
 /// The sheet's lengths are known and its print says which point of it a pixel shows. A camera of another focal length than the
 /// assumed one would see the perspective of a sheet that stretches. So the camera is the one before which all meshes explain
@@ -157,9 +157,9 @@ impl SelfCalibration {
         (self.updates, self.next) = (0, 0);
     }
 
-    /// Offers a view: an undistorted image, the camera that was assumed for it, and the mesh as it was tracked or fitted in it (the
-    /// template's vertices, camera frame, mm). Says whether it is taken: one that differs from the others, between two updates of the
-    /// camera. Another assumed camera starts afresh.
+    /// Offers a view: an undistorted image, the camera assumed for it, and the mesh in it. The mesh is the template's
+    /// vertices as they were tracked or fitted, camera frame, mm. Says whether it is taken: one that differs from the
+    /// others, between two updates of the camera. Another assumed camera starts afresh.
     ///
     /// # Errors
     /// [`GeometryError::StartLength`] when the mesh does not have the template's vertices, [`GeometryError::MapSize`] when the image
@@ -263,7 +263,7 @@ impl SelfCalibration {
         Ok(None)
     }
 
-    /// The meshes before the camera as far as it is known: the template's vertices of each view that is kept, camera frame, mm.
+    /// Returns the mesh of each kept view under the current camera: the template's vertices, camera frame, mm.
     pub fn meshes(&self) -> impl Iterator<Item = Vec<DVec3>> + '_ {
         self.views.iter().map(|view| self.fitter.fine_vertices(&view.vertices))
     }

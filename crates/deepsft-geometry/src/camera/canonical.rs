@@ -33,8 +33,8 @@ pub fn training_camera() -> Camera {
     .expect("constant intrinsics are valid")
 }
 
-/// The camera whose image stands for images of `size` (columns, rows): `training`, or where those stand upright and its own lie
-/// across, or the other way round, `training` turned by a quarter. Of an upright image the other way would cut off more than 40 %.
+/// Returns `training`, rotated by 90 degrees when `size` (columns, rows) is portrait and `training` is landscape, or
+/// vice versa. Of an upright image the other way would cut off more than 40 %.
 pub fn canonical_camera(training: &Camera, size: (usize, usize)) -> Camera {
     let is_upright = |(width, height)| height > width;
     if is_upright(size) == is_upright(training.size()) {
@@ -81,7 +81,7 @@ impl CanonicalWarp {
         self.source.pixel_from_ray(self.canonical.ray_from_pixel(pixel))
     }
 
-    /// The canonical image of `picture`: each pixel the mean of a grid of bilinear samples over the
+    /// Resamples `picture` to the canonical image. Each pixel is the mean of a grid of bilinear samples over the
     /// source area it covers (one when the source is not finer), black outside the source image.
     ///
     /// # Errors

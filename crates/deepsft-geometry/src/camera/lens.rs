@@ -4,7 +4,7 @@ use crate::error::GeometryError;
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
-/// What a lens does to a ray (x, y, 1) on its way to the pixel f * (x', y') + c.
+/// A lens distortion model: takes a ray (x, y, 1) to the pixel f * (x', y') + c.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Lens {
     /// Nothing: (x', y') = (x, y).

@@ -98,8 +98,8 @@ impl Camera {
         Self::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy)).ok()
     }
 
-    /// A guess for an image of `size` (columns, rows) and unknown origin: principal point at the centre, focal length 0.79 of
-    /// the long side (the median of 98 phones).
+    /// Guesses the camera of an image of `size` (columns, rows) from an unknown source. The principal point is the
+    /// centre, the focal length 0.79 of the long side (the median of 98 phones).
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
@@ -192,8 +192,8 @@ impl Camera {
         self.lens
     }
 
-    /// Image position in pixels of a camera point in mm; `None` at or behind the camera's plane, and where the lens model
-    /// folds back (see [`Camera::pixel_from_ray`]).
+    /// Projects a camera point (mm) to an image position (pixels). `None` at or behind the camera's plane, and where
+    /// the lens model folds back (see [`Camera::pixel_from_ray`]).
     pub fn project(&self, p_camera: DVec3) -> Option<DVec2> {
         if p_camera.z <= 0.0 {
             return None;
@@ -201,7 +201,8 @@ impl Camera {
         self.pixel_from_ray(p_camera.truncate() / p_camera.z)
     }
 
-    /// [`Camera::project`] and the gradients of both image coordinates with respect to the point, pixels per mm;
+    /// Projects as [`Camera::project`] does, with the gradients of both coordinates by the point, pixels per mm.
+    /// `None` where that gives none.
     /// `None` where that gives none.
     pub fn project_with_gradients(&self, p_camera: DVec3) -> Option<(DVec2, [DVec3; 2])> {
         let pixel = self.project(p_camera)?;
@@ -218,9 +219,9 @@ impl Camera {
         (ray.length() <= self.reach).then(|| self.lens.distort(ray) * self.focal() + self.principal_point())
     }
 
-    /// The ray (x, y, 1) through an image position in pixels, distortion removed: the inverse of
-    /// [`Camera::pixel_from_ray`], exact to 1e-8 px. For a position that no ray has, beyond the place where the lens model
-    /// folds back, the outermost ray in its direction.
+    /// Unprojects an image position (pixels) to the undistorted ray (x, y, 1). It is the inverse of
+    /// [`Camera::pixel_from_ray`], exact to 1e-8 px. For a position that no ray has, beyond the place where the lens
+    /// model folds back, the outermost ray in its direction.
     pub fn ray_from_pixel(&self, pixel: DVec2) -> DVec2 {
         let distorted = (pixel - self.principal_point()) / self.focal();
         self.lens.undistort(distorted, self.reach)

@@ -20,9 +20,9 @@ const HALVINGS: usize = 12;
 /// Fraction of the linear decrease that a step must reach (Armijo's rule; the usual 1e-4).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// ARAP shape completion, the paper's section of that name: the mesh that minimises
-/// E = E_data + 20 E_arap + 0.005 E_smooth, where E_data ties visible vertices to their 3D points. It
-/// recovers what is hidden; it does not improve what is seen.
+/// As-rigid-as-possible (ARAP) shape completion, the paper's section of that name. The mesh minimises E = E_data + 20
+/// E_arap + 0.005 E_smooth, where E_data ties visible vertices to their 3D points. It recovers what is hidden; it
+/// does not improve what is seen.
 ///
 /// The three coordinates share one n x n matrix, whose symbolic factorisation is done once per template and
 /// holds for every set of visible vertices. Each frame is one numeric factorisation, then local
@@ -120,8 +120,8 @@ impl ArapCompletion {
         })
     }
 
-    /// Completes the mesh from the `points` of one frame, in any order; several on one vertex, or on the copies of
-    /// one vertex on a seam, are averaged. `start` is the last frame's mesh, if there is one: its shape is
+    /// Completes the mesh from the visible `points` of one frame, in any order. Several on one vertex, or on the
+    /// copies of one vertex on a seam, are averaged. `start` is the last frame's mesh, if there is one: its shape is
     /// aligned to the new points.
     ///
     /// # Errors

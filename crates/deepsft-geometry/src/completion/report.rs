@@ -30,8 +30,8 @@ pub struct CompletionReport {
     pub components: usize,
     /// Components without a visible vertex: placed by the rigid motion of the others, not measured.
     pub unseen_components: usize,
-    /// Components with fewer than three visible vertices that are not on one line: their turn is
-    /// partly or wholly that of the others (or of the start), not measured.
+    /// Components whose orientation is not measured: fewer than three visible vertices that are not on one line.
+    /// Their turn is partly or wholly that of the others (or of the start).
     pub unoriented_components: usize,
     /// Energies at the rigid alignment.
     pub initial_energy: CompletionEnergy,

@@ -17,8 +17,8 @@ const MIDDLE_LEVEL: f32 = 128.0;
 /// Fraction of a blurred neighbourhood that must be seen for a value to exist.
 const MIN_SUPPORT: f32 = 0.02;
 
-/// A picture as grey values minus their local mean, divided by their local deviation: what stays the same when
-/// light and exposure change.
+/// A picture after local contrast normalisation: grey values minus local mean, divided by local deviation. It stays
+/// the same when light and exposure change.
 #[derive(Clone, Debug)]
 pub struct ContrastNormalizedImage {
     size: (usize, usize),
@@ -28,9 +28,9 @@ pub struct ContrastNormalizedImage {
 }
 
 impl ContrastNormalizedImage {
-    /// Blurs the grey picture with a Gaussian of `blur_px` (0 for none; large first, small last when a fit
-    /// goes from coarse to fine), then subtracts the mean and divides by the deviation plus 4 grey
-    /// levels in a Gaussian window of `window_px` (8 suits prints seen on a 480 x 270 image).
+    /// Normalises the local contrast of a picture that is blurred by a Gaussian of `blur_px` (0 for none). A fit from
+    /// coarse to fine takes large blurs first. Mean and deviation (plus 4 grey levels) are those of a Gaussian window
+    /// of `window_px`; 8 suits prints seen on a 480 x 270 image.
     pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
         let grey = GreyImage::of(picture);
         let (everywhere, whole) = (vec![1.0; grey.values.len()], Part::whole(picture.size()));
@@ -48,7 +48,8 @@ impl ContrastNormalizedImage {
         self.size
     }
 
-    /// Bilinear value and its gradient (per pixel) at an image position, pixel centres at half integers;
+    /// Samples value and gradient (per pixel) at an image position, bilinear, pixel centres at half integers. `None`
+    /// outside the outermost pixel centres.
     /// `None` outside the outermost pixel centres.
     #[inline]
     pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {

@@ -110,8 +110,8 @@ impl Picture {
         }
     }
 
-    /// The picture at half the size (rounded down, at least one pixel), each pixel the mean of the
-    /// four it covers: the next level of a mipmap.
+    /// Halves the picture (rounded down, at least one pixel): each pixel is the mean of four. It is the next level of
+    /// a mipmap.
     pub fn halved(&self) -> Self {
         Self::from_fn(self.width / 2, self.height / 2, |x, y| {
             let p = [

@@ -5,8 +5,8 @@ use super::photo_consistency::drawn_colors;
 use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 
-/// How a camera, with the print and the light before it, shows the colours of a template: each colour's intensity times a
-/// gain, plus an offset, on 0..=255.
+/// A linear colour response: each colour of the template times a gain, plus an offset, on 0..=255. It stands for
+/// camera, print and light together.
 ///
 /// Texture maps that were taken by the camera that records (an RGB-D sensor is one of the paper's ways to a template) have
 /// the camera's colours. A template that was made from the file that was printed has the file's, which no camera shows.
@@ -35,8 +35,8 @@ impl ColorResponse {
     }
 }
 
-/// Finds the [`ColorResponse`] of a recording: it gives the template, drawn through registrations, the mean and the
-/// spread that each colour has in the images.
+/// Estimates the [`ColorResponse`] of a recording by matching mean and spread of each colour. Compared are the images
+/// and the template as drawn through their registrations.
 ///
 /// Mean and spread and not the line of least squares, because registrations are not exact: where the drawn texture is not
 /// the one that is seen, least squares make the contrast too small. The spread is that within a frame, its square averaged

@@ -101,8 +101,8 @@ impl Maps {
         self.set(pixel, OUTSIDE, [OUTSIDE; 2]);
     }
 
-    /// These maps in the mask of `seen`, maps of the same size: what they show outside it is cleared, and what they lack
-    /// inside it is that of `seen`. A mesh is drawn whole, `seen` knows what lies in front of it.
+    /// Restricts these maps to the mask of `seen`, maps of the same size. What they show outside it is cleared, and
+    /// what they lack inside it is that of `seen`. A mesh is drawn whole, `seen` knows what lies in front of it.
     #[must_use]
     pub fn within(mut self, seen: &Self) -> Self {
         for pixel in 0..self.depth.len().min(seen.depth.len()) {

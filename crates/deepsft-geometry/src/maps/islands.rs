@@ -4,9 +4,9 @@ use super::depth_and_registration::Maps;
 use crate::mesh::DisjointSets;
 use std::ops::Range;
 
-/// Clears the pieces of the maps' mask (pixels joined by their sides) that have less than `min_fraction` of the largest
-/// piece's pixels, and gives the number of pixels cleared. A hand before a sheet cuts it into several
-/// large pieces, which stay; a few pixels far from it are a network's mistake. Linear in the mask's area.
+/// Clears small connected components of the maps' mask and returns the number of pixels cleared. Pixels are joined by
+/// their sides; small is less than `min_fraction` of the largest component. A hand before a sheet cuts it into
+/// several large pieces, which stay; a few pixels far from it are a network's mistake. Linear in the mask's area.
 ///
 /// ```
 /// use deepsft_geometry::{Maps, remove_islands};

@@ -22,10 +22,10 @@ const JACOBIAN_BOUNDS: [f64; 2] = [0.25, 10.0];
 pub struct FrameMetrics {
     /// RMSE of the depth (camera-frame z), mm.
     pub depth_rmse_mm: Option<f64>,
-    /// RMSE of the registration in pixels of the maps: the image displacement that the texture error
-    /// stands for, through the inverse of the true map's local Jacobian d(u, v) / d(pixel). In words:
-    /// how far an overlay sits from the truth. Over the pixels whose Jacobian is well defined: the
-    /// four neighbours are on the object and on the same sheet of it.
+    /// RMSE of the registration in pixels of the maps. It is the image displacement that the texture error stands
+    /// for, through the inverse of the true map's local Jacobian d(u, v) / d(pixel). In words: how far an overlay
+    /// sits from the truth. Over the pixels whose Jacobian is well defined: the four neighbours are on the object and
+    /// on the same sheet of it.
     pub registration_rmse_px: Option<f64>,
     /// RMSE of the registration in mm on the template.
     pub registration_rmse_mm: Option<f64>,
@@ -37,8 +37,8 @@ pub struct FrameMetrics {
     pub coverage: Option<f64>,
 }
 
-/// Compares `predicted` with `truth`, both maps of `camera`'s image; `template_size_mm` is the size of
-/// the texture map's unit square on the template.
+/// Compares `predicted` with `truth`, both maps of `camera`'s image. `template_size_mm` is the size of the texture
+/// map's unit square on the template.
 ///
 /// ```
 /// use deepsft_geometry::{Maps, glam::DVec2, metrics::frame_metrics, training_camera};
@@ -98,8 +98,8 @@ pub fn frame_metrics(
     })
 }
 
-/// The error behind [`FrameMetrics::registration_rmse_px`] at one pixel, row-major, of maps of one size: by how many pixels an
-/// overlay is displaced there. `None` where it is not defined.
+/// Returns the registration error at one pixel (row-major), in pixels: by how much an overlay is displaced there.
+/// [`FrameMetrics::registration_rmse_px`] is its root mean square. `None` where it is not defined.
 pub fn registration_error_px(
     predicted: &Maps,
     (truth, camera): (&Maps, &Camera),

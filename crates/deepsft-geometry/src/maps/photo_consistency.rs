@@ -5,8 +5,8 @@ use super::metrics::{MeanSquare, central_differences};
 use super::paired_sums::PairedSums;
 use crate::image::{MipLevel, Picture};
 
-/// The template as the registration places it in the image: the paper's rendered image I', black
-/// outside the mask, of the maps' size. Nothing corrects for light.
+/// Renders the template through the registration: the paper's image I', of the maps' size, black outside the mask.
+/// Nothing corrects for light.
 ///
 /// `texture` is sampled at the mipmap level nearest to the frame's mean resolution, so that a texture
 /// finer than the image is averaged as the camera averaged it (our choice; the paper is silent).
@@ -20,9 +20,9 @@ pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
     })
 }
 
-/// The photo-consistency error E_pr of the paper (its equation `photoerrors`): the root mean square
-/// difference between `image` and the template drawn through the registration as [`draw_template`] does, over
-/// the pixels inside the maps' mask and the three colours, intensities in 0..=1.
+/// Returns the paper's photo-consistency error E_pr (its equation `photoerrors`). It is the root mean square
+/// difference between `image` and the template drawn as [`draw_template`] does, over the pixels inside the maps' mask
+/// and the three colours, intensities in 0..=1.
 ///
 /// `None` when the mask is empty or the image is not of the maps' size.
 pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
@@ -39,9 +39,9 @@ pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) 
     squares.root()
 }
 
-/// [`photo_consistency_error`] after the drawn template was given the gain and the offset of each colour that bring it closest to
-/// the image: what is left when light, paper and camera are taken away as far as they are the same all over the object.
-/// E_pr itself is mostly these where nobody controlled the light (our addition to the paper's figure).
+/// Returns [`photo_consistency_error`] after the best gain and offset of each colour. What is left has no light,
+/// paper and camera in it as far as they are the same all over the object. E_pr itself is mostly these where nobody
+/// controlled the light (our addition to the paper's figure).
 ///
 /// `None` as there.
 pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {

@@ -82,8 +82,7 @@ impl ImageTriangle {
         [0, 1, 2].map(|k| self.barycentric[k].at(x, y) / self.corner_depths[k] * depth)
     }
 
-    /// Unit normal at an image position, interpolated between the corners' and turned to the camera's side
-    /// when the back is seen.
+    /// Interpolates the unit normal at an image position, turned to the camera's side when the back is seen.
     pub fn normal(&self, x: f64, y: f64) -> Vec3 {
         let mut normal = Vec3::ZERO;
         for (plane, corner) in self.barycentric.iter().zip(self.normal_over_depth) {

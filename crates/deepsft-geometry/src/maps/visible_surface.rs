@@ -13,8 +13,8 @@ const STEP: usize = 2;
 /// surface: 84 degrees, as in the metrics. A larger step in depth is an edge where something ends.
 const STEEPEST: f64 = 10.0;
 
-/// The surface that `maps` of `camera`'s image show, every second pixel a vertex: mm, camera frame,
-/// faces counter-clockwise seen from the camera, torn where the depth jumps.
+/// Triangulates the surface that `maps` of `camera`'s image show, every second pixel a vertex. It is in mm, camera
+/// frame, faces counter-clockwise seen from the camera, torn where the depth jumps.
 ///
 /// # Errors
 /// [`GeometryError`] when the maps show no surface, as [`TriangleMesh::new`] says.

@@ -1,7 +1,7 @@
 //! A smooth curve through values at whole numbers.
 
-/// Weights of the values at -1, 0, 1 and 2 for the value at `t`, 0 to 1, of the curve through them whose slope at each
-/// value is that of the line through its two neighbours (Catmull and Rom 1974).
+/// Weights of a Catmull-Rom spline (1974) for the values at -1, 0, 1 and 2. They give the value at `t`, 0 to 1; the
+/// slope at each value is that of the line through its two neighbours.
 pub fn catmull_rom(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [

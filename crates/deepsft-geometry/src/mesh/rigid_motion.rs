@@ -24,10 +24,9 @@ impl RigidMotion {
         self.rotation * p + self.translation
     }
 
-    /// The motion without scale that brings the sources onto the targets with the least weighted sum of
-    /// squares (Kabsch 1976, Umeyama 1991). `pairs` are (source, target, weight), weights not negative.
-    /// What the points leave open is taken from `guess`: with points on one line the turn about it, with
-    /// one point the whole rotation, with none everything.
+    /// Aligns the sources with the targets by weighted least squares, without scale (Kabsch 1976, Umeyama 1991).
+    /// `pairs` are (source, target, weight), weights not negative. What the points leave open is taken from `guess`:
+    /// with points on one line the turn about it, with one point the whole rotation, with none everything.
     pub fn align(pairs: impl Iterator<Item = (DVec3, DVec3, f64)> + Clone, guess: Self) -> Self {
         let (mut source, mut target, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for (a, b, weight) in pairs.clone() {

@@ -55,8 +55,9 @@ impl Template {
         Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_FRACTION)
     }
 
-    /// A template of any shape: `mesh` is its rest shape (mm, template frame, faces counter-clockwise seen from outside)
-    /// and carries `texture`. Vertices on a seam stand in it once for each chart, at exactly the same position.
+    /// Makes a template of any shape from its rest mesh, which carries `texture`. The mesh is in mm, template frame,
+    /// faces counter-clockwise seen from outside. Vertices on a seam stand in it once for each chart, at exactly the
+    /// same position.
     ///
     /// Tolerated: borders, several pieces, edges of more than two faces, faces without area in the texture.
     ///
@@ -134,8 +135,8 @@ impl Template {
         )
     }
 
-    /// The same sheet with every cell of its grid cut into four: what a method that fits the ordinary mesh is
-    /// tried on, so that it does not find its own mesh again. Vertex (i, j) of this grid is vertex (2 i, 2 j) there.
+    /// Subdivides the sheet's grid: every cell is cut into four. A method that fits the ordinary mesh is tried on it,
+    /// so that it does not find its own mesh again. Vertex (i, j) of this grid is vertex (2 i, 2 j) there.
     ///
     /// # Errors
     /// [`GeometryError::NotASheet`] for a template of another shape.

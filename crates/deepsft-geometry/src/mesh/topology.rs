@@ -89,7 +89,7 @@ impl Topology {
         })
     }
 
-    /// Number of handles of a closed manifold surface in one piece (0: a ball, 1: a ring); `None` for any other.
+    /// Genus of a closed manifold surface in one piece (0: a ball, 1: a ring). `None` for any other.
     pub fn genus(&self) -> Option<u64> {
         let closed = self.pieces == 1 && self.border_edges == 0 && self.non_manifold_edges == 0;
         let doubled = 2 - self.euler_characteristic;

@@ -13,8 +13,8 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Checks and takes vertices (mm), texture coordinates ((u, v) in the unit square, v down) and
-    /// faces (vertex indices, counter-clockwise seen from the front).
+    /// Checks and takes vertices (mm), texture coordinates and faces. Texture coordinates are (u, v) in the unit
+    /// square, v down; faces are vertex indices, counter-clockwise seen from the front.
     ///
     /// # Errors
     /// [`GeometryError`] when the arrays differ in length, a number is not finite or a face names a
@@ -81,8 +81,7 @@ impl TriangleMesh {
         sides
     }
 
-    /// Unit normals of the front, one for each vertex, with the vertices at `vertices`: area-weighted means of the faces
-    /// around them.
+    /// Vertex normals of the front for other vertex positions: area-weighted means of the faces around each.
     pub fn normals_at(&self, vertices: &[DVec3]) -> Vec<DVec3> {
         let mut normals = vec![DVec3::ZERO; vertices.len()];
         for &[a, b, c] in &self.faces {

@@ -5,8 +5,8 @@ use crate::error::GeometryError;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// The vertices of a mesh with texture seams, welded: a point on a seam stands in the mesh once for each chart
-/// and in the geometry once. Solvers move *welded* vertices, textures and renderers keep those of the mesh.
+/// A mesh whose texture seams are welded. A point on a seam stands in the mesh once for each chart and in the
+/// geometry once. Solvers move *welded* vertices, textures and renderers keep those of the mesh.
 ///
 /// Two vertices are one point when they have exactly the same rest position and both lie on a border of
 /// their charts (an edge with one face): seams do, and surfaces that touch in their interior are not glued.

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-/// One term of the energy that the mesh solver minimises: a weighted sum of squared residuals of the
-/// vertex positions, possibly under a robust function.
+/// One energy term of the mesh solver: a weighted, possibly robust sum of squared residuals of the vertex positions.
 ///
 /// Every residual is without unit (lengths are divided by the template's mean edge length, see
 /// [`LengthScale`](super::LengthScale), or by a standard deviation), so that weights mean the same in

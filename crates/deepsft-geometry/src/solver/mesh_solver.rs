@@ -33,12 +33,12 @@ pub struct SolveOptions {
     pub step_tolerance: f64,
     /// Converged when a step lowers the energy by less than this fraction. Default 1e-9.
     pub energy_tolerance: f64,
-    /// First damping, as a fraction of the diagonal of J^T W J (Marquardt's scaling, which makes the steps independent of
-    /// units). Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it
-    /// leaves open: a start that is near its minimum wants much less.
+    /// First damping, as a fraction of the diagonal of J^T W J (Marquardt's scaling: steps do not depend on units).
+    /// Default 1e-3. A stiff term raises the diagonal and with it the damping of the soft motions that it leaves
+    /// open: a start that is near its minimum wants much less.
     pub first_damping: f64,
-    /// Whether a step near the minimum that is too long is tried at half its length before it is damped more, which would cost a
-    /// factorisation. For starts that are near their minimum. Default false.
+    /// Whether a step near the minimum that is too long is first tried at half its length. Damping it more would cost
+    /// a factorisation. For starts that are near their minimum. Default false.
     pub halving: bool,
 }
 
@@ -191,8 +191,8 @@ impl MeshSolver {
         })
     }
 
-    /// Minimises the sum of `terms` from `start` (one position a vertex: the rest shape moved to where
-    /// the object is, or the last frame's result).
+    /// Minimises the sum of `terms` from `start`, one position a vertex. That is the rest shape moved to where the
+    /// object is, or the last frame's result.
     ///
     /// # Errors
     /// [`GeometryError::StartLength`] when `start` does not have the template's vertices,

@@ -18,11 +18,11 @@ pub struct TexturePoint {
     pub value: f64,
 }
 
-/// Photo-consistency: weight times the sum over template points of rho((I(pi(p)) - T)^2) with image and
-/// template both locally normalised, so that light, exposure and gain drop out. The residual is in local
-/// deviations. Points that project outside the image count as a residual of 1 that does not move. The
-/// paper's photo-consistency loss trains its network; as a fit of the mesh it is the direct method of
-/// Shape-from-Template (Yu et al. 2015, Ngo et al. 2015).
+/// The photo-consistency term: image against template at template points, both normalised in local contrast. It is
+/// the weight times the sum of rho((I(pi(p)) - T)^2); light, exposure and gain drop out. The residual is in local
+/// deviations. Points that project outside the image count as a residual of 1 that does not move. The paper's
+/// photo-consistency loss trains its network; as a fit of the mesh it is the direct method of Shape-from-Template (Yu
+/// et al. 2015, Ngo et al. 2015).
 #[derive(Clone, Debug)]
 pub struct PhotoConsistency<'a> {
     image: &'a ContrastNormalizedImage,
@@ -46,9 +46,9 @@ pub(crate) struct PixelResidual {
 }
 
 impl<'a> PhotoConsistency<'a> {
-    /// Takes the template's points (every few millimetres) against one frame's normalised `image`, whose pixels
-    /// are those of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best).
-    /// Converges from about the blur's width in pixels: solve from coarse to fine.
+    /// Takes the template's points (every few millimetres) and one frame's normalised `image`. Its pixels are those
+    /// of `camera`; `robust` has its scale in local deviations (Cauchy at 0.8 worked best). Converges from about the
+    /// blur's width in pixels: solve from coarse to fine.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when the image is not of the camera's size,

@@ -29,9 +29,8 @@ pub struct Reprojection {
 }
 
 impl Reprojection {
-    /// Takes the registered points of one frame; `robust` has its scale in pixels (Cauchy with 2 to 4 px
-    /// suits a network's registration). Points that are not finite or lie on a face that names
-    /// a vertex twice are left out.
+    /// Takes the registered points of one frame. `robust` has its scale in pixels (Cauchy with 2 to 4 px suits a
+    /// network's registration). Points that are not finite or lie on a face that names a vertex twice are left out.
     ///
     /// # Errors
     /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
