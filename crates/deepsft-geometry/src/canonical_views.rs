@@ -20,14 +20,14 @@ const MIN_BEYOND: f64 = 1.05;
 /// Places along each side of the image that say which rays it holds.
 const BORDER_PLACES: usize = 16;
 
-/// Pixels between a mesh and a view's border for which the mesh counts as held by a view that is chosen anew.
+/// Pixels of the canonical image between a mesh and a view's border for which the mesh counts as held by a view that is chosen anew.
 const MARGIN_PX: f64 = 8.0;
 
 /// The same below which a view is left for a wider one, and from which it is left for a narrower one: apart, so that views do not alternate.
 const MARGIN_TO_LEAVE_PX: f64 = 3.0;
 const MARGIN_TO_RETURN_PX: f64 = 24.0;
 
-/// Pixels of a mask along a view's border from which the object counts as cut off.
+/// Pixels of the canonical image along a view's border that a mask covers from which the object counts as cut off.
 const CUT_PX: usize = 4;
 
 /// The zoom levels of one camera: its [canonical camera](canonical_camera) and wider ones of the same size. The wider

@@ -39,7 +39,7 @@ pub struct SelfCalibrationOptions {
     /// point's column and row as fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a
     /// phone whose focal length was guessed.
     pub deviations: [f64; 4],
-    /// Blur of image and drawing, pixels, one entry for each update of the camera; later updates take the last.
+    /// Blur of image and drawing, pixels of the canonical image, one entry for each update of the camera; later updates take the last.
     pub blurs: Vec<f32>,
     /// Steps of a mesh between two updates of the camera.
     pub steps: usize,
