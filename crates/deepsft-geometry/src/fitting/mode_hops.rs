@@ -89,3 +89,62 @@ fn is_same_place(a: &CoarseFit, b: &CoarseFit, side: f64) -> bool {
         .sum::<f64>();
     apart < SAME_PLACE * side * a.vertices.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::training_camera;
+    use crate::fitting::options::FitOptions;
+    use crate::fitting::self_similarity::self_similarities;
+    use crate::fitting::start::Start;
+    use crate::image::Picture;
+    use crate::maps::raster::VisibleSurface;
+    use crate::mesh::Template;
+    use glam::{DVec2, DVec3};
+
+    #[test]
+    fn a_place_that_two_motions_lead_to_is_not_its_own_rival() {
+        // 6 x 4 motifs without a symmetry of their own, 50 mm apart.
+        let motif = |x: usize, y: usize| match (x % 100, y % 100) {
+            (10..70, 15..35) | (10..30, 15..85) => [20; 3],
+            (50..85, 60..85) => [140, 60, 60],
+            _ => [240; 3],
+        };
+        let template = Template::thin_shell(Picture::from_fn(600, 400, motif), 300.0, 200.0).unwrap();
+        let camera = training_camera();
+        let vertices: Vec<DVec3> = template
+            .mesh()
+            .vertices()
+            .iter()
+            .map(|p| p + 450.0 * DVec3::Z)
+            .collect();
+        let maps = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+        let image = Picture::from_fn(maps.width(), maps.height(), |x, y| {
+            let [u, v] = maps.registration()[y * maps.width() + x];
+            let texel = |at: f32, count: usize| (at * count as f32) as usize;
+            if maps.inside(y * maps.width() + x) {
+                motif(texel(u, 600), texel(v, 400))
+            } else {
+                [90; 3]
+            }
+        });
+        let all = self_similarities(&template);
+        let centre = DVec2::splat(0.5);
+        let shift = |columns: f64| {
+            let there = centre + DVec2::new(columns / 6.0, 0.0);
+            all.iter()
+                .find(|like| like.of(centre).distance(there) < 0.02)
+                .copied()
+                .unwrap()
+        };
+        let grey = GreyImage::of(&image);
+        let mut fitter = CoarseFitter::new(&template, FitOptions::default()).unwrap();
+        let start = Start::Maps(maps);
+        let right = fitter.start(&start, &camera).unwrap().unwrap();
+        let wrong = right.moved(&shift(1.0));
+        let found = fitter.fit((&grey, &camera), &wrong, &[3.0]).unwrap();
+        let (back, best) = (shift(-1.0), (found, wrong));
+        let (.., ambiguity) = best_of_mode_hops(&mut fitter, &[back; 2], (&grey, &camera), best, &[3.0]).unwrap();
+        assert!(ambiguity.unwrap() < 0.95, "{ambiguity:?}");
+    }
+}
