@@ -3,7 +3,7 @@
 use crate::features::{FeatureOptions, Features};
 use crate::pyramid::resized;
 use deepsft_geometry::glam::Vec2;
-use deepsft_geometry::{GeometryError, Picture, Template, luma};
+use deepsft_geometry::{GeometryError, Picture, Template, TemplateError, luma};
 
 /// Longest side of the picture that corners are taken from, pixels: an A4 sheet then has 2 pixels per mm, as a camera with
 /// 960 columns sees it 35 cm away.
@@ -35,7 +35,7 @@ impl PictureTarget {
     /// Prepares a picture that is printed `width_mm` wide.
     ///
     /// # Errors
-    /// [`GeometryError::TemplateSize`] when the width is not positive and finite, and as [`Self::from_template`].
+    /// [`TemplateError::Size`] when the width is not positive and finite, and as [`Self::from_template`].
     pub fn from_picture(picture: Picture, width_mm: f64) -> Result<Self, GeometryError> {
         let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
         Self::from_template(Template::thin_shell(picture, width_mm, height_mm)?)
@@ -44,7 +44,7 @@ impl PictureTarget {
     /// Prepares `template`, a sheet.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::PrintSize`] when a side is shorter than 5 mm or
+    /// [`GeometryError::NotASheet`] for a template of another shape, [`TemplateError::PrintSize`] when a side is shorter than 5 mm or
     /// longer than 20 m.
     pub fn from_template(template: Template) -> Result<Self, GeometryError> {
         if !template.is_sheet() {
@@ -55,12 +55,13 @@ impl PictureTarget {
         let [shortest, longest] = SIDES_MM;
         let size = template.size_mm();
         if size.min_element() < shortest || size.max_element() > longest {
-            return Err(GeometryError::PrintSize {
+            return Err(TemplateError::PrintSize {
                 width: size.x,
                 height: size.y,
                 shortest,
                 longest,
-            });
+            }
+            .into());
         }
         let picture = resized(template.texture(), LONGEST_SIDE);
         let options = FeatureOptions {
@@ -175,7 +176,10 @@ mod tests {
         let print = |width_mm: f64| PictureTarget::from_picture(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
         for width_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(
-                matches!(print(width_mm), Err(GeometryError::TemplateSize { .. })),
+                matches!(
+                    print(width_mm),
+                    Err(GeometryError::Template(TemplateError::Size { .. }))
+                ),
                 "{width_mm}"
             );
         }
@@ -190,7 +194,7 @@ mod tests {
         let line = Picture::from_fn(1, 400, |_, _| [0; 3]);
         assert!(matches!(
             PictureTarget::from_picture(line, 100.0),
-            Err(GeometryError::PrintSize { .. })
+            Err(GeometryError::Template(TemplateError::PrintSize { .. }))
         ));
     }
 }

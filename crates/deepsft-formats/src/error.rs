@@ -1,6 +1,6 @@
 //! The one error type of this crate.
 
-use deepsft_geometry::GeometryError;
+use deepsft_geometry::{GeometryError, TemplateError};
 #[cfg(feature = "fs")]
 use std::path::Path;
 use std::path::PathBuf;
@@ -9,9 +9,12 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormatError {
-    /// Geometry refused a camera, mesh, map, picture or template.
+    /// Geometry refused a camera, map or picture.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A mesh or template cannot be used.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
     /// The content of a `camera.json` cannot be read.
     #[error("camera description cannot be read: {reason}")]
     CameraFile {

@@ -1,12 +1,16 @@
-//! The one error type of this crate.
+//! The error of cameras, pictures, maps and fits.
 
+use crate::template_error::TemplateError;
 use glam::DVec3;
 use thiserror::Error;
 
-/// What is wrong with a camera, a mesh, a picture, a pair of maps or a fit.
+/// What is wrong with a camera, a picture, a pair of maps or a fit.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
+    /// A mesh or template cannot be used.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
     /// An intrinsic parameter is not a number a camera can have.
     #[error("camera {parameter} is {actual}, expected {expected}")]
     CameraParameter {
@@ -36,42 +40,6 @@ pub enum GeometryError {
         width: usize,
         /// Rows.
         height: usize,
-    },
-    /// A template's size in millimetres is not positive and finite.
-    #[error("template {side} is {actual} mm, expected a positive finite length")]
-    TemplateSize {
-        /// `width` or `height`.
-        side: &'static str,
-        /// The length met, mm.
-        actual: f64,
-    },
-    /// A print has a size that no print has.
-    #[error("print is {width} x {height} mm, expected sides from {shortest} to {longest} mm")]
-    PrintSize {
-        /// Width met, mm.
-        width: f64,
-        /// Height met, mm.
-        height: f64,
-        /// Shortest side allowed, mm.
-        shortest: f64,
-        /// Longest side allowed, mm.
-        longest: f64,
-    },
-    /// A face names a vertex that is not there.
-    #[error("face {face} names vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
-    FaceIndex {
-        /// Index of the face.
-        face: usize,
-        /// The vertex it names.
-        vertex: usize,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A vertex or texture coordinate is not finite.
-    #[error("vertex {vertex} is not finite")]
-    VertexNotFinite {
-        /// Index of the vertex.
-        vertex: usize,
     },
     /// A measurement names a vertex that is not there.
     #[error("measurement of vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
@@ -142,100 +110,11 @@ pub enum GeometryError {
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// Per-vertex arrays differ in length.
-    #[error("mesh has {actual} texture coordinates, expected one for each of {expected} vertices")]
-    TextureCoordinates {
-        /// Number of texture coordinates.
-        actual: usize,
-        /// Number of vertices.
-        expected: usize,
-    },
     /// An operation that only a flat sheet's regular grid allows.
     #[error("{operation} needs a template that is a flat sheet; this one is a mesh")]
     NotASheet {
         /// What was asked for.
         operation: &'static str,
-    },
-    /// A template's mesh has no faces.
-    #[error("mesh has no faces")]
-    MeshWithoutFaces,
-    /// A face of a template's mesh has no area.
-    #[error("face {face} has no area")]
-    DegenerateFace {
-        /// Index of the face.
-        face: usize,
-    },
-    /// A vertex of a template's mesh belongs to no face.
-    #[error("vertex {vertex} belongs to no face")]
-    UnusedVertex {
-        /// Index of the vertex.
-        vertex: usize,
-    },
-    /// A texture coordinate of a template's mesh lies outside the texture.
-    #[error("vertex {vertex} has the texture coordinates ({u}, {v}), expected both between 0 and 1")]
-    TextureOutside {
-        /// Index of the vertex.
-        vertex: usize,
-        /// Its u.
-        u: f64,
-        /// Its v.
-        v: f64,
-    },
-    /// Two neighbouring faces of a template's mesh have their fronts on different sides.
-    #[error("faces {first} and {second} share an edge and have their fronts on different sides of the surface")]
-    FaceOrientation {
-        /// Index of one face.
-        first: usize,
-        /// Index of the other.
-        second: usize,
-    },
-    /// Parts of a template's surface share one place of the texture, so a registration would not tell them apart.
-    #[error(
-        "{percent:.1} % of the used texture belongs to more than one part of the surface: a registration could not \
-         tell them apart"
-    )]
-    ChartsOverlap {
-        /// Fraction of the used texture, percent.
-        percent: f64,
-    },
-    /// A scan has more faces than can be laid flat.
-    #[error("mesh has {actual} faces, more than the {most} that can be laid flat: export it with fewer")]
-    MeshFaces {
-        /// Faces met.
-        actual: usize,
-        /// Most that can be.
-        most: usize,
-    },
-    /// A scan of a sheet is in several pieces.
-    #[error("mesh is in {actual} pieces, a sheet is one: keep the sheet alone and delete what flies around it")]
-    MeshPieces {
-        /// Pieces met.
-        actual: usize,
-    },
-    /// A closed surface has no front that could be laid flat.
-    #[error("mesh is closed, so it has a volume and cannot be laid flat; of a sheet, keep its front alone")]
-    MeshWithoutBorder,
-    /// A surface cannot be laid flat without stretching it.
-    #[error(
-        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {max_percent:.0} % at most: it bulges or closes to a \
-         tube"
-    )]
-    UnrollingStretch {
-        /// Mean stretch, percent.
-        percent: f64,
-        /// Most of a sheet, percent.
-        max_percent: f64,
-    },
-    /// The outline of a sheet is no rectangle.
-    #[error(
-        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {min_percent:.0} % or more: only \
-         rectangular sheets can be followed"
-    )]
-    UnrollingOutline {
-        /// Part of the rectangle that is filled, percent.
-        percent: f64,
-        /// Least of a sheet, percent.
-        min_percent: f64,
     },
     /// A picture or maps do not have the size of what they belong to.
     #[error("image or maps of {actual:?} pixels (width, height), expected {expected:?}")]

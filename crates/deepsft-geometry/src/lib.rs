@@ -34,6 +34,7 @@ pub mod planar_calibration;
 mod recovery;
 pub mod solver;
 mod surface;
+mod template_error;
 mod unrolling;
 mod verdict;
 
@@ -55,5 +56,6 @@ pub use maps::{
 pub use mesh::{DisjointSets, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
 pub use recovery::MeshRecovery;
 pub use surface::Surface;
-pub use unrolling::{UnrolledSheet, unroll};
+pub use template_error::TemplateError;
+pub use unrolling::{UnrollError, UnrolledSheet, unroll};
 pub use verdict::Verdict;

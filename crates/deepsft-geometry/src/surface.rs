@@ -53,6 +53,6 @@ impl Surface {
     /// # Errors
     /// [`GeometryError`] for a mesh with another number of vertices.
     pub fn mesh(&self, template: &TriangleMesh) -> Result<TriangleMesh, GeometryError> {
-        template.with_vertices(self.vertices_camera.clone())
+        Ok(template.with_vertices(self.vertices_camera.clone())?)
     }
 }

@@ -4,8 +4,10 @@ use crate::error::GeometryError;
 use crate::image::Picture;
 use crate::mesh::{SurfaceLocator, Template, Topology, TriangleMesh, Welding};
 use crate::solver::cholesky::SparseCholesky;
+use crate::template_error::TemplateError;
 use glam::{DMat2, DVec2, DVec3};
 use std::collections::{BTreeMap, VecDeque};
+use thiserror::Error;
 
 /// Most faces of a scan: the flat layout then takes some seconds in a browser.
 const MAX_FACES: usize = 200_000;
@@ -22,6 +24,57 @@ const LONGEST_SIDE: f64 = 2000.0;
 /// A place beside the surface (a hole, a round corner) has the colour of the nearest place towards the middle, in steps of this
 /// fraction of the way.
 const INWARDS: f64 = 0.01;
+
+/// Why a scan cannot be laid flat.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum UnrollError {
+    /// A scan has more faces than can be laid flat.
+    #[error("mesh has {actual} faces, more than the {most} that can be laid flat: export it with fewer")]
+    Faces {
+        /// Faces met.
+        actual: usize,
+        /// Most that can be.
+        most: usize,
+    },
+    /// A scan of a sheet is in several pieces.
+    #[error("mesh is in {actual} pieces, a sheet is one: keep the sheet alone and delete what flies around it")]
+    Pieces {
+        /// Pieces met.
+        actual: usize,
+    },
+    /// A closed surface has no front that could be laid flat.
+    #[error("mesh is closed, so it has a volume and cannot be laid flat; of a sheet, keep its front alone")]
+    WithoutBorder,
+    /// A surface cannot be laid flat without stretching it.
+    #[error(
+        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {max_percent:.0} % at most: it bulges or closes to a \
+         tube"
+    )]
+    Stretch {
+        /// Mean stretch, percent.
+        percent: f64,
+        /// Most of a sheet, percent.
+        max_percent: f64,
+    },
+    /// The outline of a sheet is no rectangle.
+    #[error(
+        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {min_percent:.0} % or more: only \
+         rectangular sheets can be followed"
+    )]
+    Outline {
+        /// Part of the rectangle that is filled, percent.
+        percent: f64,
+        /// Least of a sheet, percent.
+        min_percent: f64,
+    },
+    /// The scan's mesh or the flat sheet cannot be used.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
+    /// The flat layout cannot be solved for.
+    #[error(transparent)]
+    Layout(#[from] GeometryError),
+}
 
 /// A sheet that was made of a scan.
 #[derive(Clone, Debug)]
@@ -40,31 +93,31 @@ pub struct UnrolledSheet {
 /// and of a sheet that lies on the ground the far side.
 ///
 /// # Errors
-/// * [`GeometryError::MeshFaces`] above 200,000 faces, [`GeometryError::MeshPieces`] for a surface in pieces.
-/// * [`GeometryError::MeshWithoutBorder`] for a closed surface.
-/// * [`GeometryError::UnrollingStretch`] for a surface with a volume: it bulges, or closes to a tube.
-/// * [`GeometryError::UnrollingOutline`] where the outline is no rectangle.
-pub fn unroll(template: &Template) -> Result<UnrolledSheet, GeometryError> {
+/// * [`UnrollError::Faces`] above 200,000 faces, [`UnrollError::Pieces`] for a surface in pieces.
+/// * [`UnrollError::WithoutBorder`] for a closed surface.
+/// * [`UnrollError::Stretch`] for a surface with a volume: it bulges, or closes to a tube.
+/// * [`UnrollError::Outline`] where the outline is no rectangle.
+pub fn unroll(template: &Template) -> Result<UnrolledSheet, UnrollError> {
     let faces = template.mesh().faces().len();
     if faces > MAX_FACES {
-        return Err(GeometryError::MeshFaces {
+        return Err(UnrollError::Faces {
             actual: faces,
             most: MAX_FACES,
         });
     }
     let topology = Topology::of(template.mesh())?;
     if topology.border_edges == 0 {
-        return Err(GeometryError::MeshWithoutBorder);
+        return Err(UnrollError::WithoutBorder);
     }
     if topology.pieces > 1 {
-        return Err(GeometryError::MeshPieces {
+        return Err(UnrollError::Pieces {
             actual: topology.pieces,
         });
     }
     let welding = Welding::of(template.mesh())?;
     let (flat, stretch) = flat_layout(welding.mesh())?;
     if stretch > MAX_STRETCH {
-        return Err(GeometryError::UnrollingStretch {
+        return Err(UnrollError::Stretch {
             percent: 100.0 * stretch,
             max_percent: 100.0 * MAX_STRETCH,
         });
@@ -72,7 +125,7 @@ pub fn unroll(template: &Template) -> Result<UnrolledSheet, GeometryError> {
     let (flat, size) = upright(&flat, welding.mesh());
     let filled = area(&flat, welding.mesh()) / (size.x * size.y);
     if filled < MIN_FILLED {
-        return Err(GeometryError::UnrollingOutline {
+        return Err(UnrollError::Outline {
             percent: 100.0 * filled,
             min_percent: 100.0 * MIN_FILLED,
         });
@@ -297,7 +350,7 @@ fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
 }
 
 /// What is on the surface, in the rectangle of `size` mm.
-fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DVec2) -> Result<Picture, GeometryError> {
+fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DVec2) -> Result<Picture, TemplateError> {
     let mesh = template.mesh();
     let (uv, faces) = (mesh.texture_coordinates(), mesh.faces());
     let layout = TriangleMesh::new(

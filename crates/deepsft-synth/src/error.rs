@@ -1,7 +1,7 @@
 //! What can go wrong in synthesis and data sets.
 
 use deepsft_formats::FormatError;
-use deepsft_geometry::{GeometryError, Lens};
+use deepsft_geometry::{GeometryError, Lens, TemplateError};
 use std::path::{Path, PathBuf};
 
 /// Errors of this crate.
@@ -59,6 +59,9 @@ pub enum SynthError {
     /// A camera, mesh, map or picture was refused.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A mesh or template cannot be used.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
 }
 
 impl SynthError {

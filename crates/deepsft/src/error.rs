@@ -1,7 +1,7 @@
 //! The one error type of this crate.
 
 use deepsft_formats::FormatError;
-use deepsft_geometry::GeometryError;
+use deepsft_geometry::{GeometryError, TemplateError};
 use deepsft_inference::{DeviceKind, UnknownDevice};
 use thiserror::Error;
 
@@ -9,9 +9,12 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DeepSftError {
-    /// Geometry refused a camera, mesh, picture or template.
+    /// Geometry refused a camera, picture or fit.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A mesh or template cannot be used.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
     /// A camera, template or picture cannot be read.
     #[error(transparent)]
     Format(FormatError),
@@ -82,6 +85,7 @@ impl From<FormatError> for DeepSftError {
     fn from(error: FormatError) -> Self {
         match error {
             FormatError::Geometry(error) => Self::Geometry(error),
+            FormatError::Template(error) => Self::Template(error),
             error => Self::Format(error),
         }
     }

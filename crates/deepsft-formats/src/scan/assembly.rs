@@ -4,7 +4,7 @@ use super::atlas::atlas;
 use super::{Scan, ScanPart, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{DisjointSets, GeometryError, Template, Topology, TriangleMesh};
+use deepsft_geometry::{DisjointSets, Template, TemplateError, Topology, TriangleMesh};
 use std::collections::HashMap;
 
 /// How far texture coordinates may pass the border of a texture and be moved onto it, texels; but no less and no more
@@ -105,7 +105,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     };
     let mesh = TriangleMesh::new(vertices.clone(), uv.clone(), faces.clone())?;
     let topology = match Topology::of(&mesh) {
-        Err(error @ GeometryError::FaceOrientation { .. }) => {
+        Err(error @ TemplateError::FaceOrientation { .. }) => {
             return refused(format!(
                 "{error}: let the program that made it turn all normals outside"
             ));

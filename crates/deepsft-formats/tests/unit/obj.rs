@@ -1,7 +1,7 @@
 //! Template meshes as OBJ.
 
 use deepsft_formats::{FormatError, mesh_from_obj, mesh_to_obj};
-use deepsft_geometry::GeometryError;
+use deepsft_geometry::TemplateError;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
 const GOOD: &str = "# a triangle\nv 1 -2 -3.5\nv 4 5 6\nv 7 8 10\n\nvt 0 1\nvt 0.25 0.5\nvt 1 0\nf 1/1 2/2 3/3\n";
@@ -53,11 +53,11 @@ fn arrays_that_do_not_fit_together_are_refused() {
     let missing = mesh_from_obj(GOOD.replace("vt 1 0\n", "").replace("f 1/1 2/2 3/3", "").as_bytes()).unwrap_err();
     assert!(matches!(
         missing,
-        FormatError::Geometry(GeometryError::TextureCoordinates { actual: 2, expected: 3 })
+        FormatError::Template(TemplateError::TextureCoordinates { actual: 2, expected: 3 })
     ));
     let nan = mesh_from_obj(GOOD.replace("v 4 5 6", "v 4 NaN 6").as_bytes()).unwrap_err();
     assert!(matches!(
         nan,
-        FormatError::Geometry(GeometryError::VertexNotFinite { vertex: 1 })
+        FormatError::Template(TemplateError::VertexNotFinite { vertex: 1 })
     ));
 }

@@ -2,7 +2,7 @@
 
 use deepsft_formats::{FormatError, TEMPLATE_FILE, TemplateFile, encode_png, template_to_files};
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Picture, Template, TriangleMesh};
+use deepsft_geometry::{Picture, Template, TemplateError, TriangleMesh};
 
 const GOOD: &str = r#"{"format_version":1,"kind":"thin-shell","width_mm":297,"height_mm":210,"texture":"texture.png"}"#;
 
@@ -63,7 +63,7 @@ fn a_template_without_a_size_is_refused() {
     let file = TemplateFile::parse(GOOD.replace("297", "0").as_bytes()).unwrap();
     let texture = encode_png(&Picture::from_fn(2, 2, |_, _| [0; 3])).unwrap();
     let refused = file.template(&texture, None).unwrap_err();
-    let FormatError::Geometry(GeometryError::TemplateSize { side, .. }) = refused else {
+    let FormatError::Template(TemplateError::Size { side, .. }) = refused else {
         panic!("{refused}");
     };
     assert_eq!(side, "width");

@@ -12,6 +12,7 @@ use crate::mesh::{TriangleMesh, Welding};
 use crate::solver::LengthScale;
 use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
+use crate::template_error::TemplateError;
 use glam::{DQuat, DVec3};
 
 /// Halvings of a step that does not lower the energy before the search is given up.
@@ -127,7 +128,7 @@ impl ArapCompletion {
     /// # Errors
     /// [`GeometryError::NoVisibleVertex`] when no point is finite and of positive weight: nothing says where
     /// the object is. [`GeometryError::VertexIndex`], [`GeometryError::Weight`] for points that cannot be,
-    /// [`GeometryError::StartLength`], [`GeometryError::VertexNotFinite`] for such a start,
+    /// [`GeometryError::StartLength`], [`TemplateError::VertexNotFinite`] for such a start,
     /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
     pub fn complete(&mut self, points: &[VertexPoint], start: Option<&[DVec3]>) -> Result<Completion, GeometryError> {
         let visible = Visible::of(points, &self.welding)?;
@@ -215,7 +216,7 @@ impl ArapCompletion {
         };
         check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => Err(GeometryError::VertexNotFinite { vertex }),
+            Some(vertex) => Err(TemplateError::VertexNotFinite { vertex }.into()),
             None => Ok(Some(self.welding.weld(start))),
         }
     }

@@ -2,8 +2,8 @@
 
 use super::Maps;
 use crate::camera::Camera;
-use crate::error::GeometryError;
 use crate::mesh::TriangleMesh;
+use crate::template_error::TemplateError;
 use glam::DVec2;
 
 /// Pixels between the vertices of the mesh.
@@ -17,8 +17,8 @@ const STEEPEST: f64 = 10.0;
 /// frame, faces counter-clockwise seen from the camera, torn where the depth jumps.
 ///
 /// # Errors
-/// [`GeometryError`] when the maps show no surface, as [`TriangleMesh::new`] says.
-pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, GeometryError> {
+/// [`TemplateError`] when the maps show no surface, as [`TriangleMesh::new`] says.
+pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, TemplateError> {
     let (columns, rows) = (maps.width().div_ceil(STEP), maps.height().div_ceil(STEP));
     let pixel = |i: usize, j: usize| j * STEP * maps.width() + i * STEP;
     let depth = |(i, j): (usize, usize)| f64::from(maps.depth()[pixel(i, j)]);

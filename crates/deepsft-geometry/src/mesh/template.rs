@@ -5,6 +5,7 @@ use super::topology::{Topology, texture_overlap};
 use super::triangle_mesh::TriangleMesh;
 use crate::error::GeometryError;
 use crate::image::Picture;
+use crate::template_error::TemplateError;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -45,11 +46,11 @@ impl Template {
     /// A sheet of `width_mm` x `height_mm` that carries `texture` from edge to edge.
     ///
     /// # Errors
-    /// [`GeometryError::TemplateSize`] when a side is not positive and finite.
-    pub fn thin_shell(texture: Picture, width_mm: f64, height_mm: f64) -> Result<Self, GeometryError> {
+    /// [`TemplateError::Size`] when a side is not positive and finite.
+    pub fn thin_shell(texture: Picture, width_mm: f64, height_mm: f64) -> Result<Self, TemplateError> {
         for (side, actual) in [("width", width_mm), ("height", height_mm)] {
             if !(actual.is_finite() && actual > 0.0) {
-                return Err(GeometryError::TemplateSize { side, actual });
+                return Err(TemplateError::Size { side, actual });
             }
         }
         Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_FRACTION)
@@ -62,36 +63,36 @@ impl Template {
     /// Tolerated: borders, several pieces, edges of more than two faces, faces without area in the texture.
     ///
     /// # Errors
-    /// * [`GeometryError::MeshWithoutFaces`], [`GeometryError::UnusedVertex`], [`GeometryError::DegenerateFace`] (no area
+    /// * [`TemplateError::MeshWithoutFaces`], [`TemplateError::UnusedVertex`], [`TemplateError::DegenerateFace`] (no area
     ///   in space): what cannot be deformed.
-    /// * [`GeometryError::TextureOutside`] beyond the unit square, [`GeometryError::ChartsOverlap`] when 2 % of the
+    /// * [`TemplateError::TextureOutside`] beyond the unit square, [`TemplateError::ChartsOverlap`] when 2 % of the
     ///   texture or more belong to several places of the surface: what cannot be registered.
-    /// * [`GeometryError::FaceOrientation`]: front and back are not told apart.
-    pub fn of_mesh(mesh: TriangleMesh, texture: Picture) -> Result<Self, GeometryError> {
+    /// * [`TemplateError::FaceOrientation`]: front and back are not told apart.
+    pub fn of_mesh(mesh: TriangleMesh, texture: Picture) -> Result<Self, TemplateError> {
         if mesh.faces().is_empty() {
-            return Err(GeometryError::MeshWithoutFaces);
+            return Err(TemplateError::MeshWithoutFaces);
         }
         let mut used = vec![false; mesh.vertices().len()];
         for (face, corners) in mesh.faces().iter().enumerate() {
             let [a, b, c] = corners.map(|v| mesh.vertices()[v]);
             if (b - a).cross(c - a) == DVec3::ZERO {
-                return Err(GeometryError::DegenerateFace { face });
+                return Err(TemplateError::DegenerateFace { face });
             }
             corners.iter().for_each(|&v| used[v] = true);
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
-            return Err(GeometryError::UnusedVertex { vertex });
+            return Err(TemplateError::UnusedVertex { vertex });
         }
         let unit = |uv: &DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
         let outside = |uv: &DVec2| uv.distance(unit(uv)) > TEXTURE_ROUNDING;
         if let Some(vertex) = mesh.texture_coordinates().iter().position(outside) {
             let DVec2 { x: u, y: v } = mesh.texture_coordinates()[vertex];
-            return Err(GeometryError::TextureOutside { vertex, u, v });
+            return Err(TemplateError::TextureOutside { vertex, u, v });
         }
         Topology::of(&mesh)?;
         let overlap = texture_overlap(&mesh);
         if overlap >= MAX_OVERLAP {
-            return Err(GeometryError::ChartsOverlap {
+            return Err(TemplateError::ChartsOverlap {
                 percent: 100.0 * overlap,
             });
         }
@@ -113,19 +114,15 @@ impl Template {
         self.expect_sheet("a coarser grid")?;
         let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.
-        Self::with_cells(
-            Picture::from_fn(1, 1, |_, _| [0; 3]),
-            self.size_mm.x,
-            self.size_mm.y,
-            cell,
-        )
+        let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
+        Ok(Self::with_cells(picture, self.size_mm.x, self.size_mm.y, cell)?)
     }
 
     fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize), GeometryError> {
         self.grid().ok_or(GeometryError::NotASheet { operation })
     }
 
-    fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, GeometryError> {
+    fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, TemplateError> {
         let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
         Self::of_grid(
             Arc::new(texture),
@@ -143,7 +140,12 @@ impl Template {
     pub fn finer(&self) -> Result<Self, GeometryError> {
         let (columns, rows) = self.expect_sheet("a finer grid")?;
         let grid = (2 * columns - 1, 2 * rows - 1);
-        Self::of_grid(self.texture.clone(), self.size_mm.x, self.size_mm.y, grid)
+        Ok(Self::of_grid(
+            self.texture.clone(),
+            self.size_mm.x,
+            self.size_mm.y,
+            grid,
+        )?)
     }
 
     /// The same surface with another texture on it.
@@ -160,7 +162,7 @@ impl Template {
         width_mm: f64,
         height_mm: f64,
         (columns, rows): (usize, usize),
-    ) -> Result<Self, GeometryError> {
+    ) -> Result<Self, TemplateError> {
         let mut vertices = Vec::with_capacity(columns * rows);
         let mut texture_coordinates = Vec::with_capacity(columns * rows);
         for j in 0..rows {

@@ -3,7 +3,7 @@
 use super::disjoint_sets::DisjointSets;
 use super::triangle_mesh::TriangleMesh;
 use super::welding::Welding;
-use crate::error::GeometryError;
+use crate::template_error::TemplateError;
 use glam::DVec2;
 use std::collections::HashSet;
 
@@ -45,9 +45,9 @@ impl Topology {
     /// Takes `mesh`, which has its rest shape, apart.
     ///
     /// # Errors
-    /// [`GeometryError::FaceOrientation`] where two faces with an edge in common, and no third, have their fronts on
+    /// [`TemplateError::FaceOrientation`] where two faces with an edge in common, and no third, have their fronts on
     /// different sides.
-    pub fn of(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
+    pub fn of(mesh: &TriangleMesh) -> Result<Self, TemplateError> {
         let welding = Welding::of(mesh)?;
         let welded = welding.mesh();
         // Each side of a face: its edge, whether it runs from the smaller to the larger vertex, the face, and the edge
@@ -68,7 +68,7 @@ impl Topology {
                 [_] => border_edges += 1,
                 [one, other] => {
                     if one.1 == other.1 {
-                        return Err(GeometryError::FaceOrientation {
+                        return Err(TemplateError::FaceOrientation {
                             first: one.2.min(other.2),
                             second: one.2.max(other.2),
                         });

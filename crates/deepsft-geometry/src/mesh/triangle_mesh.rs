@@ -1,6 +1,6 @@
 //! Triangle meshes with texture coordinates.
 
-use crate::error::GeometryError;
+use crate::template_error::TemplateError;
 use glam::{DVec2, DVec3};
 
 /// A triangle mesh with one texture coordinate per vertex. A vertex on a seam between two charts of
@@ -17,15 +17,15 @@ impl TriangleMesh {
     /// square, v down; faces are vertex indices, counter-clockwise seen from the front.
     ///
     /// # Errors
-    /// [`GeometryError`] when the arrays differ in length, a number is not finite or a face names a
+    /// [`TemplateError`] when the arrays differ in length, a number is not finite or a face names a
     /// vertex that is not there.
     pub fn new(
         vertices: Vec<DVec3>,
         texture_coordinates: Vec<DVec2>,
         faces: Vec<[usize; 3]>,
-    ) -> Result<Self, GeometryError> {
+    ) -> Result<Self, TemplateError> {
         if vertices.len() != texture_coordinates.len() {
-            return Err(GeometryError::TextureCoordinates {
+            return Err(TemplateError::TextureCoordinates {
                 actual: texture_coordinates.len(),
                 expected: vertices.len(),
             });
@@ -33,11 +33,11 @@ impl TriangleMesh {
         if let Some(vertex) =
             (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
         {
-            return Err(GeometryError::VertexNotFinite { vertex });
+            return Err(TemplateError::VertexNotFinite { vertex });
         }
         for (face, corners) in faces.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&v| v >= vertices.len()) {
-                return Err(GeometryError::FaceIndex {
+                return Err(TemplateError::FaceIndex {
                     face,
                     vertex,
                     vertices: vertices.len(),
@@ -96,8 +96,8 @@ impl TriangleMesh {
     /// The same faces and texture coordinates on other vertex positions.
     ///
     /// # Errors
-    /// [`GeometryError`] when the number of vertices differs or a position is not finite.
-    pub fn with_vertices(&self, vertices: Vec<DVec3>) -> Result<Self, GeometryError> {
+    /// [`TemplateError`] when the number of vertices differs or a position is not finite.
+    pub fn with_vertices(&self, vertices: Vec<DVec3>) -> Result<Self, TemplateError> {
         Self::new(vertices, self.texture_coordinates.clone(), self.faces.clone())
     }
 }

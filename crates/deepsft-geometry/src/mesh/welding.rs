@@ -1,7 +1,7 @@
 //! Which vertices of a mesh are one point of its surface.
 
 use super::triangle_mesh::TriangleMesh;
-use crate::error::GeometryError;
+use crate::template_error::TemplateError;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -41,7 +41,7 @@ impl Welding {
     ///
     /// # Errors
     /// None for a mesh that exists; the type is that of [`TriangleMesh::new`].
-    pub fn of(mesh: &TriangleMesh) -> Result<Self, GeometryError> {
+    pub fn of(mesh: &TriangleMesh) -> Result<Self, TemplateError> {
         let positions = mesh.vertices();
         let border = border(mesh);
         let mut at_position: HashMap<[u64; 3], usize> = HashMap::new();

@@ -2,7 +2,7 @@
 
 use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Picture, Template, Topology, TriangleMesh};
+use deepsft_geometry::{GeometryError, Picture, Template, TemplateError, Topology, TriangleMesh};
 
 fn sheet() -> Template {
     Template::thin_shell(Picture::from_fn(4, 3, |x, y| [x as u8, y as u8, 0]), 297.0, 210.0).unwrap()
@@ -52,7 +52,7 @@ fn a_sheet_without_a_size_is_refused() {
         let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
         assert!(matches!(
             Template::thin_shell(picture, width, 10.0),
-            Err(GeometryError::TemplateSize { side: "width", .. })
+            Err(TemplateError::Size { side: "width", .. })
         ));
     }
 }
@@ -81,7 +81,7 @@ fn open_box() -> (Vec<DVec3>, Vec<DVec2>, Faces) {
     (vertices, uv, faces)
 }
 
-fn of_mesh(vertices: Vec<DVec3>, uv: Vec<DVec2>, faces: Vec<[usize; 3]>) -> Result<Template, GeometryError> {
+fn of_mesh(vertices: Vec<DVec3>, uv: Vec<DVec2>, faces: Vec<[usize; 3]>) -> Result<Template, TemplateError> {
     let mesh = TriangleMesh::new(vertices, uv, faces)?;
     Template::of_mesh(mesh, Picture::from_fn(2, 2, |_, _| [0; 3]))
 }
@@ -122,30 +122,30 @@ fn what_cannot_be_deformed_or_registered_is_refused_with_its_place() {
         change(&mut vertices, &mut uv, &mut faces);
         of_mesh(vertices, uv, faces).unwrap_err()
     };
-    assert_eq!(refused(&|_, _, faces| faces.clear()), GeometryError::MeshWithoutFaces);
+    assert_eq!(refused(&|_, _, faces| faces.clear()), TemplateError::MeshWithoutFaces);
     assert_eq!(
         refused(&|_, _, faces| faces[3] = [4, 4, 6]),
-        GeometryError::DegenerateFace { face: 3 }
+        TemplateError::DegenerateFace { face: 3 }
     );
     assert_eq!(
         refused(&|vertices, uv, _| {
             vertices.push(DVec3::ONE);
             uv.push(DVec2::ZERO);
         }),
-        GeometryError::UnusedVertex { vertex: 20 }
+        TemplateError::UnusedVertex { vertex: 20 }
     );
     assert!(matches!(
         refused(&|_, uv, _| uv[7].y = 1.25),
-        GeometryError::TextureOutside { vertex: 7, .. }
+        TemplateError::TextureOutside { vertex: 7, .. }
     ));
     assert!(matches!(
         refused(&|_, _, faces| faces[5].swap(0, 1)),
-        GeometryError::FaceOrientation { second: 5, .. }
+        TemplateError::FaceOrientation { second: 5, .. }
     ));
     // The fifth chart on the first: a quarter of what is used is shared.
     let overlap = refused(&|_, uv, _| (0..4).for_each(|k| uv[16 + k] = uv[k]));
     assert!(
-        matches!(overlap, GeometryError::ChartsOverlap { percent } if (percent - 25.0).abs() < 1.0),
+        matches!(overlap, TemplateError::ChartsOverlap { percent } if (percent - 25.0).abs() < 1.0),
         "{overlap}"
     );
 }

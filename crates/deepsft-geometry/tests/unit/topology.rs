@@ -1,7 +1,7 @@
 //! Pieces, charts, seams and borders of meshes.
 
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Topology, TriangleMesh};
+use deepsft_geometry::{TemplateError, Topology, TriangleMesh};
 
 /// A square ring of four sides (a tube without ends, or a torus of four-sided sections), vertices shared.
 fn torus(n: usize, m: usize) -> TriangleMesh {
@@ -74,6 +74,6 @@ fn a_seam_is_found_and_a_face_turned_over_is_refused_by_its_number() {
     );
     assert_eq!(
         Topology::of(&pair(true)),
-        Err(GeometryError::FaceOrientation { first: 0, second: 1 })
+        Err(TemplateError::FaceOrientation { first: 0, second: 1 })
     );
 }

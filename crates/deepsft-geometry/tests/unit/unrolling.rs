@@ -1,7 +1,7 @@
 //! Scanned sheets laid flat.
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Picture, Template, TriangleMesh, UnrolledSheet, unroll};
+use deepsft_geometry::{Picture, Template, TriangleMesh, UnrollError, UnrolledSheet, unroll};
 use std::f64::consts::PI;
 
 /// Of the sheets here, mm.
@@ -164,16 +164,16 @@ fn what_is_no_sheet_is_refused_by_what_is_wrong_with_it() {
                 -longitude.cos() * latitude.cos(),
             )
     });
-    assert!(matches!(bulging, GeometryError::UnrollingStretch { .. }), "{bulging}");
+    assert!(matches!(bulging, UnrollError::Stretch { .. }), "{bulging}");
     // The side of a can, whose last column is its first one.
     let tube = refused(&|place| {
         let turn = 2.0 * PI * (place.x % 1.0);
         DVec3::new(40.0 * turn.sin(), 120.0 * place.y, -40.0 * turn.cos())
     });
-    assert!(matches!(tube, GeometryError::UnrollingStretch { .. }), "{tube}");
+    assert!(matches!(tube, UnrollError::Stretch { .. }), "{tube}");
     let wedge = refused(&|place| DVec3::new(200.0 * place.x * (0.2 + 0.8 * place.y), 120.0 * place.y, 0.0));
     assert!(
-        matches!(wedge, GeometryError::UnrollingOutline { percent, .. } if (percent - 60.0).abs() < 1.0),
+        matches!(wedge, UnrollError::Outline { percent, .. } if (percent - 60.0).abs() < 1.0),
         "{wedge}"
     );
     let (a, b, c, d) = (DVec3::ZERO, 50.0 * DVec3::X, 50.0 * DVec3::Y, 50.0 * DVec3::Z);
@@ -186,7 +186,7 @@ fn what_is_no_sheet_is_refused_by_what_is_wrong_with_it() {
         Template::of_mesh(mesh, four_colours()).unwrap()
     };
     let closed = of_faces(&[[a, c, b], [a, b, d], [b, c, d], [a, d, c]]);
-    assert_eq!(unroll(&closed).unwrap_err(), GeometryError::MeshWithoutBorder);
+    assert_eq!(unroll(&closed).unwrap_err(), UnrollError::WithoutBorder);
     let apart = of_faces(&[[a, c, b], [a + d, c + d, b + d]]);
-    assert_eq!(unroll(&apart).unwrap_err(), GeometryError::MeshPieces { actual: 2 });
+    assert_eq!(unroll(&apart).unwrap_err(), UnrollError::Pieces { actual: 2 });
 }

@@ -206,7 +206,7 @@ fn meshes_that_do_not_fit_are_refused() {
     assert!(matches!(error, SynthError::VertexCount { actual: 3, expected } if expected == vertices));
     assert!(matches!(
         synthesizer.render_clean(vec![DVec3::NAN; vertices]),
-        Err(SynthError::Geometry(_))
+        Err(SynthError::Template(_))
     ));
     // Behind the camera: nothing is seen.
     let behind = synthesizer.render_clean(vec![DVec3::NEG_Z; vertices]).unwrap();

@@ -5,7 +5,7 @@ use deepsft::session::{Session, VideoFollower};
 use deepsft::{DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, TriangleMesh, training_camera};
+use deepsft_geometry::{Camera, Maps, Picture, Template, TemplateError, TriangleMesh, training_camera};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -143,7 +143,7 @@ fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
     for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
         let refused = Target::from_picture(print(), width_mm);
         assert!(
-            matches!(refused, Err(DeepSftError::Geometry(GeometryError::TemplateSize { .. }))),
+            matches!(refused, Err(DeepSftError::Template(TemplateError::Size { .. }))),
             "{width_mm}"
         );
     }
