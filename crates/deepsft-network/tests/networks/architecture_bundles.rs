@@ -128,7 +128,7 @@ fn descriptions_that_no_network_can_be_made_of_are_refused_and_say_why() {
             r#""architecture": "vgg""#,
             "unknown variant `vgg`",
         ),
-        (r#""architecture": "paper","#, "", "missing field `channels`"),
+        (r#""architecture": "paper","#, "", "missing field `architecture`"),
         (
             r#""width_divisor": 32"#,
             r#""width_divisor": 0"#,
