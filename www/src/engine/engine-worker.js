@@ -84,7 +84,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first. `canDeny`: whether no sighting means that it is not
  * there.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: Float32Array<ArrayBuffer>[] }} RawAnswer
+ * @typedef {{ id: number, canDeny: boolean, sightings: Float32Array[] }} RawAnswer
  */
 
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
