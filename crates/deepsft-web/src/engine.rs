@@ -3,10 +3,11 @@
 use crate::{
     adapter,
     clock::Stopwatch,
-    estimate::{RawEstimate, Times, object},
+    estimate::{RawEstimate, Times},
     failure::{Code, Failure},
     input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
     mesh::positions,
+    object::object,
     settle,
     target::EngineTarget,
 };

@@ -1,9 +1,9 @@
 //! One frame's estimate as JavaScript holds it.
 
 use crate::mesh::RawMesh;
-use deepsft::geometry::Picture;
+use crate::object::{object, rgba};
 use deepsft::{Estimate, FinderKind};
-use js_sys::{Float32Array, Object, Reflect, Uint8Array, Uint8ClampedArray};
+use js_sys::{Float32Array, Object, Uint8Array, Uint8ClampedArray};
 use wasm_bindgen::prelude::*;
 
 /// Milliseconds of the stages of one frame.
@@ -136,25 +136,4 @@ impl Times {
             ("featuresMs", self.features_ms.into()),
         ])
     }
-}
-
-/// A plain object with these properties.
-pub fn object<const N: usize>(properties: [(&str, JsValue); N]) -> Object {
-    let object = Object::new();
-    for (name, value) in properties {
-        // Only fails on objects that were frozen.
-        let _ = Reflect::set(&object, &name.into(), &value);
-    }
-    object
-}
-
-/// The bytes of a picture with an opaque alpha channel.
-pub fn rgba(picture: &Picture) -> Vec<u8> {
-    picture
-        .rgb()
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .flat_map(|&[r, g, b]| [r, g, b, u8::MAX])
-        .collect()
 }

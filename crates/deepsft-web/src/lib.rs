@@ -16,6 +16,7 @@ mod estimate;
 mod failure;
 mod input;
 mod mesh;
+mod object;
 mod scan;
 mod settle;
 mod target;

@@ -1,6 +1,6 @@
 //! Meshes as JavaScript holds them.
 
-use crate::estimate::object;
+use crate::object::object;
 use deepsft::geometry::{Maps, Surface, TriangleMesh, glam::DVec3};
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;

@@ -1,10 +1,10 @@
 //! Scans of people's own objects: their shape, and the flat sheet that a bent one unrolls to.
 
 use crate::{
-    estimate::{object, rgba},
     failure::{Code, Failure},
     input::files_from,
     mesh::{positions, template_mesh},
+    object::{object, rgba},
     settle,
 };
 use deepsft::geometry::{Picture, UnrolledSheet, unroll};

@@ -2,10 +2,11 @@
 
 use crate::{
     clock::{Stopwatch, now_ms},
-    estimate::{RawEstimate, Times, object, rgba},
+    estimate::{RawEstimate, Times},
     failure::{Code, Failure},
     input::view_from,
     mesh::{RawMesh, template_mesh},
+    object::{object, rgba},
 };
 use deepsft::{
     DeepSftError, Estimator, Finder, Sighting, Target, TargetFinder, View,

@@ -2,10 +2,10 @@
 
 use crate::{
     clock::{Stopwatch, now_ms},
-    estimate::object,
     failure::{Code, Failure},
     input::{camera_from, files_from, picture_from, printed_sheet, template_from, view_from},
     mesh::positions,
+    object::object,
     settle,
 };
 use deepsft::{

@@ -119,7 +119,10 @@ fn the_beginning_of_a_folder_that_can_be_resumed_stays_and_a_foreign_one_is_left
         "{error}"
     );
     let left = read_folder(&above.path().join("set.partial"));
-    assert_eq!(left.into_iter().collect::<Vec<_>>(), [("thesis".to_owned(), b"state".to_vec())]);
+    assert_eq!(
+        left.into_iter().collect::<Vec<_>>(),
+        [("thesis".to_owned(), b"state".to_vec())]
+    );
 }
 
 #[test]

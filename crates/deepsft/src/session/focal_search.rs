@@ -1,6 +1,6 @@
 //! When the moving sheet is asked for the camera's focal length, and when its answer is told.
 
-use super::Source;
+use super::exchange::Source;
 use deepsft_geometry::CalibratedCamera;
 
 /// Frames between two steps of the search; each takes about as long as following a frame.

@@ -1,7 +1,7 @@
 //! One target of a session.
 
+use super::exchange::{Change, Followed, SessionOptions, TargetId};
 use super::presence::Presence;
-use super::{Change, Followed, SessionOptions, TargetId};
 use crate::error::DeepSftError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, TrackUpdate, Tracker, TrackerImage};

@@ -21,6 +21,7 @@
 //! | a target is lost | no frame has confirmed its mesh for 0.4 s, or the video starts afresh | `presence.rs` |
 //! | finders confirm a followed target | after 2 s by the caller's clock; at once below 0.6; with a network whenever nothing is missing | `search_plan.rs` |
 
+mod exchange;
 mod focal_search;
 mod followed_target;
 mod presence;
@@ -29,8 +30,9 @@ mod video_follower;
 mod video_session;
 mod view_choice;
 
-pub use video_follower::{Detection, FrameTimes, TrackedFrame, VideoFollower, VideoOptions};
-pub use video_session::{
-    Answer, AnswerTimes, Asking, Change, Effect, Followed, FollowedFrame, Next, Question, Session, SessionOptions,
-    Source, TargetId,
+pub use exchange::{
+    Answer, AnswerTimes, Asking, Change, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source,
+    TargetId,
 };
+pub use video_follower::{Detection, FrameTimes, TrackedFrame, VideoFollower, VideoOptions};
+pub use video_session::Session;

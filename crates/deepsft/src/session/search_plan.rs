@@ -1,6 +1,6 @@
 //! Which targets the finders look for in a frame.
 
-use super::{AnswerTimes, TargetId};
+use super::exchange::{AnswerTimes, TargetId};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Correlation from which a followed target needs no finder soon.

@@ -1,6 +1,7 @@
 //! One target followed through one video that waits for its finders.
 
-use super::video_session::{Answer, AnswerTimes, Followed, Session, SessionOptions, Source, TargetId};
+use super::exchange::{Answer, AnswerTimes, Followed, SessionOptions, Source, TargetId};
+use super::video_session::Session;
 use crate::error::DeepSftError;
 use crate::finding::{FinderKind, Sighting, TargetFinder, View};
 use deepsft_geometry::tracking::TrackUpdate;

@@ -1,156 +1,17 @@
 //! Targets followed through one video.
 
+use super::exchange::{
+    Answer, AnswerTimes, Asking, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
+};
 use super::focal_search::FocalSearch;
 use super::followed_target::FollowedTarget;
 use super::search_plan::SearchPlan;
 use super::view_choice::ViewChoice;
 use crate::error::DeepSftError;
 use crate::finding::View;
-use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate, TrackerImage, TrackingOptions};
-use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Surface, Template, training_camera};
+use deepsft_geometry::tracking::TrackerImage;
+use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Template, training_camera};
 use std::collections::BTreeMap;
-
-/// Number of a target, chosen by the caller.
-pub type TargetId = u32;
-
-/// Settings of a [`Session`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SessionOptions {
-    /// How trackers fit meshes to frames.
-    pub tracking: TrackingOptions,
-    /// Smoothing of the meshes over time; `None` leaves them as they were fitted.
-    pub smoothing: Option<OneEuroOptions>,
-    /// When finders are asked.
-    pub asking: Asking,
-}
-
-/// When a session asks the finders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Asking {
-    /// When a target is missing or has to be confirmed, one question at a time.
-    #[default]
-    AsNeeded,
-    /// Every so many frames for all targets, where time does not matter. 0 counts as 1.
-    Every(u64),
-}
-
-/// The camera that takes a video.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Source {
-    /// Its intrinsics.
-    pub camera: Camera,
-    /// Standard deviation of its focal length, a fraction of it: infinite for a guess, 0 for one that nobody wants better. Above 0.005 the
-    /// moving meshes are asked for it.
-    pub focal_deviation: f64,
-}
-
-impl From<Camera> for Source {
-    /// A camera that is known.
-    fn from(camera: Camera) -> Self {
-        Self {
-            camera,
-            focal_deviation: 0.0,
-        }
-    }
-}
-
-/// What the next frame is for.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Next {
-    /// The camera in whose image it is looked at: the canonical one, or one that is zoomed out.
-    pub view: Camera,
-    /// What finders should be asked about it, if anything.
-    pub question: Option<Question>,
-    /// Seconds after the frame before; an earlier one is not worth its time.
-    pub interval_s: f64,
-}
-
-/// A question for the finders about the next frame.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Question {
-    /// The targets to look for.
-    pub targets: Vec<TargetId>,
-    /// Whether all of them are followed well and have a network: then the canonical image is enough.
-    pub only_confirms: bool,
-}
-
-/// What finders see of one target in the frame they were asked about.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// The target.
-    pub target: TargetId,
-    /// Where they see it, the likeliest first: vertices of its mesh, camera frame, mm. Empty where they do not.
-    pub starts: Vec<Vec<DVec3>>,
-}
-
-/// When an answer came, by the caller's clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AnswerTimes {
-    /// The time, seconds.
-    pub now_s: f64,
-    /// What it took, seconds.
-    pub took_s: f64,
-    /// Seconds since the caller last missed a frame; infinite if it never did.
-    pub since_missed_s: f64,
-}
-
-/// What an answer did to a track.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Effect {
-    /// The target.
-    pub target: TargetId,
-    /// The frame that the answer is about.
-    pub of_frame: u64,
-    /// What happened.
-    pub update: TrackUpdate,
-    /// Index of the start that was taken, or was tried last.
-    pub start: Option<usize>,
-}
-
-/// That a target is found, or no longer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// It counts as found from this frame on.
-    Found,
-    /// It no longer does.
-    Lost,
-}
-
-/// One target in one frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Followed {
-    /// The target.
-    pub target: TargetId,
-    /// Whether it counts as found.
-    pub found: bool,
-    /// What has changed since it was last told.
-    pub change: Option<Change>,
-    /// Whether it is found and the frame does not confirm its mesh, which stands where it was.
-    pub held: bool,
-    /// Its surface; `None` unless found.
-    pub surface: Option<Surface>,
-    /// Correlation of image and visible print in this frame, 0 to 1; 0 without a track.
-    pub correlation: f64,
-    /// Solver steps that the frame took.
-    pub iterations: usize,
-}
-
-/// A frame that was followed.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct FollowedFrame {
-    /// Its number, from 0.
-    pub number: u64,
-    /// Whether a video begins with it: everything seen before was forgotten.
-    pub afresh: bool,
-    /// All targets, by number.
-    pub targets: Vec<Followed>,
-    /// The canonical camera as the moving meshes tell it, when it is known well enough, and again when it is known better.
-    pub calibrated: Option<CalibratedCamera>,
-}
 
 /// Follows targets through one video, without files, clocks and threads.
 ///
