@@ -21,12 +21,17 @@ fn page(path: PathBuf) -> Page {
 /// All Markdown pages for readers, sorted.
 fn pages() -> Vec<Page> {
     let root = deepsft_tests::root().canonicalize().unwrap();
-    let mut pages: Vec<PathBuf> = ["README.md", "CHANGELOG.md", "crates/README.md", "www/README.md"]
+    let mut pages: Vec<PathBuf> = ["README.md", "CHANGELOG.md", "www/README.md"]
         .map(|name| root.join(name))
         .into();
     let crates = fs::read_dir(root.join("crates")).unwrap();
-    let crates = crates.map(|entry| entry.unwrap().path().join("README.md"));
-    pages.extend(crates.filter(|path| path.is_file()));
+    for path in crates.map(|entry| entry.unwrap().path()) {
+        if path.extension().is_some_and(|extension| extension == "md") {
+            pages.push(path);
+        } else if path.join("README.md").is_file() {
+            pages.push(path.join("README.md"));
+        }
+    }
     let mut folders = vec![root.join("www/docs"), root.join("models")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {

@@ -42,6 +42,8 @@ fn every_command_and_option_in_the_pages_exists() {
         [
             "README.md",
             "crates/README.md",
+            "crates/HOW-TO-ADD.md",
+            "crates/AWKWARD-PLACES.md",
             "crates/deepsft-cli/README.md",
             "models/poster-a4/CARD.md",
         ]
