@@ -9,8 +9,8 @@
 //! 4. It fits a coarse mesh of the sheet to the confirmed matches under isometry, looks for more matches where this mesh has
 //!    them, and fits again.
 //!
-//! The result is depth and registration, as a network gives them. [`deepsft_geometry::fitting::FrameFitter`] takes
-//! them on to the exact mesh and tells by its agreement with the image whether the picture is there at all.
+//! The result is that coarse mesh. [`deepsft_geometry::fitting::FrameFitter`] takes it on to the exact one, and its verdict
+//! tells whether the picture is there at all.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
