@@ -1,12 +1,14 @@
 //! How well the image confirms a mesh, as a whole and around each vertex.
 
-use super::mesh_fitter::POINT_STEP;
 use crate::camera::Camera;
 use crate::image::ContrastNormalizedImage;
 use crate::mesh::TriangleMesh;
 use crate::solver::TexturePoint;
 use crate::verdict::Verdict;
 use glam::DVec3;
+
+/// Pixels between two photo-consistency points.
+pub(crate) const POINT_STEP: usize = 3;
 
 /// Square of the normalised contrast that counts as none (a fifth of a local deviation): around a vertex with less
 /// on average, be it in the print or in the image, nothing is confirmed.

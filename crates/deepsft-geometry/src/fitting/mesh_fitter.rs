@@ -1,6 +1,6 @@
 //! One template's mesh against images: the part that the fit of one frame and tracking have in common.
 
-use super::correlation::Correlation;
+use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
 use super::isometric_mesh::IsometricMesh;
 use super::options::FitOptions;
@@ -19,9 +19,6 @@ pub(crate) const WINDOW_PX: f32 = 8.0;
 
 /// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
 const WINDOW_BLURS: f32 = 3.0;
-
-/// Pixels between two photo-consistency points.
-pub(crate) const POINT_STEP: usize = 3;
 
 /// How much larger the cells of the coarse mesh are.
 const COARSE_CELLS: usize = 2;
