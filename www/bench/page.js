@@ -130,7 +130,7 @@ async function measureMesh(sft, camera) {
     const began = performance.now();
     await plain.completeMesh({ method: "completion" });
     completion.push(performance.now() - began);
-    answers.push({ width: plain.depth.width, depth: plain.depth.toFloat32Array(), registration: plain.registration.toFloat32Array() });
+    answers.push((await plain.completeMesh()).vertices);
     plain.close();
   }
   const [module, files] = await Promise.all([
@@ -144,10 +144,8 @@ async function measureMesh(sft, camera) {
     const question = { ids: [0], onlyConfirms: false };
     const follow = (timeS, k, asked) =>
       tracker.follow({ timeS, afresh: timeS === 0, frame: copy(clip[k]), intrinsics, question: asked ? question : null });
-    const answer = ({ width, depth, registration }) => {
-      const sightings = [{ width, depth: depth.slice(), registration: registration.slice() }];
-      return tracker.answer({ answers: [{ id: 0, canDeny: true, sightings }], tookMs: 0, sinceMissedMs: Infinity });
-    };
+    const answer = (vertices) =>
+      tracker.answer({ answers: [{ id: 0, sightings: [vertices.slice()] }], tookMs: 0, sinceMissedMs: Infinity });
     for (const k of numbers) {
       await follow(0, k, true);
       const { effects: [{ effect }], answerMs } = await answer(answers[k]);

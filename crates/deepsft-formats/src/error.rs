@@ -218,8 +218,7 @@ impl FormatError {
 
 #[cfg(feature = "fs")]
 impl FormatError {
-    /// The error of an input, a `what` ("camera file").
-    #[doc(hidden)]
+    /// The error of an input that cannot be used, a `what` ("camera file").
     pub fn unusable(what: &'static str, path: &Path, reason: impl ToString) -> Self {
         Self::Unusable {
             what,

@@ -183,12 +183,12 @@ impl Engine {
     /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
     /// them.
     ///
-    /// A sighting is the vertices of the target's mesh (x, y, z each, camera frame, mm). `canDeny` says whether no sighting means that the target is not there. With `estimated` the network's answer comes as an
-    /// estimate too, if the model's target is among `ids`. `focal` is the focal length of the canonical image that is looked at, pixels: the
+    /// A sighting is the vertices of the target's mesh (x, y, z each, camera frame, mm). With `estimated` the network's answer comes as
+    /// an estimate too, if the model's target is among `ids`. `focal` is the focal length of the canonical image that is looked at, pixels: the
     /// training camera's, or a shorter one that sees more. Numbers that are no target have no answer. Rejects as
     /// [`Engine::estimate`].
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ answers: { id: number, canDeny: boolean, sightings: Float32Array[] }[], estimate: RawEstimate | undefined }>"
+        unchecked_return_type = "Promise<{ answers: { id: number, sightings: Float32Array[] }[], estimate: RawEstimate | undefined }>"
     )]
     pub fn find(
         &self,
@@ -287,7 +287,7 @@ impl Core {
             let mut stopwatch = Stopwatch::start();
             let camera = target.view_camera(view.size(), focal)?;
             let found = target.find(view, &camera).await;
-            let (sightings, can_deny) = found.map_err(|error| self.failed(&error))?;
+            let sightings = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
                 let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?.clone();
@@ -303,7 +303,6 @@ impl Core {
             }
             answers.push(&object([
                 ("id", id.into()),
-                ("canDeny", can_deny.into()),
                 (
                     "sightings",
                     sightings

@@ -92,13 +92,12 @@ impl EngineTarget {
         view_from(&self.target.canonical_camera(size), focal)
     }
 
-    /// What the finders see and the image confirms, as `camera` sees it, and whether seeing nothing means that the target is not there.
-    pub async fn find(&self, view: &mut View<'_>, camera: &Camera) -> Result<(Vec<Sighting>, bool), DeepSftError> {
+    /// What the finders see and the image confirms, as `camera` sees it.
+    pub async fn find(&self, view: &mut View<'_>, camera: &Camera) -> Result<Vec<Sighting>, DeepSftError> {
         let mut finder = self.taken_finder()?;
         let seen = finder.find(view, camera).await;
-        let can_deny = finder.can_deny();
         self.finder.replace(Some(finder));
-        Ok((seen?, can_deny))
+        seen
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.

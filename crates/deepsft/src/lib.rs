@@ -39,7 +39,4 @@ pub use estimator::{EstimateTimes, Estimator};
 pub use finding::{
     DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder, View,
 };
-// For our own tests; no stable interface.
-#[doc(hidden)]
-pub use photo_consistency::TemplateLuminance;
 pub use weights_file::{weights_from_burnpack, weights_to_burnpack};

@@ -105,3 +105,7 @@ fn correlation(pairs: &[(f32, f32)]) -> Option<f32> {
     // An image that is flat where the template is not does not agree with it.
     ((bb / n).sqrt() >= FLAT).then(|| ab / (bb * aa.max(n)).sqrt())
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/photo_consistency.rs"]
+mod tests;

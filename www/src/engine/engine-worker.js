@@ -81,10 +81,9 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
- * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first. `canDeny`: whether no sighting means that it is not
- * there.
+ * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: Float32Array[] }} RawAnswer
+ * @typedef {{ id: number, sightings: Float32Array[] }} RawAnswer
  */
 
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */

@@ -105,7 +105,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
       const files = await fetchBundle(new URL("/models/poster-a4/", location.href));
       const bitmaps = await Promise.all(pngs.map((png) => createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]))));
       const sourced = cameraForImage(camera, camera.width, camera.height);
-      const estimate = await sft.estimate(bitmaps[0], { camera });
+      const { vertices } = await (await sft.estimate(bitmaps[0], { camera })).completeMesh();
       const run = async (isCanonical) => {
         const tracker = new TrackerWorker();
         await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
@@ -113,9 +113,10 @@ test("the tracker follows the browser's canonical image as it follows the whole 
         for (const [number, bitmap] of bitmaps.entries()) {
           const frame = isCanonical ? canonicalFrame(bitmap, sourced) : await createImageBitmap(bitmap);
           const intrinsics = isCanonical ? canonicalIntrinsics(sourced) : intrinsicsOf(sourced);
-          const { targets, readMs, times: { warpMs } } = await tracker.follow({ number, timeS: number / 30, frame, intrinsics });
-          const sightings = [{ width: estimate.depth.width, depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
-          if (number === 0) await tracker.answer({ id: 0, number, sightings, canDeny: true });
+          const question = number === 0 ? { ids: [0], onlyConfirms: false } : null;
+          const { targets, readMs, times: { warpMs } } = await tracker.follow({ timeS: number / 30, frame, intrinsics, question });
+          const answers = [{ id: 0, sightings: [vertices.slice()] }];
+          if (question) await tracker.answer({ answers, tookMs: 10, sinceMissedMs: Infinity });
           else meshes.push([...targets[0].vertices]);
           times.push(readMs + warpMs);
         }

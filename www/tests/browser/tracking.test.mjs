@@ -96,8 +96,8 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           const question = i === 0 ? { ids: [0], onlyConfirms: false } : null;
           const tracked = await tracker.follow({ timeS: i / 30, frame, intrinsics, question });
           if (estimate) {
-            const sightings = [{ width: estimate.depth.width, depth: estimate.depth.toFloat32Array(), registration: estimate.registration.toFloat32Array() }];
-            const answers = [{ id: 0, canDeny: true, sightings }];
+            const { vertices } = await estimate.completeMesh();
+            const answers = [{ id: 0, sightings: [vertices] }];
             verdict = (await tracker.answer({ answers, tookMs: 100, sinceMissedMs: Infinity })).effects[0].effect;
           }
           const [{ found, vertices }] = tracked.targets;

@@ -29,10 +29,7 @@ pub mod tracking;
 pub use crate::mesh::SurfaceLocator;
 pub use frame_fitter::FrameFitter;
 pub use grid_interpolation::GridInterpolation;
-// For our other crates and tests; no stable interface.
-#[doc(hidden)]
 pub use isometric_mesh::IsometricMesh;
-#[doc(hidden)]
 pub use measurements::{Measurement, measurements};
 pub use options::FitOptions;
 pub use start::Start;

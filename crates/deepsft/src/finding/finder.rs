@@ -1,5 +1,6 @@
 //! The ways to find a target.
 
+use super::finder_kind::FinderKind;
 use super::picture_descriptors::{PictureDescriptors, SharedDescriptorNetwork};
 use super::view::View;
 use crate::error::DeepSftError;
@@ -7,31 +8,6 @@ use crate::estimator::Estimator;
 use deepsft_finding::{FeatureFinder, FoundSheet, Match, PictureTarget};
 use deepsft_geometry::fitting::Start;
 use deepsft_geometry::{Camera, Template};
-use serde::Serialize;
-
-/// The ways of finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum FinderKind {
-    /// The network that was trained for the target.
-    Network,
-    /// Corners and binary descriptors of the target's picture.
-    Features,
-    /// The network that describes any picture; its matches gather those of the features.
-    Descriptors,
-}
-
-impl FinderKind {
-    /// `network`, `features` or `descriptors`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Network => "network",
-            Self::Features => "features",
-            Self::Descriptors => "descriptors",
-        }
-    }
-}
 
 /// One way to find one target.
 #[derive(Debug)]

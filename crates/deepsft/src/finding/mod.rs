@@ -6,12 +6,14 @@
 //! [`Surface`](deepsft_geometry::Surface) of it, whose verdict tells whether the target is there.
 
 mod finder;
+mod finder_kind;
 mod picture_descriptors;
 mod target;
 mod target_finder;
 mod view;
 
-pub use finder::{DescriptorFinder, Finder, FinderKind};
+pub use finder::{DescriptorFinder, Finder};
+pub use finder_kind::FinderKind;
 pub use picture_descriptors::SharedDescriptorNetwork;
 pub use target::Target;
 pub use target_finder::{Sighting, TargetFinder};

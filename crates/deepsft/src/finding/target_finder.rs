@@ -1,6 +1,7 @@
 //! The finders of one target.
 
-use super::finder::{DescriptorFinder, Finder, FinderKind};
+use super::finder::{DescriptorFinder, Finder};
+use super::finder_kind::FinderKind;
 use super::picture_descriptors::SharedDescriptorNetwork;
 use super::target::Target;
 use super::view::View;

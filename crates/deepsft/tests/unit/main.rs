@@ -6,5 +6,4 @@ mod bundle;
 mod device;
 mod finding;
 mod near;
-mod photo_consistency;
 mod session;

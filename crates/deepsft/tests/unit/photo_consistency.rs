@@ -1,6 +1,6 @@
 //! How well a template explains a picture.
 
-use deepsft::TemplateLuminance;
+use super::TemplateLuminance;
 use deepsft_geometry::{Maps, Picture};
 
 fn noise(size: usize, seed: u32) -> Picture {
