@@ -73,10 +73,6 @@ export type RawEstimate = {
     fitted: RawMesh | null;
 };
 export type RawMesh = {
-    /**
-     * whether the mesh explains the image better than the finder's maps
-     */
-    accepted: boolean;
     vertices: Float32Array;
     confidence: Float32Array;
     depth: Float32Array;
@@ -132,12 +128,7 @@ export type FindRequest = {
 };
 export type RawAnswer = {
     id: number;
-    canDeny: boolean;
-    sightings: {
-        width: number;
-        depth: Float32Array;
-        registration: Float32Array;
-    }[];
+    sightings: Float32Array[];
 };
 export type RawFinding = {
     answers: RawAnswer[];
@@ -194,7 +185,6 @@ export type MeshRequest = {
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {boolean} accepted whether the mesh explains the image better than the finder's maps
  * @property {Float32Array} vertices
  * @property {Float32Array} confidence
  * @property {Float32Array} depth
@@ -221,10 +211,9 @@ export type MeshRequest = {
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 /**
- * What the finders say of one target in a frame: the first sighting is the likeliest. `canDeny`: whether no sighting means that it is not
- * there.
+ * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first.
  *
- * @typedef {{ id: number, canDeny: boolean, sightings: { width: number, depth: Float32Array, registration: Float32Array }[] }} RawAnswer
+ * @typedef {{ id: number, sightings: Float32Array[] }} RawAnswer
  */
 /** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
 /**

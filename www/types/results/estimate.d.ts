@@ -117,9 +117,8 @@ export declare class Estimate {
     /**
      * The whole surface, hidden parts included, computed once per method.
      *
-     * `fit` (the default) fits the target's mesh to this image; where no mesh explains the image better than the finder's
-     * maps, the mesh is that of `completion`, the paper's, in which visible vertices stay about where the finder has them and
-     * the others follow as rigidly as possible. The mesh's `method` says which it is.
+     * `fit` (the default) fits the target's mesh to this image. `completion` is the paper's way: visible vertices stay about where the
+     * finder has them and the others follow as rigidly as possible.
      *
      * @param {{ method?: "fit" | "completion" }} [options]
      * @returns {Promise<SurfaceMesh | null>} null when nothing was found, or too little of it
