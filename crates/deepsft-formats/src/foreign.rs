@@ -24,7 +24,7 @@ pub(crate) fn check_png(bytes: &[u8]) -> Result<()> {
     // A chunk: length of the content, name, content, checksum.
     while let Some(([a, b, c, d, name @ ..], content)) = rest.split_first_chunk::<8>() {
         let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
-        if name == b"PLTE" && length % 3 != 0 {
+        if name == b"PLTE" && !length.is_multiple_of(3) {
             let reason = format!("its palette has {length} bytes, expected three for each colour");
             return Err(Error::other(reason));
         }

@@ -46,9 +46,23 @@ export function startOptions({ webgpu = true, webgl = true, testCameras = 0, cam
   return { executablePath: PROGRAM, args, ignoreDefaultArgs: ["--headless"], timeout: 60_000 };
 }
 
+/** Times that a browser is started: Chromium now and then ends within its first second, before any test has begun. */
+const ATTEMPTS = 3;
+
 /** @param {LaunchOptions} [options] */
 export async function launch(options = {}) {
-  return chromium.launch(startOptions(options));
+  for (let attempt = 1; ; attempt++) {
+    /** @type {import("playwright-core").Browser | undefined} */
+    let browser;
+    try {
+      browser = await chromium.launch(startOptions(options));
+      await (await browser.newContext()).close();
+      return browser;
+    } catch (error) {
+      await browser?.close().catch(() => undefined);
+      if (attempt === ATTEMPTS) throw error;
+    }
+  }
 }
 
 /**
