@@ -217,8 +217,8 @@ fn tokens(text: &str) -> Vec<String> {
     while let Some(first) = rest.chars().next() {
         let length = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("r#\"") {
-            rest[3..].find("\"#").map_or(rest.len(), |end| end + 5)
+        } else if let Some(raw) = rest.strip_prefix("r#\"") {
+            raw.find("\"#").map_or(rest.len(), |end| end + 5)
         } else if first == '"' {
             let mut escaped = false;
             let end = rest[1..].find(|c| {
@@ -229,8 +229,8 @@ fn tokens(text: &str) -> Vec<String> {
             end.map_or(rest.len(), |end| end + 2)
         } else if ["'\"'", "'{'", "'}'"].iter().any(|literal| rest.starts_with(literal)) {
             3
-        } else if rest.starts_with("'\\") {
-            rest[2..].find('\'').map_or(rest.len(), |end| end + 3)
+        } else if let Some(escaped) = rest.strip_prefix("'\\") {
+            escaped.find('\'').map_or(rest.len(), |end| end + 3)
         } else if is_name(rest) {
             let length = rest
                 .find(|c: char| !c.is_alphanumeric() && c != '_')

@@ -43,7 +43,7 @@ impl FollowedTarget {
             training_camera,
             can_deny,
             presence: Presence::default(),
-            smoothing: options.smoothing.clone().map(OneEuro::new),
+            smoothing: options.smoothing.map(OneEuro::new),
             surface: None,
             is_told: false,
             template: template.clone(),
