@@ -39,7 +39,8 @@ mod tests {
 
     #[test]
     fn a_decoder_that_panics_is_an_error_with_its_words() {
-        let beyond = guarded(|| None::<u8>.expect("a third byte"));
+        let nothing = Vec::<u8>::new();
+        let beyond = guarded(|| *nothing.first().expect("a third byte"));
         assert_eq!(beyond.unwrap_err().to_string(), "its decoder failed (a third byte)");
         let of = |bytes: &[u8]| guarded(|| assert!(bytes.len() > 2, "{} bytes", bytes.len()));
         assert_eq!(of(&[1, 2]).unwrap_err().to_string(), "its decoder failed (2 bytes)");
