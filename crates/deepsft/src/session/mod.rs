@@ -1,7 +1,7 @@
 //! Video: targets followed from frame to frame, with finders beside the trackers.
 //!
-//! A [`Session`] decides everything about a video: which view of the camera a frame is looked at in, who is searched for when, what
-//! is found and lost, when the moving meshes are asked for the camera. It does no work of finders and knows no files, clocks or threads:
+//! A [`Session`] decides which view of the camera a frame is looked at in, who is searched for when, what is found and lost, and when
+//! the moving meshes are asked for the camera. Its trackers decide on their tracks. It does no work of finders and knows no files, clocks or threads:
 //! frames go in with their time, meshes come out, and questions for the finders, whose answers go in. A [`VideoFollower`] answers them in
 //! place; a page posts them to another worker.
 //!
@@ -13,9 +13,11 @@
 //! |---|---|---|
 //! | a frame confirms the mesh | correlation of the print from 0.35 on; from 0.5 on after a search until finders confirm it | `Tracker` |
 //! | the mesh is held | the newest frame does not confirm it | `Tracker` |
+//! | a sighting by matches counts | after a fit, from a correlation of 0.5 on; of a print that is similar to itself only if it is found | `TargetFinder::find` |
+//! | a track jumps | a frame does not confirm the mesh, and the print shifted over the image correlates more elsewhere: a search | `Tracker` |
 //! | a track starts, or starts again | an answer of the finders leads to a correlation of 0.5, and of more than the track has | `Tracker::update` |
 //! | a track is confirmed | an answer is near it, or the image confirms it more | `Tracker::update` |
-//! | a track is dropped | a network sees nothing, and the image confirms less than 0.5, or the track comes from a search | `Tracker::update` |
+//! | a track is dropped | a network sees nothing, and the image confirms less than 0.5, or the track comes from a search. Features never drop one | `Tracker::update` |
 //! | a track ends | no confirmed frame for 0.09 s and in two frames; at once where it leaves the view. Finders look for it from then on | `Tracker` |
 //! | a target is found | three frames in a row confirm its mesh, or one from 0.8 on | `presence.rs` |
 //! | a target is lost | no frame has confirmed its mesh for 0.4 s, or the video starts afresh | `presence.rs` |
