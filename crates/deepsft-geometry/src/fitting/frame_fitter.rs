@@ -79,6 +79,7 @@ impl FrameFitter {
         let (last, first) = blurs
             .split_last()
             .map_or((None, &[][..]), |(last, first)| (Some(*last), first));
+        let first = if first.is_empty() { &blurs } else { first };
         let mut found = self.coarse.fit(frame, &from, first)?;
         let mut ambiguity = None;
         if is_whole {

@@ -65,6 +65,9 @@ impl SearchPlan {
 
     pub(super) fn remove(&mut self, id: TargetId) {
         self.targets.remove(&id);
+        if !self.follows_some() {
+            self.rest_until_s = f64::NEG_INFINITY;
+        }
     }
 
     /// Whether some target is followed.

@@ -137,6 +137,10 @@ impl<'a> VideoFollower<'a> {
         self.frame += 1;
         let mut times = FrameTimes::default();
         let mut detection = self.hand_in(frame, time_s, &mut times)?;
+        if self.pending.is_none() {
+            // The finders have failed on the frame before.
+            self.session.withdraw();
+        }
         let source = Source {
             camera: *image.camera(),
             focal_deviation: self.focal_deviation,
@@ -163,7 +167,13 @@ impl<'a> VideoFollower<'a> {
             });
             if let Some(at_once) = self.hand_in(frame, time_s, &mut times)? {
                 detection = Some(at_once);
-                targets = self.session.followed();
+                let told = std::mem::replace(&mut targets, self.session.followed());
+                for (now, before) in targets.iter_mut().zip(told) {
+                    now.change = match (before.change, now.change) {
+                        (Some(_), Some(_)) => None,
+                        (before, now) => now.or(before),
+                    };
+                }
             }
         }
         let followed = targets.pop().unwrap_or_default();
@@ -197,7 +207,7 @@ impl<'a> VideoFollower<'a> {
         let answer = Answer { target: TARGET, starts };
         let answer_times = AnswerTimes {
             now_s: time_s,
-            took_s: time_s - asked_s,
+            took_s: (time_s - asked_s).max(0.0),
             since_missed_s: f64::INFINITY,
         };
         let effects = self.session.answer(&[answer], answer_times)?;

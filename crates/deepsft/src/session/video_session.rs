@@ -46,6 +46,9 @@ impl std::fmt::Debug for Session {
 /// Part of the frames that trackers remember which an answer may be late by: the finders may take longer than the last time.
 const ANSWERABLE: f64 = 0.75;
 
+/// Most time between two frames for the sake of an answer, seconds: one that came much later than others must not stop the video.
+const MAX_INTERVAL_S: f64 = 0.25;
+
 /// Least time between two frames while nothing is followed, seconds.
 const SEARCHING_INTERVAL_S: f64 = 0.06;
 
@@ -107,7 +110,7 @@ impl Session {
         });
         // The frames between a question and its answer must be among those that the trackers remember.
         let answerable_s = match self.plan.misses_some() {
-            true => self.took_s / (ANSWERABLE * self.options.tracking.memory as f64),
+            true => (self.took_s / (ANSWERABLE * self.options.tracking.memory as f64)).min(MAX_INTERVAL_S),
             false => 0.0,
         };
         let searching_s = if self.plan.follows_some() {
@@ -228,6 +231,11 @@ impl Session {
         let Question { targets, only_confirms } = question;
         self.plan.took((&targets, only_confirms), times);
         Ok(effects)
+    }
+
+    /// Withdraws the question that waits for its answer, if one does: its finders have failed.
+    pub fn withdraw(&mut self) {
+        self.asked = None;
     }
 
     /// Forgets the video: for another camera, or another file. What was found counts as lost with the next frame.

@@ -19,19 +19,19 @@ pub struct TrackingOptions {
     pub wide_blurs: Vec<f32>,
     /// Fraction of the last motion that is expected to go on, 0 to 1.
     pub persistence: f64,
-    /// Correlation (see [`Tracked::correlation`]) that a track must have to start.
+    /// Correlation ([`Verdict::correlation`](crate::Verdict::correlation)) that a track must have to start.
     pub start_correlation: f64,
-    /// Correlation below which a frame counts as missed. After a search, until the network's next maps, it is
+    /// Correlation below which a frame counts as missed. After a search, until a finder's next answer, it is
     /// `start_correlation` instead.
     pub min_correlation: f64,
     /// Seconds of the video without a confirmed frame after which the track is lost, if at least two frames in a row were missed.
     pub patience_s: f64,
     /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
     pub min_points: usize,
-    /// Distance, pixels, between network and track above which they disagree, where a fifth of the sheet is further apart.
+    /// Distance, pixels, between finder and track above which they disagree, where a fifth of the sheet is further apart.
     /// Default 5: the network is seldom so far off, and comparing both with the image costs no more than a start.
     pub disagreement_px: f64,
-    /// Frames kept for the network's maps, which come late.
+    /// Frames kept for the finders' answers, which come late.
     pub memory: usize,
 }
 

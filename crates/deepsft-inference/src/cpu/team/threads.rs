@@ -2,6 +2,7 @@
 
 use super::affinity::Cores;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::cell::Cell;
 use std::panic::resume_unwind;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,6 +28,26 @@ static TEAM: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
 /// Whether a frame has the team.
 static IS_TAKEN: AtomicBool = AtomicBool::new(false);
 
+thread_local! {
+    /// Whether this thread is in the midst of a frame's work, and waits for other threads' parts of it at most.
+    static IN_WORK: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Sets [`IN_WORK`] to a value when it is dropped, also after a panic.
+struct RestoreInWork(bool);
+
+impl Drop for RestoreInWork {
+    fn drop(&mut self) {
+        IN_WORK.set(self.0);
+    }
+}
+
+/// Runs a part of a frame's work.
+fn as_work<R>(work: impl FnOnce() -> R) -> R {
+    let _restore = RestoreInWork(IN_WORK.replace(true));
+    work()
+}
+
 /// Sets a flag to a value when it is dropped, also after a panic.
 struct SetOnDrop<'a>(&'a AtomicBool, bool);
 
@@ -47,7 +68,11 @@ fn is_member() -> bool {
 
 /// Runs both at the same time on the team's threads, one after the other elsewhere.
 pub(super) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    if is_member() { rayon::join(a, b) } else { (a(), b()) }
+    if is_member() {
+        rayon::join(|| as_work(a), || as_work(b))
+    } else {
+        (a(), b())
+    }
 }
 
 /// Runs `work` on the team, `threads` of whose threads stay awake meanwhile, each on a core of its own: a part of a layer takes less
@@ -76,12 +101,16 @@ fn keep_awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
         let (_done, _pinned) = (SetOnDrop(&done, true), cores.pin());
         // Who was woken on this core can leave it now.
         std::thread::yield_now();
-        work()
+        as_work(work)
     };
     rayon::join(work, || spin(threads - 1, &cores, &done)).0
 }
 
 fn spin(threads: usize, cores: &Cores, done: &AtomicBool) {
+    // A thread that waits for a part of its work may be given this job: it must not wait in it for its own end.
+    if IN_WORK.get() {
+        return;
+    }
     if threads > 1 {
         rayon::join(|| spin(1, cores, done), || spin(threads - 1, cores, done));
         return;
@@ -101,5 +130,22 @@ fn spin(threads: usize, cores: &Cores, done: &AtomicBool) {
         } else {
             std::thread::yield_now();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    #[test]
+    fn a_thread_that_waits_for_its_own_work_does_not_spin_until_that_ends() {
+        let (sender, receiver) = mpsc::channel();
+        std::thread::spawn(move || {
+            as_work(|| spin(3, &Cores::default(), &AtomicBool::new(false)));
+            sender.send(IN_WORK.get())
+        });
+        assert_eq!(receiver.recv_timeout(Duration::from_secs(60)), Ok(false));
     }
 }
