@@ -272,6 +272,8 @@ for (const name of ENGINES) {
       await page.until(() => document.querySelector("#shots .time").textContent >= "0:05");
       await page.click("#shots button:last-child");
       await page.until(() => shared.length === 2);
+      // WebKitGTK, where it has encoders and records, plays no video from memory.
+      if (name === "webkit") return;
       const recording = await page.run(async () => {
         const video = Object.assign(document.createElement("video"), { muted: true, src: URL.createObjectURL(shared[1]) });
         await video.play();
